@@ -1,0 +1,52 @@
+# Everything needs Python 3.11 or newer, git and make; the rest is installed into .venv.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := .make/ready
+
+.PHONY: help dev demo test lint format schemas bench package clean
+
+help:  ## List the targets
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
+
+$(READY): pyproject.toml requirements.lock
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "hmrsim needs Python 3.11 or newer; name one with make PYTHON=…" >&2; exit 2; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@mkdir -p .make && touch $@
+
+dev: $(READY)  ## Set up the development environment
+
+demo: $(READY)  ## Run the main job: a hospital mission, simulator and controller as two processes
+	$(BIN)/hmrsim demo
+
+test: $(READY)  ## Run every test, with coverage
+	$(BIN)/python -m coverage erase
+	$(BIN)/python -m coverage run -m pytest $(ARGS)
+	@$(BIN)/python -m coverage combine --quiet
+	@$(BIN)/python -m coverage report --format=total >/dev/null || { $(BIN)/python -m coverage report; exit 1; }
+
+lint: $(READY)  ## Check style, types and the direction of imports
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/python -m hmrsim_zenoh.schemas --check
+
+format: $(READY)  ## Format the code, and mend what can be mended
+	$(BIN)/ruff check --fix-only --quiet .
+	$(BIN)/ruff format .
+
+schemas: $(READY)  ## Write schemas/ anew from the models
+	$(BIN)/python -m hmrsim_zenoh.schemas
+
+bench: $(READY)  ## Measure, and print tables
+	$(BIN)/python -m benchmarks
+
+package: $(READY)  ## Build the wheel and the source distribution
+	$(BIN)/python -m build
+
+clean:  ## Remove what make has made
+	rm -rf $(VENV) .make build dist .coverage* .mypy_cache .ruff_cache .pytest_cache
