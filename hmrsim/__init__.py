@@ -1,0 +1,3 @@
+"""A mission-level simulator of robots: commands go in, events come out, no I/O."""
+
+__version__ = "0.1.0"

@@ -1,0 +1,100 @@
+"""What can go wrong, as one tree.
+
+::
+
+    HmrsimError
+    ├── WorldError              a world file can't be read or makes no sense; carries every problem found
+    ├── PluginError             a plug-in is missing, misnamed or broken
+    ├── GoalRejected            a goal is not accepted; carries the reason
+    ├── GoalAborted             an accepted goal can't be finished; carries the action's error code
+    │   └── NoRoute             ... because no way leads there
+    └── SimulationStopped       a command came after the simulation had ended
+
+A mistake of the *caller* (a negative delay, an illegal transition) is a ``ValueError`` or ``RuntimeError``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+class HmrsimError(Exception):
+    """Something that a user, a file or a robot did; its text is fit to be shown as it is."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong with a world file.
+
+    Attributes:
+        file: The file as the user named it.
+        path: Dotted path of the field, such as ``robots.wall_e.at``; empty for the whole file.
+        message: The value and what would do.
+        line: Line in the file, from 1; None where the format has no lines.
+        value: The offending value, as far as it can be shown.
+        severity: ``error``, or ``warning`` for what can be run but is unlikely to be meant.
+    """
+
+    file: str
+    path: str
+    message: str
+    line: int | None = None
+    value: object = None
+    severity: str = "error"
+
+    def __str__(self) -> str:
+        """Return ``file:line: path: message``, as compilers write it."""
+        place = self.file if self.line is None else f"{self.file}:{self.line}"
+        return ": ".join(part for part in (place, self.path, self.message) if part)
+
+
+class WorldError(HmrsimError):
+    """A world file can't be read or makes no sense.
+
+    Attributes:
+        problems: All that was found, in file order; never empty.
+    """
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__("\n".join(str(problem) for problem in self.problems))
+
+
+class PluginError(HmrsimError):
+    """A plug-in is missing, misnamed or broken; the text names the file and what would do."""
+
+
+class GoalRejected(HmrsimError):
+    """A goal is not accepted.
+
+    Attributes:
+        reason: A word for programs, such as ``unknown_robot`` or ``busy``.
+    """
+
+    def __init__(self, reason: str, message: str) -> None:
+        self.reason = reason
+        super().__init__(message)
+
+
+class GoalAborted(HmrsimError):
+    """An accepted goal can't be finished.
+
+    Attributes:
+        code: The error code of the action's result, Nav2's or MoveIt's.
+    """
+
+    def __init__(self, code: int, message: str) -> None:
+        self.code = code
+        super().__init__(message)
+
+
+class NoRoute(GoalAborted):
+    """No way leads from here to there; *code* is one of ComputePathToPose's."""
+
+
+class SimulationStopped(HmrsimError):
+    """A command came after the simulation had ended."""

@@ -1,0 +1,59 @@
+"""What all actions share: who a goal is, how it fares, and the request to cancel it."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.interfaces.message import Int8, Message
+from hmrsim.interfaces.unique_identifier_msgs import UUID
+
+
+class GoalInfo(Message):
+    """A goal's id and the simulated time of its acceptance."""
+
+    goal_id: UUID = Field(default_factory=UUID)
+    stamp: Time = Field(default_factory=Time)
+
+
+class GoalStatus(Message):
+    """Where one goal is in its life; the numbers are those of ``hmrsim.goal.GoalStatus``."""
+
+    STATUS_UNKNOWN: ClassVar[int] = 0
+    STATUS_ACCEPTED: ClassVar[int] = 1
+    STATUS_EXECUTING: ClassVar[int] = 2
+    STATUS_CANCELING: ClassVar[int] = 3
+    STATUS_SUCCEEDED: ClassVar[int] = 4
+    STATUS_CANCELED: ClassVar[int] = 5
+    STATUS_ABORTED: ClassVar[int] = 6
+
+    goal_info: GoalInfo = Field(default_factory=GoalInfo)
+    status: Int8 = 0
+
+
+class GoalStatusArray(Message):
+    """Every goal that an action server still remembers."""
+
+    status_list: list[GoalStatus] = Field(default_factory=list)
+
+
+class CancelGoal:
+    """Ask for the end of one goal, of all, or of all up to a time."""
+
+    class Request(Message):
+        """Which goals: by id, by acceptance at or before the stamp; both zero means all."""
+
+        goal_info: GoalInfo = Field(default_factory=GoalInfo)
+
+    class Response(Message):
+        """The goals that are now canceling, or why there are none."""
+
+        ERROR_NONE: ClassVar[int] = 0
+        ERROR_REJECTED: ClassVar[int] = 1
+        ERROR_UNKNOWN_GOAL_ID: ClassVar[int] = 2
+        ERROR_GOAL_TERMINATED: ClassVar[int] = 3
+
+        return_code: Int8 = 0
+        goals_canceling: list[GoalInfo] = Field(default_factory=list)

@@ -1,0 +1,67 @@
+"""What every ROS message is made of: the base model and ROS's primitive types.
+
+A message is a pydantic model named as in ROS, in a module named as its ROS package.
+Actions and services nest theirs as rclpy does: ``NavigateToPose.Goal``, ``CancelGoal.Request``.
+A field left out has its ROS default. An unknown field, a wrong type, NaN or infinity is an error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from pydantic import BaseModel, ConfigDict, Field
+
+_KINDS = {"Goal": "action", "Result": "action", "Feedback": "action", "Request": "srv", "Response": "srv"}
+
+
+@dataclass(frozen=True)
+class Primitive:
+    """Names the ROS primitive type that an annotated Python type stands for."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Array:
+    """Marks a list as a ROS array of fixed size, or as a bounded sequence.
+
+    Attributes:
+        size: Number of items; the most there may be when *bounded*.
+        bounded: True for ``T[<=size]``, False for ``T[size]``.
+    """
+
+    size: int
+    bounded: bool = False
+
+
+class Message(BaseModel):
+    """A ROS message: immutable, strict, and built (as a validator) when first used."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True, allow_inf_nan=False)
+
+    ros_type: ClassVar[str] = ""
+    """The ROS type name, such as ``geometry_msgs/msg/Pose`` or ``nav2_msgs/action/Wait_Goal``."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: object) -> None:
+        """Derive the ROS type name from the names of the module and the class."""
+        super().__pydantic_init_subclass__(**kwargs)
+        package = cls.__module__.rpartition(".")[2]
+        kind = _KINDS.get(cls.__name__, "msg") if "." in cls.__qualname__ else "msg"
+        cls.ros_type = f"{package}/{kind}/{cls.__qualname__.replace('.', '_')}"
+
+
+Bool = Annotated[bool, Primitive("boolean")]
+Byte = Annotated[int, Primitive("byte"), Field(ge=0, le=255)]
+String = Annotated[str, Primitive("string")]
+Float32 = Annotated[float, Primitive("float")]
+Float64 = Annotated[float, Primitive("double")]
+Int8 = Annotated[int, Primitive("int8"), Field(ge=-(2**7), le=2**7 - 1)]
+UInt8 = Annotated[int, Primitive("uint8"), Field(ge=0, le=2**8 - 1)]
+Int16 = Annotated[int, Primitive("int16"), Field(ge=-(2**15), le=2**15 - 1)]
+UInt16 = Annotated[int, Primitive("uint16"), Field(ge=0, le=2**16 - 1)]
+Int32 = Annotated[int, Primitive("int32"), Field(ge=-(2**31), le=2**31 - 1)]
+UInt32 = Annotated[int, Primitive("uint32"), Field(ge=0, le=2**32 - 1)]
+Int64 = Annotated[int, Primitive("int64"), Field(ge=-(2**63), le=2**63 - 1)]
+UInt64 = Annotated[int, Primitive("uint64"), Field(ge=0, le=2**64 - 1)]

@@ -1,0 +1,12 @@
+"""Kinds of known objects."""
+
+from __future__ import annotations
+
+from hmrsim.interfaces.message import Message, String
+
+
+class ObjectType(Message):
+    """The key of an object's kind, and the database that knows it."""
+
+    key: String = ""
+    db: String = ""

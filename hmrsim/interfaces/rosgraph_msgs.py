@@ -1,0 +1,14 @@
+"""The simulation's clock."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.interfaces.message import Message
+
+
+class Clock(Message):
+    """The simulated time now."""
+
+    clock: Time = Field(default_factory=Time)

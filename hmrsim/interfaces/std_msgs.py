@@ -1,0 +1,28 @@
+"""Headers and other standard messages."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.interfaces.message import Float32, Message, String
+
+
+class Header(Message):
+    """When and in which frame the data of a message holds; an empty frame is ``map``."""
+
+    stamp: Time = Field(default_factory=Time)
+    frame_id: String = ""
+
+
+class Empty(Message):
+    """Nothing."""
+
+
+class ColorRGBA(Message):
+    """A colour; each part is from 0 to 1."""
+
+    r: Float32 = 0.0
+    g: Float32 = 0.0
+    b: Float32 = 0.0
+    a: Float32 = 0.0

@@ -1,0 +1,305 @@
+"""What a message accepts, what it refuses, and what is in it when nothing is said."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, get_args, get_origin
+
+import pytest
+from pydantic import TypeAdapter, ValidationError
+
+import hmrsim
+from hmrsim.goal import GoalStatus as Status
+from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatus
+from hmrsim.interfaces.builtin_interfaces import Duration, Time
+from hmrsim.interfaces.geometry_msgs import PoseStamped, PoseWithCovariance, Quaternion, Vector3
+from hmrsim.interfaces.message import (
+    Array,
+    Byte,
+    Int8,
+    Int16,
+    Int32,
+    Int64,
+    Message,
+    UInt8,
+    UInt16,
+    UInt32,
+    UInt64,
+)
+from hmrsim.interfaces.moveit_msgs import Grasp, MoveItErrorCodes, Pickup
+from hmrsim.interfaces.nav2_msgs import (
+    BackUp,
+    ComputePathToPose,
+    DockRobot,
+    DriveOnHeading,
+    FollowPath,
+    FollowWaypoints,
+    NavigateThroughPoses,
+    NavigateToPose,
+    Spin,
+    UndockRobot,
+    Wait,
+)
+from hmrsim.interfaces.rosgraph_msgs import Clock
+from hmrsim.interfaces.shape_msgs import SolidPrimitive
+from hmrsim.interfaces.std_msgs import Header
+from hmrsim.interfaces.unique_identifier_msgs import UUID
+
+IMPORT_ALL = """
+import importlib, pkgutil, sys
+import hmrsim.interfaces
+for module in pkgutil.iter_modules(hmrsim.interfaces.__path__, "hmrsim.interfaces."):
+    importlib.import_module(module.name)
+from hmrsim.interfaces.message import Message
+print([cls.ros_type for cls in Message.__subclasses__() if cls.__pydantic_complete__])
+print([name for name in ("simpy", "zenoh", "py_trees", "networkx") if name in sys.modules])
+"""
+
+SAMPLES = {bool: True, int: 7, float: 0.1, str: "wall_e ✗"}
+
+
+def filled(cls: type[Message]) -> Message:
+    """Return a message with something in every field and in every list."""
+    return cls(**{name: _value(field.annotation, field.metadata) for name, field in cls.model_fields.items()})
+
+
+def _value(annotation: Any, metadata: list[Any]) -> Any:
+    if get_origin(annotation) is list:
+        size = next((mark.size for mark in metadata if isinstance(mark, Array)), 2)
+        item = get_args(annotation)[0]
+        return [_value(getattr(item, "__origin__", item), []) for _ in range(size)]
+    return SAMPLES[annotation] if annotation in SAMPLES else filled(annotation)
+
+
+def test_every_field_has_a_default(message_type: type[Message]) -> None:
+    """A message can be made without saying anything, as in ROS."""
+    assert message_type() == message_type.model_validate_json("{}")
+
+
+def test_default_survives_json(message_type: type[Message]) -> None:
+    """A message of defaults is the same after a trip through JSON."""
+    message = message_type()
+
+    assert message == message_type.model_validate_json(message.model_dump_json())
+
+
+def test_content_survives_json(message_type: type[Message]) -> None:
+    """A message with something in every field is the same after a trip through JSON."""
+    message = filled(message_type)
+
+    assert message == message_type.model_validate_json(message.model_dump_json())
+
+
+def test_unknown_field_is_refused(message_type: type[Message]) -> None:
+    """A field that ROS does not have is an error, not ignored."""
+    with pytest.raises(ValidationError, match="Extra inputs are not permitted"):
+        message_type.model_validate_json('{"no_such_field": 1}')
+
+
+def test_class_has_a_docstring(message_type: type[Message]) -> None:
+    """Every message says what it is; schemas show it."""
+    assert vars(message_type)["__doc__"]
+
+
+@pytest.mark.parametrize(
+    ("cls", "ros_type"),
+    [
+        (Time, "builtin_interfaces/msg/Time"),
+        (NavigateToPose.Goal, "nav2_msgs/action/NavigateToPose_Goal"),
+        (Pickup.Feedback, "moveit_msgs/action/Pickup_Feedback"),
+        (CancelGoal.Response, "action_msgs/srv/CancelGoal_Response"),
+    ],
+)
+def test_ros_type(cls: type[Message], ros_type: str) -> None:
+    """The ROS type follows from the names of module and class."""
+    assert ros_type == cls.ros_type
+
+
+@pytest.mark.parametrize(
+    ("message", "expected"),
+    [
+        (Time(), {"sec": 0, "nanosec": 0}),
+        (Quaternion(), {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}),
+        (Header(), {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}),
+        (Clock(), {"clock": {"sec": 0, "nanosec": 0}}),
+        (UUID(), {"uuid": [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]}),
+        (MoveItErrorCodes(), {"val": 0, "message": "", "source": ""}),
+        (UndockRobot.Goal(), {"dock_type": "", "max_undocking_time": 30.0}),
+        (DockRobot.Result(), {"success": True, "error_code": 0, "num_retries": 0, "error_msg": ""}),
+    ],
+    ids=lambda value: value.ros_type if isinstance(value, Message) else "",
+)
+def test_defaults(message: Message, expected: dict[str, object]) -> None:
+    """Defaults are ROS's: zero, empty, no rotation, or what the definition says."""
+    assert expected == message.model_dump()
+
+
+def test_docking_defaults() -> None:
+    """A goal to dock uses the dock's name and drives to it, unless told otherwise."""
+    goal = DockRobot.Goal()
+
+    assert (goal.use_dock_id, goal.navigate_to_staging_pose, goal.max_staging_time) == (True, True, 1000.0)
+
+
+def test_defaults_are_not_shared() -> None:
+    """Two messages don't share a default list."""
+    assert Grasp().allowed_touch_objects is not Grasp().allowed_touch_objects
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
+def test_not_finite_is_refused(value: float) -> None:
+    """NaN and infinity are errors."""
+    with pytest.raises(ValidationError, match="Input should be a finite number"):
+        Vector3(x=value)
+
+
+@pytest.mark.parametrize("text", ["NaN", "Infinity", "-Infinity", "1e999"])
+def test_not_finite_is_refused_in_json(text: str) -> None:
+    """NaN and infinity are errors also where JSON can spell them, at any depth."""
+    with pytest.raises(ValidationError, match="Input should be a finite number"):
+        PoseStamped.model_validate_json(f'{{"pose": {{"position": {{"x": {text}}}}}}}')
+
+
+@pytest.mark.parametrize(
+    ("cls", "text", "error"),
+    [
+        (Vector3, '{"x": "1"}', "valid number"),
+        (Vector3, '{"x": true}', "valid number"),
+        (Vector3, '{"x": null}', "valid number"),
+        (Time, '{"sec": 1.0}', "valid integer"),
+        (Time, '{"sec": "1"}', "valid integer"),
+        (Time, '{"sec": true}', "valid integer"),
+        (Header, '{"frame_id": 1}', "valid string"),
+        (Header, '{"stamp": 1}', "should be an object"),
+        (DockRobot.Goal, '{"use_dock_id": 1}', "valid boolean"),
+        (Grasp, '{"allowed_touch_objects": "all"}', "valid array"),
+    ],
+)
+def test_wrong_type_is_refused(cls: type[Message], text: str, error: str) -> None:
+    """A value of another type is an error; nothing is converted."""
+    with pytest.raises(ValidationError, match=error):
+        cls.model_validate_json(text)
+
+
+def test_whole_number_is_a_float() -> None:
+    """JSON has one kind of number: a whole one will do for a float, and becomes one."""
+    assert repr(Vector3.model_validate_json('{"x": 1}').x) == "1.0"
+
+
+@pytest.mark.parametrize(
+    ("integer", "least", "most"),
+    [
+        (Int8, -128, 127),
+        (UInt8, 0, 255),
+        (Byte, 0, 255),
+        (Int16, -32768, 32767),
+        (UInt16, 0, 65535),
+        (Int32, -2147483648, 2147483647),
+        (UInt32, 0, 4294967295),
+        (Int64, -9223372036854775808, 9223372036854775807),
+        (UInt64, 0, 18446744073709551615),
+    ],
+)
+class TestIntegers:
+    """Integers have the ranges of their ROS types."""
+
+    def test_limits_are_accepted(self, integer: Any, least: int, most: int) -> None:
+        """The least and the most that fit are accepted."""
+        adapter = TypeAdapter[int](integer)
+
+        assert [adapter.validate_python(value) for value in (least, most)] == [least, most]
+
+    def test_less_is_refused(self, integer: Any, least: int, most: int) -> None:
+        """One less than the least is an error."""
+        del most
+        with pytest.raises(ValidationError, match="greater than or equal to"):
+            TypeAdapter(integer).validate_python(least - 1)
+
+    def test_more_is_refused(self, integer: Any, least: int, most: int) -> None:
+        """One more than the most is an error."""
+        del least
+        with pytest.raises(ValidationError, match="less than or equal to"):
+            TypeAdapter(integer).validate_python(most + 1)
+
+
+@pytest.mark.parametrize(
+    ("cls", "values", "error"),
+    [
+        (UUID, {"uuid": [0] * 15}, "at least 16 items"),
+        (UUID, {"uuid": [0] * 17}, "at most 16 items"),
+        (UUID, {"uuid": [256] * 16}, "less than or equal to 255"),
+        (PoseWithCovariance, {"covariance": [0.0]}, "at least 36 items"),
+        (SolidPrimitive, {"dimensions": [1.0] * 4}, "at most 3 items"),
+    ],
+)
+def test_array_size_is_checked(cls: type[Message], values: dict[str, object], error: str) -> None:
+    """A fixed array has exactly its size, a bounded one at most that, and items are checked."""
+    with pytest.raises(ValidationError, match=error):
+        cls(**values)
+
+
+def test_message_is_immutable() -> None:
+    """A field can't be set once the message is made."""
+    message = Vector3()
+
+    with pytest.raises(ValidationError, match="Instance is frozen"):
+        message.x = 1.0
+
+
+def test_statuses_are_those_of_a_goals_life() -> None:
+    """The constants of the message and the statuses of hmrsim.goal have the same numbers."""
+    assert {status.name: status.value for status in Status} == {
+        name.removeprefix("STATUS_"): getattr(GoalStatus, name)
+        for name in vars(GoalStatus)
+        if name.startswith("STATUS_")
+    }
+
+
+@pytest.mark.parametrize(
+    ("code", "expected"),
+    [
+        (FollowPath.Result.UNKNOWN, 100),
+        (FollowPath.Result.NO_VALID_CONTROL, 106),
+        (ComputePathToPose.Result.GOAL_OUTSIDE_MAP, 204),
+        (ComputePathToPose.Result.NO_VALID_PATH, 208),
+        (FollowWaypoints.Result.NO_VALID_WAYPOINTS, 602),
+        (Spin.Result.COLLISION_AHEAD, 703),
+        (BackUp.Result.INVALID_INPUT, 713),
+        (DriveOnHeading.Result.INVALID_INPUT, 724),
+        (Wait.Result.UNKNOWN, 740),
+        (DockRobot.Result.DOCK_NOT_IN_DB, 901),
+        (UndockRobot.Result.UNKNOWN, 999),
+        (NavigateToPose.Result.GOAL_REJECTED, 1),
+        (NavigateToPose.Result.UNKNOWN, 9000),
+        (NavigateToPose.Result.TIMEOUT, 9003),
+        (NavigateThroughPoses.Result.UNKNOWN, 9100),
+        (CancelGoal.Response.ERROR_GOAL_TERMINATED, 3),
+        (MoveItErrorCodes.SUCCESS, 1),
+        (MoveItErrorCodes.FAILURE, 99999),
+        (MoveItErrorCodes.PREEMPTED, -7),
+        (MoveItErrorCodes.INVALID_GOAL_CONSTRAINTS, -16),
+        (MoveItErrorCodes.INVALID_ROBOT_STATE, -17),
+        (MoveItErrorCodes.INVALID_OBJECT_NAME, -19),
+    ],
+)
+def test_error_codes(code: int, expected: int) -> None:
+    """Error codes are Nav2's and MoveIt's."""
+    assert code == expected
+
+
+@pytest.mark.parametrize(("seconds", "sec", "nanosec"), [(1.5, 1, 500_000_000), (-0.25, -1, 750_000_000)])
+def test_duration_of_seconds(seconds: float, sec: int, nanosec: int) -> None:
+    """A duration is whole seconds, rounded down, and nanoseconds that are never negative."""
+    assert Duration(sec=sec, nanosec=nanosec) == Duration.from_seconds(seconds)
+
+
+def test_import_builds_nothing() -> None:
+    """Importing all messages builds no validator, and imports neither engine nor wire."""
+    root = Path(hmrsim.__file__).parents[1]
+    done = subprocess.run(  # noqa: S603 - our own text
+        [sys.executable, "-c", IMPORT_ALL], cwd=root, capture_output=True, text=True, check=True
+    )
+
+    assert done.stdout == "[]\n[]\n"
