@@ -1,0 +1,101 @@
+"""What robots can be asked to do: one action a file.
+
+An action is data: a name, its ROS types, one process and its error codes. Server, client, behaviour, schema
+and tests are generic over it. Nothing here imports simpy, so that a controller may read it, too.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from functools import cache
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+from hmrsim.interfaces.message import Message
+from hmrsim.plugins import discover
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterable
+
+    from hmrsim.robot import Robot
+
+G = TypeVar("G", bound=Message)
+R = TypeVar("R", bound=Message)
+F = TypeVar("F", bound=Message)
+F_contra = TypeVar("F_contra", bound=Message, contravariant=True)
+
+
+class Report(Protocol[F_contra]):
+    """How a running action tells its client how it is doing."""
+
+    def send(self, feedback: F_contra) -> None:
+        """Send this feedback now, to whoever listens."""
+
+    def sample(self, source: Callable[[], F_contra]) -> None:
+        """Ask *source* for feedback at the feedback rate, and once more when the goal ends."""
+
+
+@dataclass(frozen=True)
+class Codes:
+    """The error codes that the dispatcher needs of an action; the others are its own.
+
+    Attributes:
+        canceled: In the result of a canceled goal.
+        preempted: ... of a goal that had to make room for another.
+        rejected: In the answer to a goal that is not accepted.
+        unknown: For what has no code of its own.
+        busy: For a goal that finds the base held; None when it preempts whoever holds the base.
+    """
+
+    canceled: int
+    preempted: int
+    rejected: int
+    unknown: int
+    busy: int | None = None
+
+
+@dataclass(frozen=True)
+class Action(Generic[G, R, F]):
+    """One kind of thing that a robot can be asked to do.
+
+    Attributes:
+        name: As in keys, and that of its module.
+        ros_type: The ROS name of the action, such as ``nav2_msgs/action/Wait``.
+        goal: The goal's message type.
+        result: The result's message type.
+        feedback: The feedback's message type.
+        process: Pursues one goal: yields simulation events, returns the result. Raises `GoalAborted` when it
+            can't be done. An interrupt means that the goal is canceled or preempted: leave the robot usable.
+        failure: Makes the result of a goal that ended otherwise, from a code and a text.
+        codes: The codes for that.
+        component: The component that a robot needs; None if any robot serves the action.
+        holds_base: Whether one such goal at a time has the robot's base for itself.
+        frames: The frames that a goal refers to.
+        not_ready: Why a robot can't take a goal now; None when it can.
+        example: A goal that succeeds in the world of the contract tests.
+        example_after: The action whose example must have been done before; None for none.
+    """
+
+    name: str
+    ros_type: str
+    goal: type[G]
+    result: type[R]
+    feedback: type[F]
+    process: Callable[[Robot, G, Report[F]], Generator[Any, Any, R]]
+    failure: Callable[[int, str], R]
+    codes: Codes
+    component: str | None = None
+    holds_base: bool = True
+    frames: Callable[[G], Iterable[str]] = field(default=lambda _goal: ())
+    not_ready: Callable[[Robot], str | None] = field(default=lambda _robot: None)
+    example: G | None = None
+    example_after: str | None = None
+
+
+AnyAction = Action[Any, Any, Any]
+
+
+@cache
+def registry() -> dict[str, AnyAction]:
+    """Return all actions by name."""
+    return discover(sys.modules[__name__], "ACTION", Action)

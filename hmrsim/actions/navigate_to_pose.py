@@ -1,0 +1,57 @@
+"""Drive to a pose along the lanes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.actions import Action, Codes, Report
+from hmrsim.geometry import yaw_of
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
+from hmrsim.interfaces.nav2_msgs import NavigateToPose
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from hmrsim.robot import Robot
+
+
+def _process(
+    robot: Robot, goal: NavigateToPose.Goal, report: Report[NavigateToPose.Feedback]
+) -> Generator[Any, Any, NavigateToPose.Result]:
+    target = goal.pose.pose
+    began = robot.now
+    report.sample(lambda: _feedback(robot, began))
+    route = robot.plan_to((target.position.x, target.position.y))
+    yield from robot.drive(route, yaw_of(target.orientation.z, target.orientation.w))
+    return NavigateToPose.Result()
+
+
+def _feedback(robot: Robot, began: float) -> NavigateToPose.Feedback:
+    return NavigateToPose.Feedback(
+        current_pose=robot.pose_stamped(),
+        navigation_time=Duration.from_seconds(robot.now - began),
+        estimated_time_remaining=Duration.from_seconds(robot.time_remaining),
+        distance_remaining=robot.distance_remaining,
+    )
+
+
+def _not_ready(robot: Robot) -> str | None:
+    if robot.planner == "external":
+        return f"{robot.name} has an external planner, and none has announced itself"
+    return None
+
+
+ACTION = Action(
+    name="navigate_to_pose",
+    ros_type="nav2_msgs/action/NavigateToPose",
+    goal=NavigateToPose.Goal,
+    result=NavigateToPose.Result,
+    feedback=NavigateToPose.Feedback,
+    process=_process,
+    failure=lambda code, message: NavigateToPose.Result(error_code=code, error_msg=message),
+    codes=Codes(canceled=0, preempted=NavigateToPose.Result.UNKNOWN, rejected=1, unknown=NavigateToPose.Result.UNKNOWN),
+    frames=lambda goal: (goal.pose.header.frame_id,),
+    not_ready=_not_ready,
+    example=NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=Point(x=10.0, y=0.0)))),
+)

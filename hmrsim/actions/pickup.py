@@ -1,0 +1,86 @@
+"""Pick up an item with the claw."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.actions import Action, Codes, Report
+from hmrsim.components.claw import Claw
+from hmrsim.errors import GoalAborted
+from hmrsim.interfaces.moveit_msgs import Grasp, MoveItErrorCodes, Pickup
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from hmrsim.items import Item
+    from hmrsim.robot import Robot
+
+
+def _process(robot: Robot, goal: Pickup.Goal, report: Report[Pickup.Feedback]) -> Generator[Any, Any, Pickup.Result]:
+    report.send(Pickup.Feedback(state="PLANNING"))
+    claw = robot.component(Claw)
+    item = _find(robot, claw, goal.target_name)
+    report.send(Pickup.Feedback(state="MONITOR"))
+    yield from robot.hold(claw.settings.handling_time)
+    _refuse_carried(item)
+    robot.pick(item)
+    claw.item = item
+    report.send(Pickup.Feedback(state="IDLE"))
+    return Pickup.Result(
+        error_code=MoveItErrorCodes(val=MoveItErrorCodes.SUCCESS),
+        grasp=goal.possible_grasps[0] if goal.possible_grasps else Grasp(),
+    )
+
+
+def _find(robot: Robot, claw: Claw, name: str) -> Item:
+    """Return the item of this name if the claw can take it.
+
+    Raises:
+        GoalAborted: It can't; the code says why.
+    """
+    item = robot.items.get(name)
+    if item is None:
+        there = ", ".join(robot.items) or "none"
+        raise GoalAborted(MoveItErrorCodes.INVALID_OBJECT_NAME, f"no item {name!r}; there are: {there}")
+    if claw.item is not None:
+        raise GoalAborted(MoveItErrorCodes.INVALID_ROBOT_STATE, f"the claw holds {claw.item.name!r} already")
+    _refuse_carried(item)
+    away, reach = robot.distance_to(item.position), claw.reach(robot.units)
+    if away > reach:
+        raise GoalAborted(
+            MoveItErrorCodes.PLANNING_FAILED, f"{name!r} is out of reach: {away:.3f} {robot.units} away, reach {reach:g}"
+        )
+    if claw.settings.max_weight is not None and item.weight > claw.settings.max_weight:
+        raise GoalAborted(
+            MoveItErrorCodes.CONTROL_FAILED,
+            f"{name!r} is too heavy: {item.weight:g} kg, the claw lifts {claw.settings.max_weight:g} kg",
+        )
+    return item
+
+
+def _refuse_carried(item: Item) -> None:
+    if item.carrier is not None:
+        raise GoalAborted(
+            MoveItErrorCodes.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE,
+            f"{item.name!r} is carried by {item.carrier.name} already",
+        )
+
+
+ACTION = Action(
+    name="pickup",
+    ros_type="moveit_msgs/action/Pickup",
+    goal=Pickup.Goal,
+    result=Pickup.Result,
+    feedback=Pickup.Feedback,
+    process=_process,
+    failure=lambda code, message: Pickup.Result(error_code=MoveItErrorCodes(val=code, message=message)),
+    codes=Codes(
+        canceled=MoveItErrorCodes.PREEMPTED,
+        preempted=MoveItErrorCodes.PREEMPTED,
+        rejected=MoveItErrorCodes.FAILURE,
+        unknown=MoveItErrorCodes.FAILURE,
+        busy=MoveItErrorCodes.INVALID_ROBOT_STATE,
+    ),
+    component="claw",
+    example=Pickup.Goal(target_name="parcel"),
+)

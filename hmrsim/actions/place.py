@@ -1,0 +1,86 @@
+"""Put down what the claw holds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.actions import Action, Codes, Report
+from hmrsim.components.claw import Claw
+from hmrsim.errors import GoalAborted
+from hmrsim.geometry import distance
+from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, Place, PlaceLocation
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from hmrsim.geometry import Point
+    from hmrsim.items import Item
+    from hmrsim.robot import Robot
+
+
+def _process(robot: Robot, goal: Place.Goal, report: Report[Place.Feedback]) -> Generator[Any, Any, Place.Result]:
+    report.send(Place.Feedback(state="PLANNING"))
+    claw = robot.component(Claw)
+    item = _held(claw, goal.attached_object_name)
+    point, location = _where(robot, claw, goal)
+    report.send(Place.Feedback(state="MONITOR"))
+    yield from robot.hold(claw.settings.handling_time)
+    claw.item = None
+    robot.put(item, point)
+    report.send(Place.Feedback(state="IDLE"))
+    return Place.Result(error_code=MoveItErrorCodes(val=MoveItErrorCodes.SUCCESS), place_location=location)
+
+
+def _held(claw: Claw, name: str) -> Item:
+    """Return the item that the claw holds, if *name* is its name or is empty.
+
+    Raises:
+        GoalAborted: The claw holds nothing, or something else.
+    """
+    if claw.item is None:
+        raise GoalAborted(MoveItErrorCodes.INVALID_OBJECT_NAME, f"the claw holds nothing, so not {name!r} either")
+    if name not in ("", claw.item.name):
+        raise GoalAborted(MoveItErrorCodes.INVALID_OBJECT_NAME, f"the claw holds {claw.item.name!r}, not {name!r}")
+    return claw.item
+
+
+def _where(robot: Robot, claw: Claw, goal: Place.Goal) -> tuple[Point, PlaceLocation]:
+    """Return the first location within reach; the robot's centre where none was asked for.
+
+    Raises:
+        GoalAborted: None of those asked for is within reach.
+    """
+    centre = robot.pose().point
+    if not goal.place_locations:
+        return centre, PlaceLocation(place_pose=robot.pose_stamped())
+    reach = claw.reach(robot.units)
+    for location in goal.place_locations:
+        position = location.place_pose.pose.position
+        if distance(centre, (position.x, position.y)) <= reach:
+            return (position.x, position.y), location
+    raise GoalAborted(
+        MoveItErrorCodes.PLANNING_FAILED,
+        f"none of {len(goal.place_locations)} place locations is within reach, which is {reach:g} {robot.units}",
+    )
+
+
+ACTION = Action(
+    name="place",
+    ros_type="moveit_msgs/action/Place",
+    goal=Place.Goal,
+    result=Place.Result,
+    feedback=Place.Feedback,
+    process=_process,
+    failure=lambda code, message: Place.Result(error_code=MoveItErrorCodes(val=code, message=message)),
+    codes=Codes(
+        canceled=MoveItErrorCodes.PREEMPTED,
+        preempted=MoveItErrorCodes.PREEMPTED,
+        rejected=MoveItErrorCodes.FAILURE,
+        unknown=MoveItErrorCodes.FAILURE,
+        busy=MoveItErrorCodes.INVALID_ROBOT_STATE,
+    ),
+    component="claw",
+    frames=lambda goal: (location.place_pose.header.frame_id for location in goal.place_locations),
+    example=Place.Goal(attached_object_name="parcel"),
+    example_after="pickup",
+)

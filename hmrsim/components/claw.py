@@ -1,0 +1,45 @@
+"""A claw: picks up and holds one item."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from hmrsim.components import Component, Settings
+
+if TYPE_CHECKING:
+    from hmrsim.items import Item
+
+
+_REACH = {"m": 1.0, "px": 80.0}
+
+
+class ClawSettings(Settings):
+    """How far a claw reaches and what it lifts.
+
+    Attributes:
+        reach: From the robot's centre to the item's, in the world's unit; None for 1 m, or 80 px.
+        max_weight: In kg; None for no limit.
+        handling_time: Seconds that picking up or placing takes.
+    """
+
+    reach: Annotated[float, Field(strict=True, gt=0)] | None = None
+    max_weight: Annotated[float, Field(strict=True, gt=0)] | None = None
+    handling_time: Annotated[float, Field(strict=True, ge=0)] = 0.0
+
+
+@dataclass
+class Claw:
+    """One robot's claw and what it holds."""
+
+    settings: ClawSettings
+    item: Item | None = None
+
+    def reach(self, units: str) -> float:
+        """Return how far it reaches, in *units*."""
+        return self.settings.reach or _REACH[units]
+
+
+COMPONENT = Component(name="claw", settings=ClawSettings, create=Claw)

@@ -1,0 +1,315 @@
+"""The seam between the simulation and everything outside: commands in, events out, both plain frozen values.
+
+A command waits in an `Inbox` until the simulation's own thread takes it; what comes of it goes to the `Sink`\\ s.
+``reply_to`` is whatever the sender wants back with the answer; the simulation only hands it on.
+Times are whole nanoseconds of simulated time.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Any, Protocol
+
+from hmrsim.errors import SimulationStopped
+from hmrsim.goal import ZERO_ID, GoalStatus
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.interfaces.message import Message
+
+
+# --- commands --------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class SendGoal:
+    """Ask a robot to pursue a goal; answered by `GoalResponse`.
+
+    Attributes:
+        robot: Its name.
+        action: The action's name.
+        goal: The goal message; None when the action is not known, so that nobody could read it.
+        goal_id: 32 hex digits; None lets the simulation make one; any other text is rejected.
+        reply_to: Handed back with the answer.
+    """
+
+    robot: str
+    action: str
+    goal: Message | None
+    goal_id: str | None = None
+    reply_to: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class CancelGoal:
+    """Cancel one goal, those accepted up to a time, or all; answered by `CancelResponse`.
+
+    Attributes:
+        robot: Its name.
+        action: The action's name.
+        goal_id: 32 hex digits; all zero for no goal in particular.
+        stamp: Cancel what was accepted at or before this time; 0 for no time in particular.
+        reply_to: Handed back with the answer.
+    """
+
+    robot: str
+    action: str
+    goal_id: str = ZERO_ID
+    stamp: int = 0
+    reply_to: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class GetResult:
+    """Ask for a goal's result; answered by `ResultResponse` when the goal has ended."""
+
+    robot: str
+    action: str
+    goal_id: str
+    reply_to: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class ForgetResult:
+    """Drop the result of a goal that ended long ago."""
+
+    robot: str
+    action: str
+    goal_id: str
+
+
+class Topic(Enum):
+    """What is published, as far as interest in it is concerned."""
+
+    STATUS = "status"
+    FEEDBACK = "feedback"
+    ODOM = "odom"
+    CLOCK = "clock"
+    EVENTS = "events"
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    """Ask for the latest of a topic; answered by the event that would be published now.
+
+    Attributes:
+        topic: Which.
+        robot: Of which robot; empty for the world's topics.
+        action: Of which action, for `Topic.STATUS`.
+        reply_to: Handed back with the answer.
+    """
+
+    topic: Topic
+    robot: str = ""
+    action: str = ""
+    reply_to: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class InterestChanged:
+    """Somebody began or ceased to listen to a topic."""
+
+
+Command = SendGoal | CancelGoal | GetResult | ForgetResult | Read | InterestChanged
+
+
+# --- answers ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class GoalResponse:
+    """What became of a `SendGoal`.
+
+    Attributes:
+        accepted: Whether the robot pursues the goal.
+        goal_id: The goal's id, as given or made; the text that was sent if it is no id.
+        stamp: When it was accepted; of a duplicate, when the first one was.
+        reason: Why not, for programs.
+        error_code: Why not, as the action's result would say it.
+        error_msg: Why not, for people.
+        status: What the goal of that id is now, for a duplicate.
+    """
+
+    accepted: bool
+    goal_id: str
+    stamp: int
+    reason: str = ""
+    error_code: int = 0
+    error_msg: str = ""
+    status: GoalStatus | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class GoalEntry:
+    """One goal in a status list."""
+
+    goal_id: str
+    stamp: int
+    status: GoalStatus
+
+
+@dataclass(frozen=True, slots=True)
+class CancelResponse:
+    """What became of a `CancelGoal`; *return_code* is that of action_msgs/srv/CancelGoal."""
+
+    return_code: int
+    goals_canceling: tuple[GoalEntry, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ResultResponse:
+    """How a goal ended; *result* is the action's defaults where *status* is unknown."""
+
+    status: GoalStatus
+    result: Message
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """The request can't be served at all, because the robot or action that it names isn't there."""
+
+    field: str
+    value: str
+    message: str
+
+
+# --- events ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """The answer to a command; each command with a *reply_to* gets exactly one."""
+
+    reply_to: Any
+    answer: GoalResponse | CancelResponse | ResultResponse | Refused | Published
+
+
+@dataclass(frozen=True, slots=True)
+class GoalChanged:
+    """One goal has another status; *result* is there once the status is terminal."""
+
+    stamp: int
+    robot: str
+    action: str
+    goal_id: str
+    status: GoalStatus
+    result: Message | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class StatusChanged:
+    """All goals kept of one robot's action, in order of acceptance, after one of them changed."""
+
+    robot: str
+    action: str
+    goals: tuple[GoalEntry, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FeedbackSent:
+    """How a goal is doing.
+
+    Attributes:
+        robot: Its name.
+        action: The action's name.
+        goal_id: Whose feedback it is.
+        feedback: The action's feedback message.
+        last: Whether the goal ends right after it, so that it must not be thinned out.
+    """
+
+    robot: str
+    action: str
+    goal_id: str
+    feedback: Message
+    last: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Sampled:
+    """The latest of a topic that has one ROS message; *robot* is empty for the world's."""
+
+    topic: Topic
+    robot: str
+    message: Message
+
+
+@dataclass(frozen=True, slots=True)
+class Happened:
+    """Something happened in the world.
+
+    Attributes:
+        stamp: When.
+        kind: What, such as ``status`` or ``picked``.
+        fields: To whom and how; JSON values.
+    """
+
+    stamp: int
+    kind: str
+    fields: Mapping[str, object]
+
+
+Published = StatusChanged | FeedbackSent | Sampled | Happened
+Event = Answered | GoalChanged | StatusChanged | FeedbackSent | Sampled | Happened
+
+
+class Sink(Protocol):
+    """Where events go; called in the simulation's thread, which it must not block."""
+
+    def emit(self, event: Event) -> None:
+        """Take an event."""
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether anybody listens: what nobody wants is not computed."""
+
+
+class Inbox:
+    """Commands on their way in, in order of arrival; any thread may put.
+
+    Reading is for the simulation's thread. A subclass may bring commands in by another way.
+    """
+
+    def __init__(self) -> None:
+        self._commands: deque[Command] = deque()
+        self._changed = threading.Condition()
+        self._closed = False
+
+    @property
+    def closed(self) -> bool:
+        """Whether no more commands will come."""
+        return self._closed
+
+    def put(self, command: Command) -> None:
+        """Add a command and wake the simulation.
+
+        Raises:
+            SimulationStopped: The inbox is closed.
+        """
+        with self._changed:
+            if self._closed:
+                raise SimulationStopped("the simulation has ended")
+            self._commands.append(command)
+            self._changed.notify()
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a command is there to be taken."""
+        return bool(self._commands)
+
+    def poll(self) -> Command | None:
+        """Return the next command; None when there is none now."""
+        return self._commands.popleft() if self._commands else None
+
+    def wait(self, timeout: float | None) -> None:
+        """Return when there is a command, the inbox was closed, or *timeout* seconds of wall time have passed."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._commands or self._closed, timeout)
+
+    def close(self) -> None:
+        """Take no more commands, and wake the simulation."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()

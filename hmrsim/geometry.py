@@ -1,0 +1,125 @@
+"""Points, straight lines and what stands in their way.
+
+A point is ``(x, y)`` in the world's unit. Nothing here cares which way y points.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+Point = tuple[float, float]
+
+SAME_PLACE = 1e-6
+"""Two points nearer than this are one."""
+
+
+class Pose(NamedTuple):
+    """Where something is and which way it faces, in radians from +x to +y."""
+
+    x: float
+    y: float
+    yaw: float = 0.0
+
+    @property
+    def point(self) -> Point:
+        """The position alone."""
+        return (self.x, self.y)
+
+
+def distance(a: Point, b: Point) -> float:
+    """Return the length of the straight line from *a* to *b*."""
+    return math.hypot(b[0] - a[0], b[1] - a[1])
+
+
+def heading(a: Point, b: Point) -> float:
+    """Return the yaw of somebody who goes from *a* to *b*."""
+    return math.atan2(b[1] - a[1], b[0] - a[0])
+
+
+def turn(yaw: float, to: float) -> float:
+    """Return the shortest turn between two yaws, in (-pi, pi]; half a turn is positive."""
+    angle = math.remainder(to - yaw, math.tau)
+    return math.pi if angle == -math.pi else angle
+
+
+def yaw_of(z: float, w: float) -> float:
+    """Return the yaw of a quaternion that turns about z only; zero if it is all zero."""
+    return 2.0 * math.atan2(z, w) if z or w else 0.0
+
+
+def between(a: Point, b: Point, fraction: float) -> Point:
+    """Return the point at a fraction of the way from *a* to *b*; the ends are exact."""
+    if fraction <= 0.0:
+        return a
+    if fraction >= 1.0:
+        return b
+    return (a[0] + (b[0] - a[0]) * fraction, a[1] + (b[1] - a[1]) * fraction)
+
+
+def foot(point: Point, a: Point, b: Point) -> Point:
+    """Return the point of the segment from *a* to *b* that is nearest to *point*."""
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    length = dx * dx + dy * dy
+    if length == 0.0:
+        return a
+    return between(a, b, ((point[0] - a[0]) * dx + (point[1] - a[1]) * dy) / length)
+
+
+def _side(a: Point, b: Point, c: Point) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def crosses(a: Point, b: Point, c: Point, d: Point) -> bool:
+    """Return whether the segments *a*-*b* and *c*-*d* meet; touching is meeting."""
+    if (
+        max(a[0], b[0]) < min(c[0], d[0])
+        or max(c[0], d[0]) < min(a[0], b[0])
+        or max(a[1], b[1]) < min(c[1], d[1])
+        or max(c[1], d[1]) < min(a[1], b[1])
+    ):
+        return False
+    return _side(a, b, c) * _side(a, b, d) <= 0.0 and _side(c, d, a) * _side(c, d, b) <= 0.0
+
+
+def inside(point: Point, outline: Sequence[Point]) -> bool:
+    """Return whether *point* is inside a closed outline (even-odd rule)."""
+    x, y = point
+    odd = False
+    ax, ay = outline[-1]
+    for bx, by in outline:
+        if (ay > y) != (by > y) and x < (bx - ax) * (y - ay) / (by - ay) + ax:
+            odd = not odd
+        ax, ay = bx, by
+    return odd
+
+
+class Obstacles:
+    """Walls and solids, which stop whatever leaves the lanes.
+
+    Args:
+        walls: Polylines without thickness.
+        solids: Closed outlines that nothing can be inside of.
+    """
+
+    def __init__(self, walls: Iterable[Sequence[Point]], solids: Iterable[Sequence[Point]]) -> None:
+        self._solids = [tuple(outline) for outline in solids]
+        self._segments = [pair for wall in walls for pair in zip(wall, wall[1:], strict=False)]
+        self._segments += [
+            pair for outline in self._solids for pair in zip(outline, (*outline[1:], outline[0]), strict=True)
+        ]
+
+    def occupy(self, point: Point) -> bool:
+        """Return whether *point* is on a wall or inside a solid."""
+        return any(inside(point, outline) for outline in self._solids) or any(
+            distance(point, foot(point, a, b)) <= SAME_PLACE for a, b in self._segments
+        )
+
+    def block(self, a: Point, b: Point) -> bool:
+        """Return whether the straight line from *a* to *b* meets a wall or a solid."""
+        return any(crosses(a, b, c, d) for c, d in self._segments) or any(
+            inside(a, outline) for outline in self._solids
+        )

@@ -1,0 +1,105 @@
+"""The life of a goal: its statuses, its events, and the one table of transitions.
+
+Two rules: nothing else in hmrsim sets a status, and this module knows neither robots nor clients.
+
+The statuses and their numbers are those of ``action_msgs/msg/GoalStatus``; the table is that of rcl_action's
+goal state machine::
+
+    ACCEPTED ──execute──► EXECUTING ──succeed──► SUCCEEDED
+        │                  │  │
+        │             cancel  └──abort─────────► ABORTED
+        │                  ▼
+        └─────cancel──► CANCELING ──canceled───► CANCELED
+                           └──succeed, abort───► SUCCEEDED, ABORTED
+
+A rejected goal never enters the machine.
+"""
+
+from __future__ import annotations
+
+import re
+from enum import Enum, IntEnum
+from types import MappingProxyType
+from typing import Final
+
+ZERO_ID: Final = "0" * 32
+"""The goal id that stands for "all goals" in a cancel request."""
+
+_GOAL_ID = re.compile(r"[0-9a-f]{32}")
+
+
+class GoalStatus(IntEnum):
+    """Where a goal is in its life."""
+
+    UNKNOWN = 0
+    ACCEPTED = 1
+    EXECUTING = 2
+    CANCELING = 3
+    SUCCEEDED = 4
+    CANCELED = 5
+    ABORTED = 6
+
+    @property
+    def terminal(self) -> bool:
+        """Whether the goal has ended."""
+        return self >= GoalStatus.SUCCEEDED
+
+    @property
+    def cancelable(self) -> bool:
+        """Whether a cancel request may select the goal; one that is canceling may not be canceled again."""
+        return self in (GoalStatus.ACCEPTED, GoalStatus.EXECUTING)
+
+
+class GoalEvent(Enum):
+    """What can happen to a goal."""
+
+    EXECUTE = "execute"
+    CANCEL = "cancel"
+    SUCCEED = "succeed"
+    ABORT = "abort"
+    CANCELED = "canceled"
+
+
+TRANSITIONS: Final = MappingProxyType(
+    {
+        (GoalStatus.ACCEPTED, GoalEvent.EXECUTE): GoalStatus.EXECUTING,
+        (GoalStatus.ACCEPTED, GoalEvent.CANCEL): GoalStatus.CANCELING,
+        (GoalStatus.EXECUTING, GoalEvent.CANCEL): GoalStatus.CANCELING,
+        (GoalStatus.EXECUTING, GoalEvent.SUCCEED): GoalStatus.SUCCEEDED,
+        (GoalStatus.EXECUTING, GoalEvent.ABORT): GoalStatus.ABORTED,
+        (GoalStatus.CANCELING, GoalEvent.SUCCEED): GoalStatus.SUCCEEDED,
+        (GoalStatus.CANCELING, GoalEvent.ABORT): GoalStatus.ABORTED,
+        (GoalStatus.CANCELING, GoalEvent.CANCELED): GoalStatus.CANCELED,
+    }
+)
+"""All legal transitions; what is not here is illegal."""
+
+
+class IllegalTransition(RuntimeError):  # noqa: N818 - named after what happened, as in rcl_action
+    """An event met a goal in a status that it can't change; the status stays as it was."""
+
+
+def next_status(status: GoalStatus, event: GoalEvent) -> GoalStatus:
+    """Return the status that *event* leads to.
+
+    Raises:
+        IllegalTransition: The table has no such transition.
+    """
+    try:
+        return TRANSITIONS[status, event]
+    except KeyError:
+        raise IllegalTransition(f"a goal that is {status.name} can't {event.value}") from None
+
+
+def parse_goal_id(text: str) -> str:
+    """Return a goal id as 32 lower-case hex digits; hyphens are dropped.
+
+    Any 16 bytes are an id: rclcpp's are not valid version-4 UUIDs either.
+
+    Raises:
+        ValueError: *text* has another form.
+    """
+    goal_id = text.replace("-", "").lower()
+    if not _GOAL_ID.fullmatch(goal_id):
+        raise ValueError(f"goal id {text!r} is not a UUID of 32 hex digits")
+    return goal_id

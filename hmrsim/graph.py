@@ -1,0 +1,338 @@
+"""Routes on the waypoint graph; the only importer of networkx.
+
+The networkx graph is the model. It is compiled once per version into plain lists, on which one Dijkstra search
+per destination gives the quickest way from everywhere; these trees are kept.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import networkx as nx
+
+from hmrsim.errors import NoRoute
+from hmrsim.geometry import SAME_PLACE, Obstacles, Point, distance, foot
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+
+if TYPE_CHECKING:
+    from hmrsim.world.model import World
+
+_TIE = 1e-9
+"""Trips whose times differ by less than this share take equally long."""
+
+_KEPT_NODES = 4_000_000
+"""Waypoints in all kept trees together: some 32 MB."""
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """A straight piece of a route.
+
+    Attributes:
+        start: Where it begins.
+        end: Where it ends.
+        length: In the world's unit.
+        lane: The waypoints of the lane that it runs on, in its direction; None off the lanes.
+        speed_limit: Most that may be driven there; infinite without a limit.
+    """
+
+    start: Point
+    end: Point
+    length: float
+    lane: tuple[str, str] | None = None
+    speed_limit: float = math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """The way from one point to another: legs in order, none when they are the same place."""
+
+    legs: tuple[Leg, ...]
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Edge:
+    """A lane in one direction; *start* and *end* are indices of waypoints, which order as their names."""
+
+    start: int
+    end: int
+    length: float
+    speed_limit: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """What to do next on the way to a destination.
+
+    Attributes:
+        edge: The lane to take.
+        leave: Where to leave it for the destination; None to drive it to its end.
+    """
+
+    edge: _Edge
+    leave: Point | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Tree:
+    """The quickest ways to one destination.
+
+    Attributes:
+        goal: The destination.
+        on_lanes: Whether it is on a lane, so that nobody leaves the lanes for it.
+        cost: Seconds from each waypoint; infinite where no way leads.
+        step: What to do at each waypoint; None at the destination itself.
+    """
+
+    goal: Point
+    on_lanes: bool
+    cost: list[float]
+    step: list[_Step | None]
+
+
+class WaypointGraph:
+    """Waypoints, lanes, and what stands around them.
+
+    Args:
+        world: Where they are. Its names must have been checked.
+    """
+
+    def __init__(self, world: World) -> None:
+        self.graph: nx.DiGraph[str] = nx.DiGraph(name=world.name)
+        """The public model: nodes have ``point``; edges have ``length``, ``speed_limit`` and ``capacity``."""
+        for name, point in world.waypoints.items():
+            self.graph.add_node(name, point=point)
+        for lane in world.lanes:
+            length = distance(world.waypoints[lane.from_], world.waypoints[lane.to])
+            attributes = {
+                "length": length,
+                "speed_limit": lane.speed_limit or math.inf,
+                "capacity": lane.capacity,
+            }
+            self.graph.add_edge(lane.from_, lane.to, **attributes)
+            if not lane.one_way:
+                self.graph.add_edge(lane.to, lane.from_, **attributes)
+        self._bounds = world.bounds
+        self._obstacles = Obstacles(
+            [wall for wall in world.walls if isinstance(wall, tuple)],
+            [wall.solid for wall in world.walls if not isinstance(wall, tuple)],
+        )
+        self._trees: OrderedDict[tuple[Point, float], _Tree] = OrderedDict()
+        self._compile()
+
+    def _compile(self) -> None:
+        """Make the lists that planning works on; names in order, so that an index orders as its name."""
+        self._names = sorted(self.graph)
+        self._points: list[Point] = [self.graph.nodes[name]["point"] for name in self._names]
+        index = {name: i for i, name in enumerate(self._names)}
+        self._edges = [
+            _Edge(index[a], index[b], data["length"], data["speed_limit"])
+            for a, b, data in sorted(self.graph.edges(data=True), key=lambda edge: edge[:2])
+        ]
+        self._out: list[list[_Edge]] = [[] for _ in self._names]
+        self._into: list[list[_Edge]] = [[] for _ in self._names]
+        for edge in self._edges:
+            self._out[edge.start].append(edge)
+            self._into[edge.end].append(edge)
+        # A waypoint that no lane touches is a point off the lanes like any other.
+        self._at = {point: i for i, point in enumerate(self._points) if self._out[i] or self._into[i]}
+        self._limited = any(edge.speed_limit < math.inf for edge in self._edges)
+        self._most_trees = max(64, _KEPT_NODES // max(1, len(self._names)))
+        self._trees.clear()
+
+    # --- questions ------------------------------------------------------------------------------------------------
+
+    def check(self, point: Point) -> None:
+        """Do nothing if somebody can be at *point*.
+
+        Raises:
+            NoRoute: It is outside the map (204) or inside an obstacle (206).
+        """
+        x, y = point
+        if self._bounds is not None:
+            x0, y0, x1, y1 = self._bounds
+            if not (x0 <= x <= x1 and y0 <= y <= y1):
+                raise NoRoute(
+                    ComputePathToPose.Result.GOAL_OUTSIDE_MAP,
+                    f"target ({x:g}, {y:g}) is outside the map, which spans ({x0:g}, {y0:g}) to ({x1:g}, {y1:g})",
+                )
+        if self._obstacles.occupy(point):
+            raise NoRoute(ComputePathToPose.Result.GOAL_OCCUPIED, f"target ({x:g}, {y:g}) is inside an obstacle")
+
+    def clear(self, a: Point, b: Point) -> bool:
+        """Return whether nothing stands on the straight line from *a* to *b*."""
+        return not self._obstacles.block(a, b)
+
+    def plan(self, start: Point, goal: Point, speed: float) -> Route:
+        """Return the quickest route for a robot of this greatest *speed*.
+
+        A point off the lanes is reached by the point of each lane that is nearest to it, if a clear straight line
+        leads there; the lane that gives the quickest trip is taken. Equal trips are ordered by the names of their
+        waypoints. Turning and acceleration are not counted.
+
+        Raises:
+            NoRoute: The goal is outside the map (204), inside an obstacle (206), or no way leads there (208).
+        """
+        if distance(start, goal) <= SAME_PLACE:
+            return Route((), 0.0)
+        self.check(goal)
+        speed = speed if self._limited else 1.0
+        at = self._at.get(start)
+        if (at is None or goal not in self._at) and self._straight(start, goal):
+            return _route([Leg(start, goal, distance(start, goal))])
+        tree = self._tree(goal, speed)
+        if at is not None:
+            legs = self._follow(at, tree) if tree.cost[at] < math.inf else None
+        else:
+            legs = self._enter(start, tree, speed)
+        if legs is None:
+            raise NoRoute(
+                ComputePathToPose.Result.NO_VALID_PATH,
+                f"no route from ({start[0]:g}, {start[1]:g}) to ({goal[0]:g}, {goal[1]:g})",
+            )
+        return _route(legs)
+
+    def _straight(self, start: Point, goal: Point) -> bool:
+        """Return whether both see each other and have a nearest lane in common, one of them being off the lanes."""
+        away, lanes = self._nearest(start)
+        goal_away, goal_lanes = self._nearest(goal)
+        if away <= SAME_PLACE and goal_away <= SAME_PLACE:
+            return False
+        return (not self._edges or not lanes.isdisjoint(goal_lanes)) and self.clear(start, goal)
+
+    def _nearest(self, point: Point) -> tuple[float, set[tuple[int, int]]]:
+        """Return how far the nearest lane is, and all lanes as near as that."""
+        nearest = math.inf
+        lanes: set[tuple[int, int]] = set()
+        for edge in self._edges:
+            away = distance(point, self._foot(point, edge))
+            if away < nearest - SAME_PLACE:
+                nearest, lanes = away, set()
+            if away <= nearest + SAME_PLACE:
+                lanes.add((min(edge.start, edge.end), max(edge.start, edge.end)))
+        return nearest, lanes
+
+    def _foot(self, point: Point, edge: _Edge) -> Point:
+        return foot(point, self._points[edge.start], self._points[edge.end])
+
+    # --- trees ----------------------------------------------------------------------------------------------------
+
+    def _tree(self, goal: Point, speed: float) -> _Tree:
+        """Return the tree of a destination, made now or kept from before."""
+        key = (goal, speed)
+        tree = self._trees.get(key)
+        if tree is None:
+            tree = self._trees[key] = self._search(goal, speed)
+            if len(self._trees) > self._most_trees:
+                self._trees.popitem(last=False)
+        else:
+            self._trees.move_to_end(key)
+        return tree
+
+    def _search(self, goal: Point, speed: float) -> _Tree:
+        """Search backwards from *goal* for the quickest way from every waypoint (Dijkstra)."""
+        cost = [math.inf] * len(self._names)
+        step: list[_Step | None] = [None] * len(self._names)
+        settled = [False] * len(self._names)
+        heap: list[tuple[float, int, int, _Step | None]] = []
+        on_lanes = goal in self._at
+        if on_lanes:
+            heap.append((0.0, self._at[goal], 0, None))
+        else:
+            feet = [(edge, self._foot(goal, edge)) for edge in self._edges]
+            on_lanes = any(distance(goal, point) <= SAME_PLACE for _, point in feet)
+            for order, (edge, point) in enumerate(feet):
+                off = distance(point, goal)
+                if not on_lanes or off <= SAME_PLACE:
+                    along = distance(self._points[edge.start], point) / min(speed, edge.speed_limit)
+                    heap.append((along + off / speed, edge.start, order, _Step(edge, point)))
+            heapq.heapify(heap)
+        order = len(self._edges)
+        while heap:
+            seconds, node, _, how = heapq.heappop(heap)
+            # Whether the line is clear is asked only of lanes that would be taken: it is the dear question.
+            if settled[node] or (how and how.leave and not (on_lanes or self.clear(how.leave, goal))):
+                continue
+            settled[node] = True
+            cost[node], step[node] = seconds, how
+            for edge in self._into[node]:
+                if not settled[edge.start]:
+                    order += 1
+                    total = seconds + edge.length / min(speed, edge.speed_limit)
+                    heapq.heappush(heap, (total, edge.start, order, _Step(edge)))
+        self._settle_ties(cost, step, speed)
+        return _Tree(goal, on_lanes, cost, step)
+
+    def _settle_ties(self, cost: list[float], step: list[_Step | None], speed: float) -> None:
+        """Where several ways take equally long, choose the next waypoint that comes first by name."""
+        for node, how in enumerate(step):
+            if how is None or how.leave is not None:
+                continue
+            most = cost[node] * (1 + _TIE)
+            for edge in self._out[node]:
+                if edge.end >= how.edge.end:
+                    break
+                if cost[edge.end] < cost[node] and cost[edge.end] + edge.length / min(speed, edge.speed_limit) <= most:
+                    step[node] = _Step(edge)
+                    break
+
+    # --- legs -----------------------------------------------------------------------------------------------------
+
+    def _enter(self, start: Point, tree: _Tree, speed: float) -> list[Leg] | None:
+        """Return the legs from a point that is no waypoint; None when no way leads to the destination."""
+        feet = [(edge, self._foot(start, edge)) for edge in self._edges]
+        on_lanes = any(distance(start, point) <= SAME_PLACE for _, point in feet)
+        ways: list[tuple[float, int, Point, _Step]] = []
+        for order, (edge, point) in enumerate(feet):
+            off = distance(start, point)
+            if on_lanes and off > SAME_PLACE:
+                continue
+            lane_speed = min(speed, edge.speed_limit)
+            if tree.cost[edge.end] < math.inf:
+                along = distance(point, self._points[edge.end]) / lane_speed
+                ways.append((off / speed + along + tree.cost[edge.end], order, point, _Step(edge)))
+            leave = self._foot(tree.goal, edge)
+            last, along = distance(leave, tree.goal), distance(point, leave)
+            ahead = distance(self._points[edge.start], leave) >= distance(self._points[edge.start], point)
+            if ahead and (not tree.on_lanes or last <= SAME_PLACE):
+                total = off / speed + along / lane_speed + last / speed
+                ways.append((total, order, point, _Step(edge, leave)))
+        for _, _, point, how in sorted(ways, key=lambda way: way[:2]):
+            enters = on_lanes or self.clear(start, point)
+            leaves = how.leave is None or tree.on_lanes or self.clear(how.leave, tree.goal)
+            if enters and leaves:
+                legs = [Leg(start, point, distance(start, point)), self._leg(point, how, tree)]
+                if how.leave is not None:
+                    return [*legs, Leg(how.leave, tree.goal, distance(how.leave, tree.goal))]
+                return legs + self._follow(how.edge.end, tree)
+        return None
+
+    def _follow(self, node: int, tree: _Tree) -> list[Leg]:
+        """Return the legs from a waypoint to the destination."""
+        legs = []
+        while (how := tree.step[node]) is not None:
+            legs.append(self._leg(self._points[node], how, tree))
+            if how.leave is not None:
+                legs.append(Leg(how.leave, tree.goal, distance(how.leave, tree.goal)))
+                break
+            node = how.edge.end
+        return legs
+
+    def _leg(self, start: Point, how: _Step, tree: _Tree) -> Leg:
+        """Return the leg that a step drives on its lane; it ends exactly at a destination on the lane."""
+        edge = how.edge
+        end = self._points[edge.end] if how.leave is None else (tree.goal if tree.on_lanes else how.leave)
+        whole = how.leave is None and start == self._points[edge.start]
+        length = edge.length if whole else distance(start, end)
+        return Leg(start, end, length, (self._names[edge.start], self._names[edge.end]), edge.speed_limit)
+
+
+def _route(legs: list[Leg]) -> Route:
+    """Return the route of these legs, without those of no length."""
+    kept = tuple(leg for leg in legs if leg.length > 0.0)
+    return Route(kept, math.fsum(leg.length for leg in kept))

@@ -1,0 +1,173 @@
+"""How a robot moves along a route: pieces whose pose is a formula of time, so that nothing is ever stepped.
+
+A lane takes length / speed. A robot with an acceleration drives each straight stretch from rest to rest with a
+trapezoidal speed; one with a turning rate turns in place where the stretch bends. Both are closed formulas.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.geometry import Pose, between, heading, turn
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hmrsim.graph import Leg
+
+_SAME_HEADING = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Trapezoid:
+    """Driving a distance from rest to rest, with a greatest speed and an acceleration.
+
+    Where the distance is too short to reach the speed, the trapezoid is a triangle.
+    """
+
+    distance: float
+    speed: float
+    acceleration: float
+
+    @property
+    def _ramp(self) -> tuple[float, float]:
+        """Seconds and distance of speeding up, which are those of slowing down."""
+        reached = min(self.speed, math.sqrt(self.distance * self.acceleration))
+        return reached / self.acceleration, reached * reached / (2 * self.acceleration)
+
+    @property
+    def duration(self) -> float:
+        """Seconds from rest to rest."""
+        seconds, length = self._ramp
+        return 2 * seconds + (self.distance - 2 * length) / self.speed
+
+    def time(self, distance: float) -> float:
+        """Return the seconds after which *distance* has been driven."""
+        seconds, length = self._ramp
+        if distance <= length:
+            return math.sqrt(2 * distance / self.acceleration)
+        if distance <= self.distance - length:
+            return seconds + (distance - length) / self.speed
+        return self.duration - math.sqrt(2 * max(0.0, self.distance - distance) / self.acceleration)
+
+    def driven(self, time: float) -> float:
+        """Return the distance that has been driven after *time* seconds."""
+        seconds, length = self._ramp
+        duration = self.duration
+        if time <= seconds:
+            return self.acceleration * time * time / 2
+        if time <= duration - seconds:
+            return length + (time - seconds) * self.speed
+        left = max(0.0, duration - time)
+        return self.distance - self.acceleration * left * left / 2
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """One lane driven, or one turn made; one event ends it.
+
+    Attributes:
+        start: Pose at its start.
+        end: Pose at its end.
+        length: Driven, in the world's unit; 0 for a turn.
+        duration: Seconds.
+        leg: The leg that is driven; None for a turn.
+        profile: Speed over the stretch of which this is a part; None for a constant speed.
+        driven_before: How much of that stretch comes before this piece.
+    """
+
+    start: Pose
+    end: Pose
+    length: float
+    duration: float
+    leg: Leg | None = None
+    profile: Trapezoid | None = None
+    driven_before: float = 0.0
+
+    def describe(self) -> dict[str, Any]:
+        """Return what an observer needs to draw the piece, as JSON values."""
+        return {
+            "from": [*self.start],
+            "to": [*self.end],
+            "duration": self.duration,
+            "lane": list(self.leg.lane) if self.leg and self.leg.lane else None,
+        }
+
+    def driven(self, elapsed: float) -> float:
+        """Return the length driven *elapsed* seconds after the start, from 0 to `length`."""
+        if elapsed >= self.duration:
+            return self.length
+        if self.profile is None:
+            return self.length * elapsed / self.duration
+        began = self.profile.time(self.driven_before)
+        return min(self.length, max(0.0, self.profile.driven(began + elapsed) - self.driven_before))
+
+    def pose(self, elapsed: float) -> Pose:
+        """Return the pose *elapsed* seconds after the start."""
+        if elapsed >= self.duration:
+            return self.end
+        if self.leg is None:
+            return Pose(*self.start.point, self.start.yaw + turn(self.start.yaw, self.end.yaw) * elapsed / self.duration)
+        return Pose(*between(self.start.point, self.end.point, self.driven(elapsed) / self.length), self.start.yaw)
+
+
+def pieces(
+    start: Pose,
+    legs: Sequence[Leg],
+    final_yaw: float,
+    *,
+    speed: float,
+    acceleration: float | None = None,
+    turning_rate: float | None = None,
+) -> list[Piece]:
+    """Return the pieces of driving *legs* from *start*, which end with a turn to *final_yaw*.
+
+    Without a turning rate turns take no time and need no piece, but for the last when there is nothing to drive.
+    """
+    made: list[Piece] = []
+    pose = start
+    for stretch in _stretches(legs):
+        yaw = heading(stretch[0].start, stretch[0].end)
+        pose = _turn(made, pose, yaw, turning_rate)
+        total = math.fsum(leg.length for leg in stretch)
+        top = min(speed, stretch[0].speed_limit)
+        profile = Trapezoid(total, top, acceleration) if acceleration else None
+        before = 0.0
+        for leg in stretch:
+            seconds = leg.length / top
+            if profile:
+                seconds = profile.time(before + leg.length) - profile.time(before)
+            end = Pose(*leg.end, yaw)
+            made.append(Piece(Pose(*leg.start, yaw), end, leg.length, seconds, leg, profile, before))
+            before += leg.length
+            pose = end
+    _turn(made, pose, final_yaw, turning_rate)
+    return made
+
+
+def _turn(made: list[Piece], pose: Pose, yaw: float, turning_rate: float | None) -> Pose:
+    """Add the turn from *pose* to *yaw*, if it takes time; return the pose after it."""
+    after = Pose(*pose.point, yaw)
+    angle = abs(turn(pose.yaw, yaw))
+    if turning_rate and angle > _SAME_HEADING:
+        made.append(Piece(pose, after, 0.0, angle / turning_rate))
+    return after
+
+
+def _stretches(legs: Sequence[Leg]) -> list[list[Leg]]:
+    """Return the legs in runs that are straight and have one speed limit."""
+    runs: list[list[Leg]] = []
+    for leg in legs:
+        if runs and _continues(runs[-1][-1], leg):
+            runs[-1].append(leg)
+        else:
+            runs.append([leg])
+    return runs
+
+
+def _continues(before: Leg, leg: Leg) -> bool:
+    bend = turn(heading(before.start, before.end), heading(leg.start, leg.end))
+    return before.speed_limit == leg.speed_limit and abs(bend) <= _SAME_HEADING
+

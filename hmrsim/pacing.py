@@ -1,0 +1,142 @@
+"""How simulated time follows the wall: the only reader of a wall clock in the simulation.
+
+Commands are taken from the inbox between events and stamped with the simulated time of that moment. When the
+machine can't keep up, time lags behind the wall and says so; it never leaps.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from hmrsim.gateway import ForgetResult, GoalChanged, Topic
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim.gateway import Event, Inbox
+    from hmrsim.simulator import Simulator
+
+_EVENTS_BETWEEN_POLLS = 32
+"""Events that are taken between two looks into the inbox: a look costs little, an event a microsecond or more."""
+
+_MOST_LATE = 0.1
+"""Wall seconds that an event may be late before time gives up catching up."""
+
+
+class Retention:
+    """A sink that remembers when goals ended by the wall clock, so that their results are dropped in time.
+
+    Args:
+        timeout: Wall seconds that a result is kept; negative for ever.
+    """
+
+    def __init__(self, timeout: float) -> None:
+        self._timeout = timeout
+        self._ended: deque[tuple[float, ForgetResult]] = deque()
+
+    def emit(self, event: Event) -> None:
+        """Take note of a goal that has ended."""
+        if self._timeout >= 0 and isinstance(event, GoalChanged) and event.status.terminal:
+            forget = ForgetResult(event.robot, event.action, event.goal_id)
+            self._ended.append((time.monotonic() + self._timeout, forget))
+
+    def wants(self, _topic: Topic) -> bool:
+        """Return False: goals' ends come unasked."""
+        return False
+
+    def apply(self, simulator: Simulator) -> None:
+        """Submit the commands that drop what is out of date."""
+        while self._ended and self._ended[0][0] <= time.monotonic():
+            simulator.submit(self._ended.popleft()[1])
+
+
+@dataclass
+class Pacing:
+    """Runs a simulator at a pace until its inbox is closed.
+
+    Attributes:
+        simulator: What to run.
+        inbox: Where commands come from.
+        retention: Drops old results.
+        real_time_factor: Simulated seconds a wall second; 0 for as fast as possible.
+        duration: Simulated seconds after which to end.
+        on_lag: Told how many wall seconds time has lost in all, whenever it loses some.
+        lag: Wall seconds that time has lost.
+    """
+
+    simulator: Simulator
+    inbox: Inbox
+    retention: Retention
+    real_time_factor: float = 1.0
+    duration: float = math.inf
+    on_lag: Callable[[float], None] = lambda _lag: None
+    lag: float = 0.0
+
+    def run(self) -> None:
+        """Run until the inbox is closed or the duration is over; goals that run then are left to `Simulator.stop`."""
+        if self.real_time_factor > 0:
+            self._run_paced(self.real_time_factor)
+        else:
+            self._run_free()
+
+    def _take_commands(self) -> bool:
+        """Submit what waits in the inbox; return whether there was any."""
+        command = self.inbox.poll()
+        if command is None:
+            return False
+        self.retention.apply(self.simulator)
+        while command is not None:
+            self.simulator.submit(command)
+            command = self.inbox.poll()
+        return True
+
+    def _run_free(self) -> None:
+        simulator = self.simulator
+        while not self.inbox.closed:
+            if self._take_commands():
+                continue
+            if simulator.next_event == math.inf:
+                simulator.settle()
+                self.inbox.wait(None)
+                continue
+            for _ in range(_EVENTS_BETWEEN_POLLS):
+                if simulator.next_event == math.inf:
+                    break
+                if simulator.next_event > self.duration:
+                    simulator.advance(self.duration)
+                    return
+                simulator.step()
+
+    def _run_paced(self, factor: float) -> None:
+        simulator = self.simulator
+        anchor = time.monotonic() - simulator.now / factor
+        while not self.inbox.closed:
+            target = min((time.monotonic() - anchor) * factor, self.duration)
+            late = (target - simulator.next_due) / factor
+            if late > _MOST_LATE:
+                anchor += late
+                target -= late * factor
+                self.lag += late
+                self.on_lag(self.lag)
+            if simulator.next_due <= target:
+                self._take_due(target)
+            elif target >= self.duration:
+                simulator.advance(self.duration)
+                return
+            if self.inbox.waiting:
+                simulator.advance(max(target, simulator.now))
+                self._take_commands()
+            elif simulator.next_due > target:
+                wake = min(simulator.next_due, self.duration) / factor + anchor
+                self.inbox.wait(None if wake == math.inf else max(0.0, wake - time.monotonic()))
+
+    def _take_due(self, target: float) -> None:
+        """Take some of what is due, so that commands are looked for in between."""
+        for _ in range(_EVENTS_BETWEEN_POLLS):
+            if self.simulator.next_due > target:
+                return
+            self.simulator.step()

@@ -1,0 +1,195 @@
+"""A robot: where it is, what it carries, and the verbs that actions are made of."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from hmrsim.components import registry as components
+from hmrsim.geometry import Pose, distance
+from hmrsim.sim_time import stamp
+from hmrsim.interfaces import geometry_msgs as ros
+from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.interfaces.std_msgs import Header
+from hmrsim.motion import Piece, pieces
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Mapping
+
+    import simpy
+
+    from hmrsim.geometry import Point
+    from hmrsim.graph import Route, WaypointGraph
+    from hmrsim.items import Item
+    from hmrsim.world.model import RobotSpec, World
+
+C = TypeVar("C")
+
+
+class Robot:
+    """One robot of a world.
+
+    Args:
+        env: The simulation's clock and events.
+        name: Its name, which is a ROS name.
+        spec: What the world file says of it.
+        world: The world that it is in.
+        graph: The ways open to it.
+        items: All items of the world, by name.
+        happened: Tells that something happened: the kind, and what gives the fields if anybody wants them.
+    """
+
+    def __init__(  # noqa: PLR0913 - all that a robot touches is here, and nothing is looked up
+        self,
+        env: simpy.Environment,
+        name: str,
+        spec: RobotSpec,
+        world: World,
+        graph: WaypointGraph,
+        items: Mapping[str, Item],
+        happened: Callable[[str, Callable[[], dict[str, Any]]], None],
+    ) -> None:
+        kind = world.robot_type(spec)
+        self.name = name
+        self.type = spec.type
+        self.planner = spec.planner
+        self.items = items
+        self.units = world.units
+        self.components: dict[str, Any] = {
+            key: components()[key].create(components()[key].settings.model_validate(settings))
+            for key, settings in sorted(kind.components.items())
+        }
+        self._env = env
+        self._graph = graph
+        self._happened = happened
+        self._base = kind.base
+        self._speed = world.speed(kind.base)
+        self._rest = Pose(*world.point(spec.at), spec.yaw)
+        self._piece: Piece | None = None
+        self._began = 0.0
+        self._length_after = 0.0
+        self._duration_after = 0.0
+
+    @property
+    def now(self) -> float:
+        """The simulated time, in seconds."""
+        return self._env.now
+
+    @property
+    def speed(self) -> float:
+        """Its greatest speed, in the world's unit a second."""
+        return self._speed
+
+    def component(self, kind: type[C]) -> C:
+        """Return the component of this type.
+
+        Raises:
+            LookupError: The robot has none.
+        """
+        for component in self.components.values():
+            if isinstance(component, kind):
+                return component
+        raise LookupError(f"{self.name} has no {kind.__name__}")
+
+    # --- where it is ----------------------------------------------------------------------------------------------
+
+    def pose(self) -> Pose:
+        """Return where its centre is now and which way it faces."""
+        return self._piece.pose(self._env.now - self._began) if self._piece else self._rest
+
+    def pose_stamped(self) -> ros.PoseStamped:
+        """Return the pose as a ROS message, in the frame ``map``."""
+        x, y, yaw = self.pose()
+        return ros.PoseStamped(
+            header=Header(stamp=Time.from_nanoseconds(stamp(self._env.now)), frame_id="map"),
+            pose=ros.Pose(
+                position=ros.Point(x=x, y=y),
+                orientation=ros.Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2)),
+            ),
+        )
+
+    def velocity(self) -> tuple[float, float]:
+        """Return the speed ahead and the turning rate, now; of a constant-speed piece, or its mean."""
+        piece = self._piece
+        if piece is None:
+            return 0.0, 0.0
+        if piece.leg is None:
+            turned = piece.end.yaw - piece.start.yaw
+            return 0.0, turned / piece.duration
+        return piece.length / piece.duration, 0.0
+
+    @property
+    def distance_remaining(self) -> float:
+        """What is left of the route that it drives; 0 when it stands."""
+        if self._piece is None:
+            return 0.0
+        return max(0.0, self._piece.length - self._piece.driven(self._env.now - self._began) + self._length_after)
+
+    @property
+    def time_remaining(self) -> float:
+        """Seconds until it arrives, if nothing gets in its way; 0 when it stands."""
+        if self._piece is None:
+            return 0.0
+        return max(0.0, self._piece.duration - (self._env.now - self._began) + self._duration_after)
+
+    def distance_to(self, point: Point) -> float:
+        """Return how far its centre is from *point*."""
+        return distance(self.pose().point, point)
+
+    # --- what it does ---------------------------------------------------------------------------------------------
+
+    def plan_to(self, goal: Point) -> Route:
+        """Return the quickest route from where it is.
+
+        Raises:
+            NoRoute: The goal is outside the map, inside an obstacle, or no way leads there.
+        """
+        return self._graph.plan(self.pose().point, goal, self._speed)
+
+    def drive(self, route: Route, final_yaw: float) -> Generator[Any, Any, None]:
+        """Drive a route that begins here, then face *final_yaw*; an interrupt stops it where it is."""
+        start = self.pose()
+        plan = pieces(
+            start,
+            route.legs,
+            final_yaw,
+            speed=self._speed,
+            acceleration=self._base.acceleration,
+            turning_rate=self._base.turning_rate,
+        )
+        self._length_after = sum(piece.length for piece in plan)
+        self._duration_after = sum(piece.duration for piece in plan)
+        try:
+            for piece in plan:
+                self._length_after -= piece.length
+                self._duration_after -= piece.duration
+                self._piece, self._began = piece, self._env.now
+                self._happened("motion", self._motion)
+                yield self._env.timeout(piece.duration)
+                self._rest = piece.end
+        except BaseException:
+            self._rest = self.pose()
+            self._piece = None
+            self._happened("stopped", lambda: {"robot": self.name, "at": [*self._rest.point]})
+            raise
+        self._piece = None
+        self._rest = Pose(*self._rest.point, final_yaw)
+
+    def _motion(self) -> dict[str, Any]:
+        """Return the piece that is being driven, as an observer sees it."""
+        return {"robot": self.name, **(self._piece.describe() if self._piece else {})}
+
+    def hold(self, seconds: float) -> Generator[Any, Any, None]:
+        """Stand still for a while."""
+        yield self._env.timeout(seconds)
+
+    def pick(self, item: Item) -> None:
+        """Take an item, which moves with the robot from now on."""
+        item.carrier = self
+        self._happened("picked", lambda: {"robot": self.name, "item": item.name})
+
+    def put(self, item: Item, point: Point) -> None:
+        """Lay the item down at *point*."""
+        item.carrier = None
+        item.point = point
+        self._happened("placed", lambda: {"robot": self.name, "item": item.name, "at": [*point]})

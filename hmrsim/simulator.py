@@ -1,0 +1,230 @@
+"""A running world: robots, items, the dispatcher and the events between them. It does no I/O.
+
+What comes in is a `Command`, what goes out an event for every `Sink`; a run is a function of the world, its
+seed and the commands with their times.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import simpy
+
+from hmrsim.actions import registry as all_actions
+from hmrsim.dispatcher import Dispatcher
+from hmrsim.errors import GoalRejected
+from hmrsim.gateway import (
+    Answered,
+    CancelGoal,
+    ForgetResult,
+    GetResult,
+    Happened,
+    InterestChanged,
+    Read,
+    Refused,
+    Sampled,
+    SendGoal,
+    Topic,
+)
+from hmrsim.graph import WaypointGraph
+from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.interfaces.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance, Vector3
+from hmrsim.interfaces.nav_msgs import Odometry
+from hmrsim.interfaces.rosgraph_msgs import Clock
+from hmrsim.items import Item
+from hmrsim.robot import Robot
+from hmrsim.sim_time import nanoseconds, stamp
+from hmrsim.telemetry import Telemetry
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from hmrsim.actions import AnyAction
+    from hmrsim.gateway import Command, Event, Published, Sink
+    from hmrsim.world.model import World
+
+
+class _Environment(simpy.Environment):
+    """Simpy's environment, with a way to let time pass in which nothing happens.
+
+    ``run(until=…)`` would do, but leaves a stale event behind, so that the schedule never looks empty.
+    """
+
+    def pass_until(self, to: float) -> None:
+        """Let it be *to*; nothing may be due before."""
+        self._now = to
+
+
+class Simulator:
+    """Runs one world.
+
+    Args:
+        world: What to run; its names must have been checked, as `load_world` does.
+        sinks: Where events go, in this order.
+        actions: What robots can be asked, by name; all that are installed if None.
+        seed: Replaces the world's.
+        feedback_rate: Samples of feedback a second of simulated time.
+        odom_rate: Samples of odometry a second of simulated time.
+        clock_rate: Samples of the clock a second of simulated time.
+        keep_results: Most ended goals that a robot remembers.
+    """
+
+    def __init__(  # noqa: PLR0913 - the settings of a run
+        self,
+        world: World,
+        sinks: Sequence[Sink] = (),
+        *,
+        actions: Mapping[str, AnyAction] | None = None,
+        seed: int | None = None,
+        feedback_rate: float = 10.0,
+        odom_rate: float = 10.0,
+        clock_rate: float = 10.0,
+        keep_results: int = 1000,
+    ) -> None:
+        self.world = world
+        self.env = _Environment()
+        self.graph = WaypointGraph(world)
+        self.items = {name: Item(name, item.weight, world.point(item.at)) for name, item in world.items.items()}
+        self.telemetry = Telemetry(self.wants)
+        self._sinks = list(sinks)
+        self._told = math.nan
+        self.dispatcher = Dispatcher(
+            self.env,
+            all_actions() if actions is None else actions,
+            self.telemetry,
+            emit=self._emit,
+            wants=self.wants,
+            seed=world.seed if seed is None else seed,
+            keep_results=keep_results,
+            feedback_rate=feedback_rate,
+        )
+        self.robots: dict[str, Robot] = {}
+        for name, spec in world.robots.items():
+            robot = self.robots[name] = Robot(self.env, name, spec, world, self.graph, self.items, self._happened)
+            self.dispatcher.add(robot)
+            self.telemetry.start(
+                robot, Topic.ODOM, 0.0, odom_rate, lambda robot=robot: self._emit(self._odom(robot))  # type: ignore[misc]  # binds the loop's robot
+            )
+        self.telemetry.start("clock", Topic.CLOCK, 0.0, clock_rate, lambda: self._emit(self._clock()))
+
+    @property
+    def now(self) -> float:
+        """The simulated time, in seconds."""
+        return self.env.now
+
+    # --- commands and events --------------------------------------------------------------------------------------
+
+    def attach(self, sink: Sink) -> None:
+        """Send events to one more sink, from now on."""
+        self._sinks.append(sink)
+        self.telemetry.refresh(self.now)
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether any sink listens to a topic."""
+        return any(sink.wants(topic) for sink in self._sinks)
+
+    def submit(self, command: Command) -> None:
+        """Apply a command at this instant; what comes of it goes to the sinks, now or later."""
+        match command:
+            case SendGoal():
+                self.dispatcher.send_goal(command)
+            case GetResult():
+                self.dispatcher.get_result(command)
+            case CancelGoal():
+                self.dispatcher.cancel_goal(command)
+            case ForgetResult(robot, action, goal_id):
+                self.dispatcher.forget(robot, action, goal_id)
+            case Read():
+                self._read(command)
+            case InterestChanged():
+                self.telemetry.refresh(self.now)
+
+    def stop(self, reason: str = "the simulation was stopped") -> None:
+        """Abort every goal that runs; the simulation must not be run afterwards."""
+        self.dispatcher.stop(reason)
+
+    def _emit(self, event: Event) -> None:
+        for sink in self._sinks:
+            sink.emit(event)
+
+    def _happened(self, kind: str, fields: Callable[[], dict[str, Any]]) -> None:
+        if self.wants(Topic.EVENTS):
+            self._emit(Happened(stamp(self.now), kind, fields()))
+
+    def _read(self, command: Read) -> None:
+        answer: Published | Refused
+        try:
+            match command.topic:
+                case Topic.STATUS:
+                    answer = self.dispatcher.status(command.robot, command.action)
+                case Topic.ODOM:
+                    answer = self._odom(self.robots[command.robot])
+                case _:
+                    answer = self._clock()
+        except (GoalRejected, KeyError):
+            answer = Refused("robot", command.robot, f"no such robot or action: {command.robot}/{command.action}")
+        self._emit(Answered(command.reply_to, answer))
+
+    def _clock(self) -> Sampled:
+        return Sampled(Topic.CLOCK, "", Clock(clock=Time.from_nanoseconds(nanoseconds(self.now))))
+
+    def _odom(self, robot: Robot) -> Sampled:
+        where = robot.pose_stamped()
+        ahead, turning = robot.velocity()
+        message = Odometry(
+            header=where.header,
+            child_frame_id=f"{robot.name}/base_link",
+            pose=PoseWithCovariance(pose=where.pose),
+            twist=TwistWithCovariance(twist=Twist(linear=Vector3(x=ahead), angular=Vector3(z=turning))),
+        )
+        return Sampled(Topic.ODOM, robot.name, message)
+
+    # --- time -----------------------------------------------------------------------------------------------------
+
+    @property
+    def next_event(self) -> float:
+        """When the next event is due; infinite when nothing is scheduled."""
+        return self.env.peek()
+
+    @property
+    def next_due(self) -> float:
+        """When the next event or sample is due; infinite when there is none."""
+        return min(self.env.peek(), self.telemetry.next_due)
+
+    def settle(self) -> None:
+        """Tell the time to whoever listens to the clock: it stands still until something happens."""
+        if self._told != self.now and self.wants(Topic.CLOCK):
+            self._told = self.now
+            self._emit(self._clock())
+
+    def step(self) -> None:
+        """Take the next event or sample, whichever is due first; at one instant events come first.
+
+        Raises:
+            simpy.core.EmptySchedule: There is none.
+        """
+        due = self.telemetry.next_due
+        if due < self.env.peek():
+            self._set_time(due)
+            self.telemetry.sample(due)
+        else:
+            self.env.step()
+
+    def advance(self, until: float) -> None:
+        """Take everything that is due at *until* or before, then let it be *until*."""
+        while self.next_due <= until:
+            self.step()
+        self._set_time(until)
+
+    def run(self, until: float = math.inf) -> None:
+        """Run until nothing is scheduled or *until* is reached, as fast as possible."""
+        while self.env.peek() <= until and self.env.peek() < math.inf:
+            self.step()
+        if until < math.inf:
+            self.advance(until)
+
+    def _set_time(self, to: float) -> None:
+        """Let it be *to*; nothing may be due before."""
+        if to > self.env.now:
+            self.env.pass_until(to)

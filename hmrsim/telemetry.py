@@ -1,0 +1,84 @@
+"""What is sampled for those who listen: feedback, odometry, the clock.
+
+Samples are no events of the simulation: they change nothing, are not part of the trace, and are not taken for
+topics that nobody listens to. Sampling times are whole multiples of the period after a sampler's start, in
+simulated time.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable
+
+    from hmrsim.gateway import Topic
+
+
+@dataclass(eq=False)
+class _Sampler:
+    topic: Topic
+    start: float
+    period: float
+    take: Callable[[], None]
+    stopped: bool = False
+    taken: int = field(default=0)
+
+    def due_after(self, now: float) -> float:
+        """Return the first sampling time after *now*."""
+        self.taken = max(self.taken, math.floor((now - self.start) / self.period)) + 1
+        return self.start + self.taken * self.period
+
+
+class Telemetry:
+    """All samplers, and when the next one is due.
+
+    Args:
+        wants: Whether anybody listens to a topic.
+    """
+
+    def __init__(self, wants: Callable[[Topic], bool]) -> None:
+        self._wants = wants
+        self._samplers: dict[Hashable, _Sampler] = {}
+        self._heap: list[tuple[float, int, _Sampler]] = []
+        self._order = 0
+
+    @property
+    def next_due(self) -> float:
+        """When the next sample is due; infinite when nobody listens."""
+        while self._heap and self._heap[0][2].stopped:
+            heapq.heappop(self._heap)
+        return self._heap[0][0] if self._heap else math.inf
+
+    def start(self, key: Hashable, topic: Topic, now: float, rate: float, take: Callable[[], None]) -> None:
+        """Sample *take* at *rate* samples a second from *now* on; *key* stops it again."""
+        sampler = self._samplers[key] = _Sampler(topic, now, 1.0 / rate, take)
+        if self._wants(topic):
+            self._push(sampler, now)
+
+    def stop(self, key: Hashable) -> None:
+        """End a sampler; nothing happens if there is none of that key."""
+        sampler = self._samplers.pop(key, None)
+        if sampler:
+            sampler.stopped = True
+
+    def refresh(self, now: float) -> None:
+        """Begin with what somebody has come to listen to, and leave off what nobody does any more."""
+        self._heap.clear()
+        for sampler in self._samplers.values():
+            if self._wants(sampler.topic):
+                self._push(sampler, now)
+
+    def sample(self, until: float) -> None:
+        """Take what is due at *until* or before."""
+        while self.next_due <= until:
+            due, _, sampler = heapq.heappop(self._heap)
+            self._push(sampler, due)
+            sampler.take()
+
+    def _push(self, sampler: _Sampler, now: float) -> None:
+        self._order += 1
+        heapq.heappush(self._heap, (sampler.due_after(now), self._order, sampler))

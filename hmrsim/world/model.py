@@ -1,0 +1,268 @@
+"""What a world file means: the models, and the checks that need more than one field.
+
+Lengths are in the world's unit (metres or pixels), speeds in that unit a second, weights in kg, angles in
+radians; in pixels y points down and yaw runs from +x to +y. Nothing is ever flipped.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    model_validator,
+)
+
+ROS_NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
+"""A ROS name that does not begin with an underscore: those are the simulator's own."""
+
+PIXEL_SPEED = 300.0
+"""Speed of a robot that has none in a world in pixels, px/s: the original's 5 px a frame at 60 frames."""
+
+
+class Model(BaseModel):
+    """A part of a world file: unknown keys, NaN and infinity are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+Coordinate = Annotated[float, Field(strict=True, ge=-1e7, le=1e7)]
+Point = Annotated[tuple[Coordinate, Coordinate], Field(description="x, y in the world's unit.")]
+Name = Annotated[str, Field(min_length=1, max_length=100)]
+RosName = Annotated[str, Field(pattern=ROS_NAME, max_length=100)]
+Positive = Annotated[float, Field(strict=True, gt=0, le=1e9)]
+
+
+def _point_or_name(value: Any) -> str:  # noqa: ANN401 - pydantic hands over whatever the file holds
+    return "name" if isinstance(value, str) else "point"
+
+
+Where = Annotated[
+    Annotated[Point, Tag("point")] | Annotated[Name, Tag("name")],
+    Discriminator(_point_or_name),
+    Field(description="x, y, or the name of a waypoint, place or dock."),
+]
+
+
+def _not_a_point(points: tuple[Point, ...]) -> tuple[Point, ...]:
+    if len(set(points)) == 1:
+        raise ValueError(f"all its points are {points[0]}")
+    return points
+
+
+Outline = Annotated[
+    tuple[Point, ...], Field(min_length=2, description="Corners in order."), AfterValidator(_not_a_point)
+]
+
+
+class Lane(Model):
+    """A straight way between two waypoints; in a file also ``[from, to]``.
+
+    Attributes:
+        from_: Name of the waypoint where it begins.
+        to: Name of the waypoint where it ends.
+        one_way: Whether it can't be driven from *to* to *from*.
+        speed_limit: Most that any robot drives here; None for no limit.
+        capacity: How many robots may be on it at once; None for any number.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
+
+    from_: Name = Field(alias="from")
+    to: Name
+    one_way: bool = Field(default=False, strict=True)
+    speed_limit: Positive | None = None
+    capacity: Annotated[int, Field(strict=True, ge=1)] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _pair(cls, data: Any) -> Any:  # noqa: ANN401 - pydantic hands over whatever the file holds
+        if isinstance(data, (list, tuple)):
+            if len(data) != 2:  # noqa: PLR2004
+                raise ValueError(f"a lane is [from, to], got {len(data)} names")
+            return {"from": data[0], "to": data[1]}
+        return data
+
+
+class Solid(Model):
+    """An obstacle: a closed outline that nothing can be inside of."""
+
+    solid: Annotated[tuple[Point, ...], Field(min_length=3), AfterValidator(_not_a_point)]
+
+
+def _outline_or_solid(value: Any) -> str:  # noqa: ANN401 - pydantic hands over whatever the file holds
+    return "solid" if isinstance(value, (dict, Solid)) else "outline"
+
+
+Wall = Annotated[
+    Annotated[Outline, Tag("outline")] | Annotated[Solid, Tag("solid")], Discriminator(_outline_or_solid)
+]
+
+
+class Place(Model):
+    """A named point."""
+
+    at: Point
+
+
+class Dock(Model):
+    """A point where robots dock.
+
+    Attributes:
+        type: What the dock is, such as ``charger``.
+        capacity: How many robots may be docked at once.
+    """
+
+    at: Point
+    type: Name = "dock"
+    capacity: Annotated[int, Field(strict=True, ge=1)] = 1
+
+
+class Item(Model):
+    """Something that can be picked up."""
+
+    at: Where
+    weight: Annotated[float, Field(strict=True, ge=0, le=1e9, description="kg")] = 0.0
+
+
+class Base(Model):
+    """What moves a robot.
+
+    Attributes:
+        speed: Greatest speed; None for 1 m/s, or 300 px/s in a world in pixels.
+        acceleration: Speeding up and slowing down; None for no delay.
+        turning_rate: Radians a second, turning in place; None for no delay.
+        radius: Of the footprint, used between robots only.
+    """
+
+    speed: Positive | None = None
+    acceleration: Positive | None = None
+    turning_rate: Positive | None = None
+    radius: Positive | None = None
+
+
+class RobotType(Model):
+    """A kind of robot: its base and, by name, the settings of what it carries."""
+
+    base: Base = Base()
+    components: dict[str, dict[str, Any]] = {}
+
+
+BUILT_IN_TYPES = {"carrier": RobotType(), "fetcher": RobotType(components={"claw": {}})}
+"""Types that every world has unless it defines its own of that name."""
+
+
+class RobotSpec(Model):
+    """One robot.
+
+    Attributes:
+        type: A robot type of this world or a built-in one.
+        at: Where it starts: x, y, or the name of a waypoint, place or dock.
+        yaw: The way it faces at the start.
+        base: Settings that differ from its type's.
+        components: Likewise, by component; null takes the type's component away.
+        planner: ``graph`` for the world's lanes, ``external`` for a planner on the network.
+        script: Orders that it carries out by itself.
+    """
+
+    type: Name = "carrier"
+    at: Where
+    yaw: Coordinate = 0.0
+    base: Base = Base()
+    components: dict[str, dict[str, Any] | None] = {}
+    planner: Literal["graph", "external"] = "graph"
+    script: tuple[str, ...] = ()
+
+
+class _Open(Model):
+    """A part with further fields of its own, which must be finite numbers, too."""
+
+    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+
+    @model_validator(mode="after")
+    def _finite(self) -> Self:
+        for key, value in (self.model_extra or {}).items():
+            if not _is_finite(value):
+                raise ValueError(f"{key} must be a finite number, got {value!r:.100}")
+        return self
+
+
+def _is_finite(value: object) -> bool:
+    if isinstance(value, dict):
+        return all(_is_finite(part) for part in value.values())
+    if isinstance(value, (list, tuple)):
+        return all(_is_finite(part) for part in value)
+    return not isinstance(value, float) or math.isfinite(value)
+
+
+class Traffic(_Open):
+    """Who may be where: the name of the policy; its own settings are kept for it."""
+
+    policy: Name = "free"
+
+
+class Fault(_Open):
+    """Something that goes wrong on purpose; beside *type* its fields are its own."""
+
+    type: Name
+
+
+class World(Model):
+    """A map, what is on it, who drives there and what may happen."""
+
+    name: Name = "world"
+    units: Literal["m", "px"] = "m"
+    bounds: Annotated[
+        tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None,
+        Field(description="Least x, least y, greatest x, greatest y; without it nothing is outside the map."),
+    ] = None
+    include: tuple[str, ...] = Field(default=(), description="Other files of any format, beside or below this one.")
+    waypoints: dict[Name, Point] = {}
+    lanes: tuple[Lane, ...] = ()
+    walls: tuple[Wall, ...] = ()
+    places: dict[Name, Place] = {}
+    docks: dict[Name, Dock] = {}
+    items: dict[Name, Item] = {}
+    robot_types: dict[Name, RobotType] = {}
+    robots: dict[RosName, RobotSpec] = {}
+    traffic: Traffic = Traffic()
+    faults: tuple[Fault, ...] = ()
+    remap: dict[str, str] = Field(default={}, description="Further names of actions: alias to <robot>/<action>.")
+    seed: Annotated[int, Field(strict=True)] = 0
+
+    def point(self, at: Point | str) -> Point:
+        """Return the coordinates of a point or of a named waypoint, place or dock.
+
+        Raises:
+            KeyError: There is nothing of that name.
+        """
+        if not isinstance(at, str):
+            return at
+        if at in self.waypoints:
+            return self.waypoints[at]
+        return (self.places.get(at) or self.docks[at]).at
+
+    def robot_type(self, robot: RobotSpec) -> RobotType:
+        """Return the base and components of a robot: its type's, with its own settings over them.
+
+        Raises:
+            KeyError: There is no such type.
+        """
+        kind = self.robot_types.get(robot.type) or BUILT_IN_TYPES[robot.type]
+        base = kind.base.model_copy(update=robot.base.model_dump(exclude_unset=True))
+        components = {
+            name: {**kind.components.get(name, {}), **(robot.components.get(name) or {})}
+            for name in sorted({*kind.components, *robot.components})
+            if robot.components.get(name, {}) is not None
+        }
+        return RobotType(base=base, components=components)
+
+    def speed(self, base: Base) -> float:
+        """Return the greatest speed of a base, in the world's unit a second."""
+        return base.speed or (PIXEL_SPEED if self.units == "px" else 1.0)

@@ -1,0 +1,24 @@
+"""What many tests share: simulations of a small world, and how hypothesis runs."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+from tests.simulation import Run, simulate
+
+# Examples are counted, not timed: a busy machine must not fail a test.
+settings.register_profile("hmrsim", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("hmrsim")
+
+
+@pytest.fixture
+def run() -> Run:
+    """Return a simulation of the small world in which everything is listened to."""
+    return simulate()
+
+
+@pytest.fixture
+def make_run() -> object:
+    """Return the function that makes simulations, for other worlds and settings."""
+    return simulate

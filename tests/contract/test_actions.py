@@ -1,0 +1,113 @@
+"""What every action promises, whoever wrote it: run over the whole registry."""
+
+from __future__ import annotations
+
+import json
+
+import jsonschema
+import pytest
+
+from hmrsim.actions import registry
+from hmrsim.gateway import CancelGoal, SendGoal
+from hmrsim_zenoh.envelopes import SendGoalRequest, around, read
+from hmrsim_zenoh.schemas import action_schema
+from tests.simulation import simulate
+
+WORLD = {
+    "waypoints": {"here": [0, 0], "there": [10, 0]},
+    "lanes": [["here", "there"]],
+    "items": {"parcel": {"at": [0, 0.5], "weight": 0.2}},
+    "robots": {
+        "tester": {
+            "at": "here",
+            "components": {"claw": {"handling_time": 2}, "battery": {}},
+        }
+    },
+}
+FIRST, GOAL, NEXT = (letter * 32 for letter in "abc")
+
+
+@pytest.fixture(params=registry().values(), ids=registry())
+def action(request):
+    """Return each action in turn."""
+    return request.param
+
+
+@pytest.fixture
+def prepared(action):
+    """Return a simulation in which the action's example can be done, and the time at which."""
+    run = simulate(WORLD)
+    if action.example_after:
+        before = registry()[action.example_after]
+        run((0.0, SendGoal("tester", before.name, before.example, FIRST)))
+    return run, run.simulator.now
+
+
+def test_its_example_succeeds_and_leaves_the_robot_free(action, prepared):
+    """The goal ends SUCCEEDED, and nothing is scheduled any more."""
+    run, now = prepared
+    log = run((now, SendGoal("tester", action.name, action.example, GOAL)))
+
+    assert "SUCCEEDED" == log.changes(GOAL)[-1][1]
+    assert run.simulator.dispatcher.goal_of("tester") is None
+    assert isinstance(log.result(GOAL), action.result)
+
+
+def test_it_is_canceled_at_the_instant_of_a_cancel(action, prepared):
+    """In the middle of it: CANCELED then and there, with its code and 'canceled'."""
+    run, now = prepared
+    cancel = CancelGoal("tester", action.name, GOAL, reply_to="cancel")
+    log = run((now, SendGoal("tester", action.name, action.example, GOAL)), (now + 0.5, cancel))
+
+    assert (now + 0.5, "CANCELED") == log.changes(GOAL)[-1]
+    assert 0 == log.answer("cancel").return_code
+    assert action.failure(action.codes.canceled, "canceled") == log.result(GOAL)
+
+
+def test_a_robot_can_go_on_after_a_cancel(action, prepared):
+    """The same goal, sent again, succeeds."""
+    run, now = prepared
+    log = run(
+        (now, SendGoal("tester", action.name, action.example, GOAL)),
+        (now + 0.5, CancelGoal("tester", action.name, GOAL)),
+        (now + 0.5, SendGoal("tester", action.name, action.example, NEXT)),
+    )
+
+    assert "SUCCEEDED" == log.changes(NEXT)[-1][1]
+
+
+def test_its_last_feedback_comes_before_its_end(action, prepared):
+    """It reports something, of its own type, and nothing afterwards."""
+    run, now = prepared
+    log = run((now, SendGoal("tester", action.name, action.example, GOAL)))
+
+    assert all(isinstance(feedback, action.feedback) for _, feedback in log.feedback(GOAL))
+    assert log.feedback(GOAL)[-1][0] <= log.changes(GOAL)[-1][0]
+
+
+def test_its_messages_survive_json(action):
+    """Goal, result and feedback are the same after a round trip; so is the envelope."""
+    for message in (action.example, action.result(), action.feedback()):
+        assert message == type(message).model_validate_json(message.model_dump_json())
+    payload = json.dumps({"goal_id": GOAL, "goal": action.example.model_dump(mode="json")}).encode()
+    assert action.example == read(around(SendGoalRequest, action.goal), payload).goal
+
+
+def test_its_schema_takes_its_example_and_refuses_an_unknown_field(action):
+    """The schema says what the server does."""
+    schema = action_schema(action)
+    validator = jsonschema.Draft202012Validator(
+        {"$defs": schema["$defs"], **schema["properties"]["send_goal"]}
+    )
+    goal = action.example.model_dump(mode="json")
+
+    validator.validate({"goal": goal})
+    with pytest.raises(jsonschema.ValidationError, match="Additional properties"):
+        validator.validate({"goal": goal | {"colour": "red"}})
+
+
+def test_its_ros_type_is_that_of_its_messages(action):
+    """One name, spelled once."""
+    assert [f"{action.ros_type}_{part}" for part in ("Goal", "Result", "Feedback")] == [
+        message.ros_type for message in (action.goal, action.result, action.feedback)
+    ]

@@ -1,0 +1,89 @@
+"""Driving: constant speed, trapezoids, turns, and poses between events."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hmrsim.geometry import Pose
+from hmrsim.graph import Leg
+from hmrsim.motion import Trapezoid, pieces
+
+
+def leg(start, end, limit=math.inf):
+    """Return a leg."""
+    return Leg(start, end, math.dist(start, end), None, limit)
+
+
+def test_a_lane_takes_length_by_speed():
+    """6 m at 2 m/s take 3 s, and halfway in time is halfway."""
+    (piece,) = pieces(Pose(0, 0), [leg((0, 0), (6, 0))], 0.0, speed=2.0)
+
+    assert 3.0 == piece.duration
+    assert Pose(3.0, 0.0, 0.0) == piece.pose(1.5)
+
+
+def test_a_speed_limit_holds_where_it_is():
+    """The second lane is driven at 0.5 m/s."""
+    first, second = pieces(Pose(0, 0), [leg((0, 0), (2, 0)), leg((2, 0), (4, 0), 0.5)], 0.0, speed=2.0)
+
+    assert (1.0, 4.0) == (first.duration, second.duration)
+
+
+def test_turning_takes_no_time_without_a_turning_rate():
+    """There are pieces for the lanes only."""
+    made = pieces(Pose(0, 0, 3.0), [leg((0, 0), (1, 0)), leg((1, 0), (1, 1))], 1.0, speed=1.0)
+
+    assert [1.0, 1.0] == [piece.duration for piece in made]
+
+
+def test_a_turning_rate_turns_in_place_the_short_way():
+    """A quarter before, none between, a quarter back after: pi/2 rad at 0.5 rad/s is pi seconds."""
+    made = pieces(Pose(0, 0, math.pi / 2), [leg((0, 0), (1, 0)), leg((1, 0), (2, 0))], math.pi / 2, speed=1.0, turning_rate=0.5)
+
+    assert [math.pi, 1.0, 1.0, math.pi] == [piece.duration for piece in made]
+    assert Pose(0, 0, math.pi / 4) == made[0].pose(math.pi / 2)
+
+
+def test_acceleration_makes_a_trapezoid_over_a_straight_stretch():
+    """4 m at 1 m/s and 1 m/s^2 take 1 + 3 + 1 s, whether it is one lane or two."""
+    one = pieces(Pose(0, 0), [leg((0, 0), (4, 0))], 0.0, speed=1.0, acceleration=1.0)
+    two = pieces(Pose(0, 0), [leg((0, 0), (1, 0)), leg((1, 0), (4, 0))], 0.0, speed=1.0, acceleration=1.0)
+
+    assert 5.0 == sum(piece.duration for piece in one)
+    assert [1.5, 3.5] == pytest.approx([piece.duration for piece in two])
+
+
+def test_a_robot_with_acceleration_stops_at_a_bend():
+    """Each side of the corner is its own trapezoid: 2 s and 2 s for 1 m each."""
+    made = pieces(Pose(0, 0), [leg((0, 0), (1, 0)), leg((1, 0), (1, 1))], 0.0, speed=9.0, acceleration=1.0)
+
+    assert [2.0, 2.0] == pytest.approx([piece.duration for piece in made])
+
+
+def test_a_short_way_is_a_triangle():
+    """1 m at 1 m/s^2 never reaches 5 m/s: it takes 2 s."""
+    assert 2.0 == Trapezoid(1.0, 5.0, 1.0).duration
+
+
+@given(st.floats(0.01, 1e3), st.floats(0.01, 1e2), st.floats(0.01, 1e2), st.floats(0, 1))
+def test_time_and_distance_of_a_trapezoid_are_inverse(distance, speed, acceleration, share):
+    """Where it is after the time that it takes to get there is there."""
+    trapezoid = Trapezoid(distance, speed, acceleration)
+
+    assert math.isclose(distance * share, trapezoid.driven(trapezoid.time(distance * share)), abs_tol=1e-6 * distance)
+    assert math.isclose(trapezoid.duration, trapezoid.time(distance), rel_tol=1e-9)
+
+
+@given(st.floats(0.1, 50), st.none() | st.floats(0.1, 10), st.lists(st.floats(0, 1), min_size=2, max_size=5))
+def test_a_piece_only_goes_forward_and_ends_at_its_end(length, acceleration, shares):
+    """Driven length never falls and never passes the end."""
+    (piece,) = pieces(Pose(0, 0), [leg((0, 0), (length, 0))], 0.0, speed=2.0, acceleration=acceleration)
+
+    driven = [piece.driven(piece.duration * share) for share in sorted(shares)]
+    assert sorted(driven) == driven
+    assert all(0 <= d <= length for d in driven)
+    assert piece.end == piece.pose(piece.duration)

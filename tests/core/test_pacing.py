@@ -1,0 +1,178 @@
+"""How time follows the wall, and what stops it. The wall clock here is a fake one."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from hmrsim import pacing
+from hmrsim.errors import SimulationStopped
+from hmrsim.gateway import GetResult, Inbox, SendGoal, Topic
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.pacing import Pacing, Retention
+from tests.simulation import simulate
+
+A = "a" * 32
+WAIT = SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=4)), A, "x")
+
+
+class FakeWall:
+    """A wall clock that moves only when somebody waits; an inbox that waits on it."""
+
+    def __init__(self, monkeypatch):
+        self.now = 100.0
+        self.waits = []
+        monkeypatch.setattr(pacing.time, "monotonic", lambda: self.now)
+
+    def inbox(self, arrivals=(), *, close_at=None):
+        """Return an inbox into which commands come at given wall seconds after now."""
+        wall, begun = self, self.now
+        due = [(begun + at, command) for at, command in arrivals]
+
+        class TimedInbox(Inbox):
+            def wait(self, timeout):
+                ends = [t for t, _ in due[:1]] + ([begun + close_at] if close_at is not None else [])
+                until = min([*ends, wall.now + timeout] if timeout is not None else ends)
+                wall.waits.append(round(until - wall.now, 6))
+                wall.now = max(wall.now, until)
+                while due and due[0][0] <= wall.now:
+                    self.put(due.pop(0)[1])
+                if close_at is not None and wall.now >= begun + close_at:
+                    self.close()
+
+        return TimedInbox()
+
+
+@pytest.fixture
+def wall(monkeypatch):
+    """Return a fake wall clock."""
+    return FakeWall(monkeypatch)
+
+
+def paced(wall, arrivals, *, factor=1.0, topics=frozenset(), **kwargs):
+    """Run a simulation at a pace; return it with its log."""
+    run = simulate(topics=topics)
+    pace = Pacing(run.simulator, wall.inbox(arrivals, **kwargs), Retention(-1), real_time_factor=factor, duration=50.0)
+    pace.run()
+    return run, pace
+
+
+def test_a_command_is_stamped_with_the_time_of_its_arrival(wall):
+    """2.5 wall seconds at factor 1, in the middle of nothing."""
+    run, _ = paced(wall, [(2.5, WAIT)])
+
+    assert [2.5, 2.5, 6.5] == pytest.approx([time for time, _ in run.log.changes(A)])
+
+
+def test_at_factor_ten_time_is_ten_times_as_fast(wall):
+    """The same arrival is at 25 s."""
+    run, _ = paced(wall, [(2.5, WAIT)], factor=10.0)
+
+    assert 25.0 == pytest.approx(run.log.changes(A)[0][0])
+
+
+def test_it_sleeps_from_event_to_event(wall):
+    """No polling: to the command, to the end of the wait, to the end of the run."""
+    paced(wall, [(2.5, WAIT)])
+
+    assert [2.5, 4.0, 43.5] == pytest.approx(wall.waits)
+
+
+def test_the_run_ends_with_its_duration(wall):
+    """At 50 s of simulated time."""
+    run, _ = paced(wall, [])
+
+    assert 50.0 == run.simulator.now
+
+
+def test_closing_the_inbox_ends_the_run(wall):
+    """At once, wherever it is."""
+    run, _ = paced(wall, [], close_at=3.0)
+
+    assert 3.0 >= run.simulator.now
+
+
+def test_time_lags_when_the_machine_stalls_and_never_leaps(wall):
+    """A stall of 30 wall seconds while a wait of 4 s runs: the wait still ends at 4 s, and the lag is told."""
+    run = simulate(topics=frozenset())
+    told = []
+    inbox = wall.inbox([], close_at=60.0)
+    original = inbox.wait
+
+    def stall(timeout):
+        original(timeout)
+        if run.simulator.now < 4.0:
+            wall.now += 30.0
+
+    inbox.wait = stall
+    inbox.put(WAIT)
+    pace = Pacing(run.simulator, inbox, Retention(-1), on_lag=told.append)
+    pace.run()
+
+    assert 30.0 == pytest.approx(pace.lag)
+    assert [pace.lag] == told
+    assert 31.0 > run.simulator.now
+
+
+def test_as_fast_as_possible_needs_no_wall_time(wall):
+    """A wait of 4 s is over at once."""
+    run, _ = paced(wall, [(1.0, WAIT)], factor=0.0, close_at=1.5)
+
+    assert (4.0, "SUCCEEDED") == run.log.changes(A)[-1]
+    assert 101.5 == pytest.approx(wall.now)
+
+
+def test_as_fast_as_possible_the_clock_is_told_when_time_stands(wall):
+    """The last sample of the clock is the time at which everything ended."""
+    run, _ = paced(wall, [(1.0, WAIT)], factor=0.0, close_at=1.5, topics=frozenset({Topic.CLOCK}))
+    last = [event for _, event in run.log.events if getattr(event, "topic", None) is Topic.CLOCK][-1]
+
+    assert 4_000_000_000 == last.message.clock.to_nanoseconds()
+
+
+def test_results_are_dropped_after_their_wall_time(wall):
+    """A result kept for 10 wall seconds is there after 9 and gone after 11."""
+    run = simulate(topics=frozenset())
+    retention = Retention(10.0)
+    run.simulator.attach(retention)
+    ask = [(t, GetResult("wall_e", "wait", A, t)) for t in (4.5 + 9.0, 4.5 + 11.0)]
+    inbox = wall.inbox([(0.0, WAIT), *ask], close_at=20.0)
+    Pacing(run.simulator, inbox, retention).run()
+
+    assert [4, 0] == [run.log.answer(t).status for t, _ in ask]
+
+
+class TestInbox:
+    """The way in for other threads."""
+
+    def test_commands_come_out_in_order(self):
+        """First in, first out, then nothing."""
+        inbox = Inbox()
+        inbox.put("first")
+        inbox.put("second")
+
+        assert ["first", "second", None] == [inbox.poll(), inbox.poll(), inbox.poll()]
+
+    def test_a_command_wakes_who_waits(self):
+        """Without a timeout, from another thread."""
+        inbox = Inbox()
+        waiter = threading.Thread(target=inbox.wait, args=(None,))
+        waiter.start()
+        inbox.put("command")
+        waiter.join(10)
+
+        assert not waiter.is_alive()
+
+    def test_closing_wakes_who_waits(self):
+        """And nothing more can be put."""
+        inbox = Inbox()
+        waiter = threading.Thread(target=inbox.wait, args=(None,))
+        waiter.start()
+        inbox.close()
+        waiter.join(10)
+
+        assert not waiter.is_alive()
+        with pytest.raises(SimulationStopped, match="the simulation has ended"):
+            inbox.put("late")

@@ -1,0 +1,74 @@
+"""Plug-ins: found by folder and by entry point, loud when broken."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from hmrsim import plugins
+from hmrsim.errors import PluginError
+from hmrsim.plugins import discover
+
+
+@dataclass(frozen=True)
+class Thing:
+    """A plug-in of a kind made for these tests."""
+
+    name: str
+
+
+@pytest.fixture
+def kind(tmp_path, monkeypatch):
+    """Return a function that makes a package of plug-in modules and discovers them."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def make(package, entries=(), **modules):
+        folder = tmp_path / package
+        folder.mkdir()
+        (folder / "__init__.py").write_text("")
+        for name, text in modules.items():
+            (folder / f"{name}.py").write_text(f"from test_plugins_kind import Thing\n{text}\n")
+        found = [EntryPoint(name, value, package) for name, value in entries]
+        monkeypatch.setattr(plugins, "entry_points", lambda group: [e for e in found if e.group == group])
+        return discover(__import__(package), "THING", Thing)
+
+    monkeypatch.setitem(sys.modules, "test_plugins_kind", sys.modules[__name__])
+    return make
+
+
+def test_a_file_is_a_plugin(kind):
+    """Each public module gives one; private ones are its own business."""
+    assert ["a", "b"] == list(kind("things1", b='THING = Thing("b")', a='THING = Thing("a")', _private="x = 1"))
+
+
+def test_an_entry_point_is_a_plugin(kind, tmp_path):
+    """It names a module, which is looked at as those of the folder are."""
+    (tmp_path / "elsewhere.py").write_text('from test_plugins_kind import Thing\nTHING = Thing("elsewhere")\n')
+
+    assert ["a", "elsewhere"] == list(kind("things2", [("elsewhere", "elsewhere")], a='THING = Thing("a")'))
+
+
+@pytest.mark.parametrize(
+    ("package", "text", "message"),
+    [
+        ("things3", "x = 1", r"a\.py: THING must be one Thing, found None"),
+        ("things4", 'THING = Thing("b")', r"a\.py: THING is named 'b'; name it as its file"),
+        ("things5", "import no_such_module", r"things5\.a: can't be imported: No module named 'no_such_module'"),
+    ],
+)
+def test_a_broken_plugin_is_an_error_that_names_the_file(kind, package, text, message):
+    """Missing, misnamed, or not to be imported."""
+    with pytest.raises(PluginError, match=message):
+        kind(package, a=text)
+
+
+def test_two_plugins_of_one_name_are_an_error(kind, tmp_path):
+    """One would hide the other."""
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "a.py").write_text('from test_plugins_kind import Thing\nTHING = Thing("a")\n')
+
+    with pytest.raises(PluginError, match=r"other\.a: there is a plug-in named 'a' already"):
+        kind("things6", [("a", "other.a")], a='THING = Thing("a")')

@@ -1,0 +1,74 @@
+"""Samples: in simulated time, for those who listen, and without a trace in what happens."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from hmrsim.gateway import InterestChanged, Sampled, SendGoal, Topic
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from tests.simulation import simulate
+
+GO = SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=1)), "a" * 32)
+
+
+def sampled(log, topic):
+    """Return the times at which a topic was sampled."""
+    return [time for time, event in log.events if isinstance(event, Sampled) and event.topic is topic]
+
+
+def test_the_clock_ticks_ten_times_a_second(make_run):
+    """At 0.1, 0.2 and so on, and tells that time."""
+    run = make_run(topics=frozenset({Topic.CLOCK}))
+    log = run(until=0.55)
+
+    assert [0.1, 0.2, 0.3, 0.4, 0.5] == pytest.approx(sampled(log, Topic.CLOCK))
+    assert 500_000_000 == log.events[-1][1].message.clock.to_nanoseconds()
+
+
+def test_nothing_is_sampled_that_nobody_wants(make_run):
+    """And nothing is due."""
+    run = make_run(topics=frozenset())
+    log = run(until=5.0)
+
+    assert [] == log.events
+    assert math.inf == run.simulator.next_due
+
+
+def test_sampling_begins_when_somebody_comes_to_listen(make_run):
+    """At the next multiple of the period, not with what was missed."""
+    run = make_run(topics=frozenset())
+    run(until=1.23)
+    run.log.topics = frozenset({Topic.CLOCK})
+    log = run((1.23, InterestChanged()), until=1.45)
+
+    assert [1.3, 1.4] == pytest.approx(sampled(log, Topic.CLOCK))
+
+
+def test_sampling_ends_when_nobody_listens_any_more(run):
+    """Nothing is due then."""
+    run(until=0.5)
+    run.log.topics = frozenset()
+    run((0.5, InterestChanged()))
+
+    assert math.inf == run.simulator.next_due
+
+
+def test_odometry_tells_pose_and_speed(make_run):
+    """A robot on its way at 1 m/s."""
+    goal = NavigateToPose.Goal.model_validate_json('{"pose": {"pose": {"position": {"x": 9, "y": 2}}}}')
+    run = make_run(topics=frozenset({Topic.ODOM}))
+    log = run((0.0, SendGoal("wall_e", "navigate_to_pose", goal, "a" * 32)), until=0.5)
+    odom = [event.message for _, event in log.events if isinstance(event, Sampled) and event.robot == "wall_e"][-1]
+
+    assert ("map", "wall_e/base_link") == (odom.header.frame_id, odom.child_frame_id)
+    assert (1.5, 1.0) == pytest.approx((odom.pose.pose.position.x, odom.twist.twist.linear.x))
+
+
+def test_who_listens_does_not_change_what_happens():
+    """The same commands give the same goals' changes, with and without listeners."""
+    quiet, loud = simulate(topics=frozenset()), simulate()
+
+    assert quiet((0.0, GO)).changes("a" * 32) == loud((0.0, GO)).changes("a" * 32)

@@ -1,0 +1,113 @@
+"""A small world, and simulations of it that run in virtual time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from hmrsim.gateway import Answered, FeedbackSent, GoalChanged, Topic
+from hmrsim.simulator import Simulator
+from hmrsim.world.model import World
+
+if TYPE_CHECKING:
+    from hmrsim.gateway import Command, Event
+
+SMALL_WORLD = {
+    "name": "small",
+    "bounds": [0, 0, 20, 10],
+    "waypoints": {"home": [1, 2], "door": [5, 2], "shelf": [9, 2], "far": [15, 8], "island": [15, 2]},
+    "lanes": [["home", "door"], ["door", "shelf"], {"from": "far", "to": "island"}],
+    "walls": [[[12, 0], [12, 10]], {"solid": [[6, 4], [8, 4], [8, 6], [6, 6]]}],
+    "items": {
+        "parcel": {"at": [9, 2.3], "weight": 0.2},
+        "anvil": {"at": [9, 1.8], "weight": 80.0},
+        "letter": {"at": [1, 2.1]},
+    },
+    "robot_types": {"nurse": {"components": {"claw": {"reach": 0.9, "max_weight": 1.0}}}},
+    "robots": {
+        "wall_e": {"type": "nurse", "at": "home"},
+        "eve": {"type": "nurse", "at": "shelf"},
+        "cart": {"type": "carrier", "at": "door"},
+    },
+    "remap": {"navigate_to_pose/wall_e": "wall_e/navigate_to_pose", "wall_e/grab": "wall_e/pickup"},
+}
+
+
+@dataclass
+class Log:
+    """A sink that keeps all events with their simulated times."""
+
+    topics: frozenset[Topic] = frozenset(Topic)
+    events: list[tuple[float, Event]] = field(default_factory=list)
+    simulator: Simulator | None = None
+
+    def emit(self, event: Event) -> None:
+        """Keep an event."""
+        self.events.append((self.simulator.now if self.simulator else 0.0, event))
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether the log listens to a topic."""
+        return topic in self.topics
+
+    def answers(self, reply_to: object) -> list[object]:
+        """Return what was answered to a command, in order."""
+        return [
+            event.answer for _, event in self.events if isinstance(event, Answered) and event.reply_to == reply_to
+        ]
+
+    def answer(self, reply_to: object) -> object:
+        """Return the one answer to a command."""
+        (answer,) = self.answers(reply_to)
+        return answer
+
+    def changes(self, goal_id: str) -> list[tuple[float, str]]:
+        """Return the times and statuses that a goal went through."""
+        return [
+            (time, event.status.name)
+            for time, event in self.events
+            if isinstance(event, GoalChanged) and event.goal_id == goal_id
+        ]
+
+    def result(self, goal_id: str) -> object:
+        """Return the result that a goal ended with."""
+        (result,) = [
+            event.result
+            for _, event in self.events
+            if isinstance(event, GoalChanged) and event.goal_id == goal_id and event.status.terminal
+        ]
+        return result
+
+    def feedback(self, goal_id: str) -> list[tuple[float, object]]:
+        """Return the times and the feedback of a goal."""
+        return [
+            (time, event.feedback)
+            for time, event in self.events
+            if isinstance(event, FeedbackSent) and event.goal_id == goal_id
+        ]
+
+
+@dataclass
+class Run:
+    """A simulation that takes commands at given times."""
+
+    log: Log
+    simulator: Simulator
+
+    def __call__(self, *commands: tuple[float, Command], until: float | None = None) -> Log:
+        """Submit each command at its time, then run to the end or to *until*; return the log."""
+        for at, command in commands:
+            self.simulator.advance(at)
+            self.simulator.submit(command)
+        if until is None:
+            self.simulator.run()
+        else:
+            self.simulator.advance(until)
+        return self.log
+
+
+def simulate(world: object = None, *, topics: frozenset[Topic] = frozenset(Topic), **settings: object) -> Run:
+    """Return a simulation of a world that listens to *topics*."""
+    log = Log(topics)
+    simulator = Simulator(World.model_validate(world or SMALL_WORLD), [log], **settings)
+    log.simulator = simulator
+    return Run(log, simulator)
