@@ -39,7 +39,7 @@ RosName = Annotated[str, Field(pattern=ROS_NAME, max_length=100)]
 Positive = Annotated[float, Field(strict=True, gt=0, le=1e9)]
 
 
-def _point_or_name(value: Any) -> str:  # noqa: ANN401 - pydantic hands over whatever the file holds
+def _point_or_name(value: Any) -> str:
     return "name" if isinstance(value, str) else "point"
 
 
@@ -82,7 +82,7 @@ class Lane(Model):
 
     @model_validator(mode="before")
     @classmethod
-    def _pair(cls, data: Any) -> Any:  # noqa: ANN401 - pydantic hands over whatever the file holds
+    def _pair(cls, data: Any) -> Any:
         if isinstance(data, (list, tuple)):
             if len(data) != 2:  # noqa: PLR2004
                 raise ValueError(f"a lane is [from, to], got {len(data)} names")
@@ -96,13 +96,11 @@ class Solid(Model):
     solid: Annotated[tuple[Point, ...], Field(min_length=3), AfterValidator(_not_a_point)]
 
 
-def _outline_or_solid(value: Any) -> str:  # noqa: ANN401 - pydantic hands over whatever the file holds
+def _outline_or_solid(value: Any) -> str:
     return "solid" if isinstance(value, (dict, Solid)) else "outline"
 
 
-Wall = Annotated[
-    Annotated[Outline, Tag("outline")] | Annotated[Solid, Tag("solid")], Discriminator(_outline_or_solid)
-]
+Wall = Annotated[Annotated[Outline, Tag("outline")] | Annotated[Solid, Tag("solid")], Discriminator(_outline_or_solid)]
 
 
 class Place(Model):

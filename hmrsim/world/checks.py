@@ -1,0 +1,241 @@
+"""The checks of a world that need more than one field."""
+
+from __future__ import annotations
+
+import re
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from pydantic import ValidationError
+
+from hmrsim.components import registry as components
+from hmrsim.errors import Problem
+from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
+from hmrsim.world.explain import explain
+from hmrsim.world.finding import MOST_FINDINGS, Finding, Path, dotted, instead, warning
+from hmrsim.world.lane_checks import check_lanes
+from hmrsim.world.model import BUILT_IN_TYPES
+from hmrsim.world.validation import Lost
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from typing import Any
+
+    from hmrsim.geometry import Point
+    from hmrsim.world.model import RobotSpec, World
+
+_CHUNKS = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]*/[A-Za-z0-9_]+")
+
+_POLICIES = ("free",)
+
+
+def check_world(world: World, file: str = "") -> list[Problem]:
+    """Return everything that is wrong or odd with a world whose fields are right each by itself.
+
+    Args:
+        world: The world, includes merged.
+        file: The name of its file, for the problems.
+    """
+    return [
+        Problem(file, dotted(finding.path), finding.message, finding.line, finding.value, finding.severity)
+        for finding in check(world)
+    ]
+
+
+def check(world: World, lost: Lost | None = None) -> list[Finding]:
+    """Return what is wrong or odd with a world, of each kind as much as anybody would read.
+
+    Args:
+        world: The world, includes merged.
+        lost: What was left out of it; nothing is said about what could only follow from that.
+    """
+    lost = lost or Lost()
+    checks = (
+        _check_bounds(world),
+        _check_names(world),
+        check_lanes(world, lost),
+        _check_robot_types(world),
+        _check_robots(world, lost),
+        _check_items(world, lost),
+        _check_inside(world),
+        _check_traffic(world),
+        _check_remap(world, lost),
+    )
+    return [finding for found in checks for finding in islice(found, MOST_FINDINGS)]
+
+
+def _check_bounds(world: World) -> Iterator[Finding]:
+    if world.bounds is None:
+        return
+    x0, y0, x1, y1 = world.bounds
+    for axis, least, greatest in (("x", x0, x1), ("y", y0, y1)):
+        if least >= greatest:
+            yield Finding(
+                ("bounds",),
+                f"least {axis} {least:g} must be below greatest {axis} {greatest:g};"
+                " expected [least x, least y, greatest x, greatest y]",
+                list(world.bounds),
+            )
+
+
+def _named_points(world: World) -> Iterator[tuple[Path, str, Point]]:
+    for name, point in world.waypoints.items():
+        yield ("waypoints", name), name, point
+    for name, place in world.places.items():
+        yield ("places", name, "at"), name, place.at
+    for name, dock in world.docks.items():
+        yield ("docks", name, "at"), name, dock.at
+
+
+def _check_names(world: World) -> Iterator[Finding]:
+    first: dict[str, tuple[Path, Point]] = {}
+    for path, name, point in _named_points(world):
+        where, other = first.setdefault(name, (path, point))
+        if distance(point, other) > SAME_PLACE:
+            yield Finding(
+                path,
+                f"{_at(point)} is another point than {dotted(where)}, which is {_at(other)};"
+                f" give one of the two another name",
+                list(point),
+            )
+
+
+def _at(point: Point) -> str:
+    return f"({point[0]:g}, {point[1]:g})"
+
+
+def _outside(world: World, point: Point) -> bool:
+    if world.bounds is None:
+        return False
+    x0, y0, x1, y1 = world.bounds
+    return x0 < x1 and y0 < y1 and not (x0 <= point[0] <= x1 and y0 <= point[1] <= y1)
+
+
+def _spans(world: World) -> str:
+    x0, y0, x1, y1 = world.bounds or (0, 0, 0, 0)
+    return f"the map, which spans {_at((x0, y0))} to {_at((x1, y1))}"
+
+
+def _check_inside(world: World) -> Iterator[Finding]:
+    points = [(path, point) for path, _, point in _named_points(world)]
+    points += [(("items", name, "at"), item.at) for name, item in world.items.items() if not isinstance(item.at, str)]
+    for path, point in points:
+        if _outside(world, point):
+            yield warning(path, f"{_at(point)} is outside {_spans(world)}", list(point))
+
+
+def _point(world: World, at: Point | str, path: Path, lost: Lost) -> Point | Finding | None:
+    """Return where *at* is, what is wrong with it, or nothing if that can't be said."""
+    try:
+        return world.point(at)
+    except KeyError:
+        name = str(at)
+        if lost.has(name, "waypoints", "places", "docks"):
+            return None
+        known = [*world.waypoints, *world.places, *world.docks]
+        return Finding(path, f"no waypoint, place or dock {name!r}{instead(name, known)}", name)
+
+
+# --- robots and what they carry -----------------------------------------------------------------------------------
+
+
+def _check_settings(path: Path, name: str, settings: Mapping[str, Any]) -> Iterator[Finding]:
+    component = components().get(name)
+    if component is None:
+        yield Finding(path, f"no component {name!r}{instead(name, components())}", name)
+        return
+    try:
+        component.settings.model_validate(settings)
+    except ValidationError as error:
+        for finding in explain(error, settings, component.settings):
+            yield Finding((*path, *finding.path), finding.message, finding.value)
+
+
+def _check_robot_types(world: World) -> Iterator[Finding]:
+    for kind, robot_type in world.robot_types.items():
+        for name, settings in robot_type.components.items():
+            yield from _check_settings(("robot_types", kind, "components", name), name, settings)
+
+
+def _check_robots(world: World, lost: Lost) -> Iterator[Finding]:
+    solids = Obstacles([], [wall.solid for wall in world.walls if not isinstance(wall, tuple)])
+    types = {**world.robot_types, **BUILT_IN_TYPES}
+    for name, robot in world.robots.items():
+        yield from _check_own_components(world, name, robot)
+        if robot.type not in types and not lost.has(robot.type, "robot_types"):
+            message = f"no robot type {robot.type!r}{instead(robot.type, types)}"
+            yield Finding(("robots", name, "type"), message, robot.type)
+        path: Path = ("robots", name, "at")
+        point = _point(world, robot.at, path, lost)
+        if isinstance(point, Finding):
+            yield point
+        elif point is not None:
+            yield from _check_start(world, path, point, solids)
+
+
+def _check_own_components(world: World, name: str, robot: RobotSpec) -> Iterator[Finding]:
+    """Check what a robot sets itself; what its type sets is checked there."""
+    kind = world.robot_types.get(robot.type) or BUILT_IN_TYPES.get(robot.type)
+    inherited = kind.components if kind else {}
+    for key, own in robot.components.items():
+        path: Path = ("robots", name, "components", key)
+        if own is None:
+            if kind and key not in inherited:
+                message = f"{robot.type!r} has no component {key!r} to take away{instead(key, inherited)}"
+                yield warning(path, message, key)
+            continue
+        for finding in _check_settings(path, key, {**inherited.get(key, {}), **own}):
+            if len(finding.path) <= len(path) or finding.path[len(path)] in own or key not in inherited:
+                yield finding
+
+
+def _check_start(world: World, path: Path, point: Point, solids: Obstacles) -> Iterator[Finding]:
+    if _outside(world, point):
+        yield Finding(path, f"{_at(point)} is outside {_spans(world)}", list(point))
+    if solids.occupy(point):
+        if _on_lane(world, point):
+            yield warning(path, f"{_at(point)} is inside an obstacle; only its lane leads out", list(point))
+        else:
+            message = f"{_at(point)} is inside an obstacle, and on no lane that leads out; start it elsewhere"
+            yield Finding(path, message, list(point))
+
+
+def _on_lane(world: World, point: Point) -> bool:
+    ends = [(world.waypoints.get(lane.from_), world.waypoints.get(lane.to)) for lane in world.lanes]
+    return any(a and b and distance(point, foot(point, a, b)) <= SAME_PLACE for a, b in ends)
+
+
+# --- the rest -----------------------------------------------------------------------------------------------------
+
+
+def _check_items(world: World, lost: Lost) -> Iterator[Finding]:
+    for name, item in world.items.items():
+        point = _point(world, item.at, ("items", name, "at"), lost)
+        if isinstance(point, Finding):
+            yield point
+
+
+def _check_traffic(world: World) -> Iterator[Finding]:
+    policy = world.traffic.policy
+    if policy not in _POLICIES:
+        message = f"no traffic policy {policy!r}, traffic is free{instead(policy, _POLICIES)}"
+        yield warning(("traffic", "policy"), message, policy)
+
+
+def _check_remap(world: World, lost: Lost) -> Iterator[Finding]:
+    targets = {target for alias, target in world.remap.items() if alias != target}
+    for alias, target in world.remap.items():
+        path: Path = ("remap", alias)
+        if not _CHUNKS.fullmatch(alias):
+            message = f"alias {alias!r} must be two words with a slash between, such as wall_e/grab"
+            yield Finding(path, message, alias)
+        elif alias in targets:
+            yield Finding(path, f"alias {alias!r} is the name of an action already; choose another", alias)
+        robot, slash, action = target.partition("/")
+        if not slash or not _CHUNKS.fullmatch(f"{robot}/{action}"):
+            message = f"target {target!r} must be <robot>/<action>, such as wall_e/pickup"
+            yield Finding(path, message, target)
+        elif robot not in world.robots and not lost.has(robot, "robots"):
+            yield Finding(path, f"no robot {robot!r} for {target!r}{instead(robot, world.robots)}", target)
+        elif alias == target:
+            yield warning(path, f"alias {alias!r} is the same as its target", alias)

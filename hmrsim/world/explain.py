@@ -1,0 +1,159 @@
+"""Pydantic's errors in our words: the value and what would do."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.world.finding import MOST_FINDINGS, Finding, Path, instead, shown
+from hmrsim.world.model import Base, Dock, Fault, Item, Lane, Place, RobotSpec, RobotType, Solid, World
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    from pydantic import BaseModel, ValidationError
+    from pydantic_core import ErrorDetails
+
+_PARTS: dict[tuple[str, ...], type[BaseModel]] = {
+    (): World,
+    ("lanes", "*"): Lane,
+    ("walls", "*"): Solid,
+    ("places", "*"): Place,
+    ("docks", "*"): Dock,
+    ("items", "*"): Item,
+    ("robot_types", "*"): RobotType,
+    ("robot_types", "*", "base"): Base,
+    ("robots", "*"): RobotSpec,
+    ("robots", "*", "base"): Base,
+    ("faults", "*"): Fault,
+}
+
+_WANTED = {
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "string_type": "text",
+    "dict_type": "a mapping",
+    "model_type": "a mapping",
+    "model_attributes_type": "a mapping",
+    "tuple_type": "a list",
+    "list_type": "a list",
+    "finite_number": "a finite number",
+}
+
+_LIMITS = {
+    "greater_than": ("greater than", "gt"),
+    "greater_than_equal": ("at least", "ge"),
+    "less_than": ("less than", "lt"),
+    "less_than_equal": ("at most", "le"),
+}
+
+_PHRASES: dict[str, Callable[[Mapping[str, Any], object], str]] = {
+    "literal_error": lambda context, value: f"expected {context['expected']}, got {shown(value)}",
+    "too_short": lambda context, value: f"expected at least {context['min_length']} values, got {_length(value)}",
+    "too_long": lambda context, value: f"expected {context['max_length']} values, got {_length(value)}",
+    "string_too_short": lambda _context, _value: "is empty; give it a name",
+    "string_too_long": lambda context, _value: f"is longer than {context['max_length']} characters",
+    "value_error": lambda context, _value: str(context["error"]),
+}
+
+
+def explain(error: ValidationError, data: object, model: type[BaseModel] | None = None) -> list[Finding]:
+    """Return what is wrong with *data*, one finding a field.
+
+    Args:
+        error: What pydantic says.
+        data: What was validated.
+        model: What it was validated as, if that is no world.
+    """
+    found: dict[Path, Finding] = {}
+    for details in error.errors(include_url=False, include_context=True):
+        path, value = _follow(data, details["loc"], missing=details["type"] == "missing")
+        if path not in found:
+            message = _message(details, path, value, model) if len(found) < MOST_FINDINGS else "is wrong"
+            found[path] = Finding(path, message, value)
+    too_short = {
+        _follow(data, details["loc"], missing=False)[0]
+        for details in error.errors(include_url=False)
+        if details["type"] in ("too_short", "too_long")
+    }
+    # Pydantic counts the parts that are left after the bad ones were taken out, which says nothing new.
+    deeper = {path[:i] for path in found for i in range(len(path))}
+    return [finding for path, finding in found.items() if path not in too_short & deeper]
+
+
+def _follow(data: object, loc: tuple[str | int, ...], *, missing: bool) -> tuple[Path, object]:
+    """Return the path in the file and the value there; pydantic puts the names of alternatives between."""
+    path: list[str | int] = []
+    value = data
+    for i, step in enumerate(loc):
+        if (isinstance(value, dict) and step in value) or (
+            isinstance(value, (list, tuple)) and isinstance(step, int) and step < len(value)
+        ):
+            path.append(step)
+            value = value[step]  # type: ignore[index]
+        elif isinstance(value, (list, tuple)) and step in ("from", "to") and len(value) == 2:  # noqa: PLR2004
+            path.append(step)
+            value = value[step == "to"]
+        elif missing and i == len(loc) - 1 and isinstance(value, dict):
+            path.append(step)
+            value = None
+    return tuple(path), value
+
+
+def _message(details: ErrorDetails, path: Path, value: object, model: type[BaseModel] | None) -> str:
+    kind, context = details["type"], details.get("ctx", {})
+    if kind == "extra_forbidden":
+        text = f"unknown key {path[-1]!r}{instead(str(path[-1]), _known_keys(path[:-1], model))}"
+    elif kind == "missing" and isinstance(value, (list, tuple)):
+        text = f"expected {_count(details, path)}, got {len(value)}"
+    elif kind == "missing":
+        text = f"is missing{_example(path)}"
+    elif kind in _LIMITS:
+        words, key = _LIMITS[kind]
+        text = f"must be {words} {context[key]:g}, got {shown(value)}"
+    elif kind in _WANTED:
+        text = f"expected {_wanted(kind, path, value)}"
+    elif kind in _PHRASES:
+        text = _PHRASES[kind](context, value)
+    elif kind == "string_pattern_mismatch":
+        text = f"{shown(path[-1])} is no ROS name; use a letter, then letters, digits and _"
+    else:
+        text = f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
+    return text
+
+
+def _wanted(kind: str, path: Path, value: object) -> str:
+    if kind in ("tuple_type", "string_type") and path and path[-1] == "at":
+        wanted = "[x, y]" if path[0] in ("places", "docks") else "[x, y] or a name"
+        return f"{wanted}, got {shown(value)}"
+    quotes = "; put it in quotes" if kind == "string_type" and isinstance(value, (int, float)) else ""
+    return f"{_WANTED[kind]}, got {shown(value)}{quotes}"
+
+
+def _count(details: ErrorDetails, path: Path) -> str:
+    if path == ("bounds",):
+        return "[least x, least y, greatest x, greatest y]"
+    return "[x, y]" if details["loc"][-1] in (0, 1) else "more values"
+
+
+def _length(value: object) -> object:
+    return len(value) if isinstance(value, (list, tuple, dict, str)) else shown(value)
+
+
+def _example(path: Path) -> str:
+    if path[-1] == "at":
+        return "; expected [x, y] or a name" if path[0] in ("items", "robots") else "; expected [x, y]"
+    return "; expected the name of a waypoint" if path[0] == "lanes" else ""
+
+
+def _known_keys(path: Path, model: type[BaseModel] | None) -> Iterable[str]:
+    if model is None:
+        pattern: tuple[Any, ...] = tuple(step if i != 1 else "*" for i, step in enumerate(path))
+        model = _PARTS.get(pattern)
+    if model is None:
+        return ()
+    return [field.alias or name for name, field in model.model_fields.items()]

@@ -1,0 +1,67 @@
+"""Finding and reading the file that a world comes from."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from hmrsim.errors import Problem, WorldError
+from hmrsim.resources import shipped_maps
+from hmrsim.world.finding import instead
+
+MOST_BYTES = 16 * 1024 * 1024
+"""A file may be so large."""
+
+
+def find(source: str | Path) -> Path:
+    """Return the file that the user means: a path, or the bare name of a shipped world.
+
+    Raises:
+        WorldError: There is neither.
+    """
+    path = Path(source)
+    name = str(source)
+    if path.is_file():
+        return path
+    bare = isinstance(source, str) and path.name == name and not path.suffix
+    shipped = shipped_maps()
+    if bare and name in shipped:
+        return shipped[name]
+    if bare and not path.exists():
+        raise _error(name, f"no such file, and no shipped world of that name{instead(name, shipped)}")
+    return path
+
+
+def read_text(path: Path, file: str) -> str:
+    """Return the text of a file.
+
+    Args:
+        path: The file.
+        file: Its name as the user knows it, for errors.
+
+    Raises:
+        WorldError: It can't be read, is too large, or is no text.
+    """
+    try:
+        # A named pipe or device might never end.
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise _error(file, f"is {'a folder' if path.is_dir() else 'no ordinary file'}; expected a file")
+        with path.open("rb") as stream:
+            content = stream.read(MOST_BYTES + 1)
+    except FileNotFoundError:
+        raise _error(file, "no such file") from None
+    except (OSError, ValueError) as error:
+        reason = os.strerror(error.errno).lower() if isinstance(error, OSError) and error.errno else str(error)
+        raise _error(file, f"can't be read: {reason}") from None
+    if len(content) > MOST_BYTES:
+        raise _error(file, f"is larger than {MOST_BYTES // 1024 // 1024} MiB")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise WorldError([Problem(file, "", f"is not UTF-8: byte 0x{content[error.start]:02x}", line)]) from None
+
+
+def _error(file: str, message: str) -> WorldError:
+    return WorldError([Problem(file, "", message)])

@@ -1,0 +1,79 @@
+"""What a reader or a check finds wrong, before it is known which file and line that is."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+Path = tuple[str | int, ...]
+"""Keys and indices that lead to a field, from the top of a world."""
+
+_LISTED = 8
+"""So many names are told when none is alike."""
+
+_SHOWN = 60
+"""So many characters of a value are shown."""
+
+_COMPARED = 300
+"""So many names are looked at for one that is alike: comparing is slow."""
+
+MOST_FINDINGS = 1_000
+"""Nobody reads more; what is found beyond them need not be put in words."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing wrong with a world.
+
+    Attributes:
+        path: The field; empty for the whole world.
+        message: The value and what would do.
+        value: The offending value.
+        severity: ``error`` or ``warning``.
+        line: Where the reader that found it saw it; None when the path leads there.
+    """
+
+    path: Path
+    message: str
+    value: object = None
+    severity: str = "error"
+    line: int | None = None
+
+
+def warning(path: Path, message: str, value: object = None) -> Finding:
+    """Return a finding that does not keep a world from being run."""
+    return Finding(path, message, value, "warning")
+
+
+def dotted(path: Path) -> str:
+    """Return a path as it is shown, such as ``lanes.1.to``."""
+    return ".".join(str(step) for step in path)
+
+
+def shown(value: object) -> str:
+    """Return a value as it is shown: on one line, cut when it is long, in the words of YAML."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict):
+        return "a mapping"
+    text = repr(value[:_SHOWN] if isinstance(value, (str, list)) else value)
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 1]}…"
+
+
+def instead(name: str, known: Iterable[str]) -> str:
+    """Return what would do instead of an unknown *name*, as the end of a sentence."""
+    names = list(known)
+    near = [other for other in names if abs(len(other) - len(name)) <= 3 and other[:1] == name[:1]]  # noqa: PLR2004
+    alike = difflib.get_close_matches(name, near[:_COMPARED] or names[:_COMPARED], n=1)
+    if alike:
+        return f"; did you mean {alike[0]!r}?"
+    if not names:
+        return "; there are none"
+    rest = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    return f"; there are {', '.join(names[:_LISTED])}{rest}"

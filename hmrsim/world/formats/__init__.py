@@ -1,0 +1,74 @@
+"""World files that can be read: one format a file."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.plugins import discover
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim.world.finding import Finding, Path
+
+
+@dataclass(frozen=True)
+class Document:
+    """What a file brings.
+
+    Attributes:
+        data: The top-level keys of a world, as in a native file; what is wrong with them is found later.
+        line: Tells the line of a path in *data*, as near as it is known.
+        findings: What the reader itself found wrong or odd.
+    """
+
+    data: dict[str, Any]
+    line: Callable[[Path], int | None] = lambda _path: None
+    findings: tuple[Finding, ...] = ()
+
+
+@dataclass(frozen=True)
+class Format:
+    """A kind of file.
+
+    Attributes:
+        name: Its name, which is that of its module.
+        suffixes: What the names of such files end with; of two that fit, the longer one decides.
+        matches: Tells from the text whether this is such a file.
+        read: Makes a document of the text. The second argument is the name of the file, for the
+            :class:`~hmrsim.errors.WorldError` that it raises when there is nothing to read at all.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    matches: Callable[[str], bool]
+    read: Callable[[str, str], Document]
+
+
+@cache
+def registry() -> dict[str, Format]:
+    """Return all formats by name."""
+    return discover(sys.modules[__name__], "FORMAT", Format)
+
+
+def choose(name: str, text: str) -> Format | None:
+    """Return the format of a file, by the end of its *name* and by what is in it; None for none.
+
+    The suffix is a hint only: what the text looks like decides, and the suffix decides between two that fit.
+    """
+    by_suffix = sorted(
+        ((len(suffix), kind) for kind in registry().values() for suffix in kind.suffixes if _ends(name, suffix)),
+        key=lambda found: (-found[0], found[1].name),
+    )
+    candidates = [kind for _, kind in by_suffix]
+    for kind in [*candidates, *registry().values()]:
+        if kind.matches(text):
+            return kind
+    return candidates[0] if candidates else None
+
+
+def _ends(name: str, suffix: str) -> bool:
+    return name.lower().endswith(suffix)

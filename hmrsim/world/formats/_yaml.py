@@ -1,0 +1,232 @@
+"""YAML 1.2 with the line of every value, duplicate keys found, and bounds on what hostile files can cost."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import yaml
+
+from hmrsim.world.finding import Finding, Path, shown
+
+MOST_NODES = 1_000_000
+"""Values in a file, aliases written out."""
+
+DEEPEST = 50
+"""Mappings and lists inside each other."""
+
+_LONGEST_NUMBER = 40
+
+_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+_NULL = {"", "~", "null", "Null", "NULL"}
+_BOOL = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
+_INT = re.compile(r"[-+]?[0-9]+")
+_OTHER_INT = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_TAG = "tag:yaml.org,2002:"
+
+Lines: TypeAlias = "int | tuple[int, dict[str, Lines] | list[Lines]]"
+"""The line of a value; of a mapping or list, also those of what is in it."""
+
+
+class Unreadable(Exception):
+    """The text is no YAML that can be read.
+
+    Attributes:
+        line: Where, from 1; None when that can't be said.
+    """
+
+    def __init__(self, message: str, line: int | None) -> None:
+        super().__init__(message)
+        self.line = line
+
+
+@dataclass
+class _Part:
+    """A mapping or list; or, with *value* a scalar, one of these.
+
+    Attributes:
+        value: The Python value.
+        lines: Its lines.
+        size: How many values it holds when aliases are written out, itself included.
+        depth: How many mappings and lists are inside each other.
+        anchor: The name by which aliases refer to it.
+        key: The key that waits for its value, and its line.
+        path: Where it is.
+    """
+
+    value: Any
+    lines: Lines
+    size: int = 1
+    depth: int = 0
+    anchor: str | None = None
+    key: tuple[str, int] | None = None
+    path: Path = ()
+
+
+def read(text: str) -> tuple[Any, Lines, list[Finding]]:
+    """Return the value that *text* describes, its lines, and its duplicate keys.
+
+    Raises:
+        Unreadable: It is no YAML, more than one document, or exceeds a bound.
+    """
+    try:
+        builder = _Builder()
+        for event in yaml.parse(text, Loader=_Loader):
+            builder.take(event)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        raise Unreadable(f"is no YAML: {error.problem}", mark.line + 1 if mark else None) from None
+    except yaml.YAMLError as error:
+        raise Unreadable(f"is no YAML: {str(error).splitlines()[0]}", None) from None
+    if builder.root is None:
+        raise Unreadable("is empty", None)
+    return builder.root.value, builder.root.lines, builder.findings
+
+
+def line_of(lines: Lines, path: Path) -> int:
+    """Return the line of a path, or of the part that should hold it."""
+    for step in path:
+        if isinstance(lines, int):
+            return lines
+        line, parts = lines
+        try:
+            lines = parts[step]  # type: ignore[index]
+        except (LookupError, TypeError):
+            return line
+    return lines if isinstance(lines, int) else lines[0]
+
+
+class _Builder:
+    """Makes values of YAML events. Aliases share the value they stand for, and are counted as if they did not."""
+
+    def __init__(self) -> None:
+        self.root: _Part | None = None
+        self.findings: list[Finding] = []
+        self._open: list[_Part] = []
+        self._anchors: dict[str, _Part | None] = {}
+        self._size = 0
+
+    def take(self, event: Any) -> None:
+        line = event.start_mark.line + 1
+        if isinstance(event, yaml.DocumentStartEvent) and self.root is not None:
+            raise Unreadable("has more than one document; keep one", line)
+        if isinstance(event, (yaml.MappingStartEvent, yaml.SequenceStartEvent)):
+            self._begin(event, line)
+        elif isinstance(event, (yaml.MappingEndEvent, yaml.SequenceEndEvent)):
+            part = self._open.pop()
+            self._keep(part.anchor, part)
+            self._add(part)
+        elif isinstance(event, yaml.ScalarEvent):
+            self._scalar(event, line)
+        elif isinstance(event, yaml.AliasEvent):
+            self._alias(str(event.anchor), line)
+
+    def _begin(self, event: Any, line: int) -> None:
+        is_mapping = isinstance(event, yaml.MappingStartEvent)
+        if event.tag not in (None, "!", _TAG + ("map" if is_mapping else "seq")):
+            raise Unreadable(f"has the tag {event.tag!r}; leave it out", line)
+        self._count(1, len(self._open) + 1, line)
+        if self._open and self._wants_key():
+            raise Unreadable("has a mapping or list as a key; use a name", line)
+        value: Any = {} if is_mapping else []
+        path = (*self._open[-1].path, self._step()) if self._open else ()
+        parts: Any = {} if is_mapping else []
+        begins = self._open[-1].key[1] if self._open and self._open[-1].key else line
+        self._open.append(_Part(value, (begins, parts), 1, 1, event.anchor, path=path))
+        if event.anchor:
+            self._anchors[event.anchor] = None
+
+    def _step(self) -> str | int:
+        key = self._open[-1].key
+        return key[0] if key else len(self._open[-1].value)
+
+    def _wants_key(self) -> bool:
+        return isinstance(self._open[-1].value, dict) and self._open[-1].key is None
+
+    def _count(self, size: int, depth: int, line: int) -> None:
+        self._size += size
+        if self._size > MOST_NODES:
+            raise Unreadable(f"has more than {MOST_NODES} values, aliases written out", line)
+        if depth > DEEPEST:
+            raise Unreadable(f"is nested deeper than {DEEPEST}", line)
+
+    def _scalar(self, event: Any, line: int) -> None:
+        self._count(1, 0, line)
+        if self._open and self._wants_key():
+            self._open[-1].key = (event.value, line)
+            return
+        part = _Part(_resolve(event, line), line)
+        self._keep(event.anchor, part)
+        self._add(part)
+
+    def _alias(self, anchor: str, line: int) -> None:
+        part = self._anchors.get(anchor)
+        if part is None:
+            why = "is inside what it stands for" if anchor in self._anchors else "stands for nothing"
+            raise Unreadable(f"alias {shown(anchor)} {why}", line)
+        self._count(part.size, len(self._open) + part.depth, line)
+        if self._open and self._wants_key():
+            if not isinstance(part.value, str):
+                raise Unreadable(f"alias {shown(anchor)} is no name that could be a key", line)
+            self._open[-1].key = (part.value, line)
+            return
+        self._add(part)
+
+    def _keep(self, anchor: str | None, part: _Part) -> None:
+        if anchor:
+            self._anchors[anchor] = part
+
+    def _add(self, part: _Part) -> None:
+        """Put a finished value where it belongs."""
+        if not self._open:
+            self.root = part
+            return
+        parent = self._open[-1]
+        parent.size += part.size
+        parent.depth = max(parent.depth, part.depth + 1)
+        parts: Any = parent.lines[1] if isinstance(parent.lines, tuple) else ()
+        if parent.key is None:
+            parent.value.append(part.value)
+            parts.append(part.lines)
+            return
+        key, line = parent.key
+        parent.key = None
+        if key in parent.value:
+            first = line_of(parent.lines, (key,))
+            message = f"key {shown(key)} is there twice, first in line {first}; keep one"
+            self.findings.append(Finding((*parent.path, key), message, key, line=line))
+            return
+        parent.value[key] = part.value
+        parts[key] = part.lines
+
+
+def _resolve(event: Any, line: int) -> object:
+    """Return the value of a scalar by YAML 1.2's core schema."""
+    text: str = event.value
+    if event.tag is not None and event.tag != "!":
+        if event.tag == f"{_TAG}str":
+            return text
+        raise Unreadable(f"has the tag {shown(event.tag)}; leave it out", line)
+    return _plain(text) if event.implicit[0] else text
+
+
+def _plain(text: str) -> object:
+    """Return the value of a scalar without quotes."""
+    value: object = text
+    if text in _NULL:
+        value = None
+    elif text in _BOOL:
+        value = _BOOL[text]
+    elif _INT.fullmatch(text):
+        value = int(text) if len(text) <= _LONGEST_NUMBER else float(text)
+    elif _FLOAT.fullmatch(text):
+        value = float(text)
+    elif _NOT_FINITE.fullmatch(text):
+        value = float(text.replace(".", ""))
+    elif _OTHER_INT.fullmatch(text):
+        value = int(text, 0) if len(text) <= _LONGEST_NUMBER else float("inf")
+    return value

@@ -1,0 +1,101 @@
+"""From a file, or several, to a world; or to everything that is wrong with them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from hmrsim.errors import Problem, WorldError
+from hmrsim.world import additions
+from hmrsim.world.checks import check
+from hmrsim.world.files import find
+from hmrsim.world.finding import MOST_FINDINGS
+from hmrsim.world.includes import read_all
+from hmrsim.world.validation import Lost, validate
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from hmrsim.world.merging import Source
+    from hmrsim.world.model import World
+
+
+@dataclass(frozen=True)
+class LoadedWorld:
+    """A world that can be run.
+
+    Attributes:
+        world: All files made into one.
+        path: The file that it was read from.
+        warnings: What can be run but is unlikely to be meant.
+        hash: SHA-256 of the world in canonical JSON, 64 hex digits; files that say the same have the same.
+    """
+
+    world: World
+    path: Path
+    warnings: tuple[Problem, ...]
+    hash: str
+
+
+def load_world(source: str | Path, *, add_robots: Sequence[str] = (), add_items: Sequence[str] = ()) -> LoadedWorld:
+    """Read a world with all that it includes, and check it.
+
+    Args:
+        source: A file of any format, or the bare name of a shipped world.
+        add_robots: Further robots, each ``NAME@X,Y[:TYPE]``.
+        add_items: Further items, each ``NAME@X,Y[:KG]``.
+
+    Raises:
+        WorldError: Something is wrong; it has all errors, in file order, and then all warnings.
+    """
+    path = find(source)
+    file = str(path)
+    merged = read_all(path, file)
+    problems: list[Problem] = []
+    for texts, parse in ((add_robots, additions.robot), (add_items, additions.item)):
+        for text in texts:
+            problems += _added(text, parse, merged.add)
+    valid = validate(merged.data)
+    lost = valid.lost
+    if not merged.complete:
+        lost = Lost(dict.fromkeys(("waypoints", "places", "docks", "robot_types", "robots", "lanes")))
+    findings = list(valid.findings)
+    if valid.world is not None:
+        findings += [valid.original_of(finding) for finding in check(valid.world, lost)]
+    problems += [*merged.problems, *(merged.problem(finding) for finding in findings)]
+    problems = _in_order(problems, file)
+    if valid.world is None or any(problem.severity == "error" for problem in problems):
+        raise WorldError(problems)
+    return LoadedWorld(valid.world, path, tuple(problems), world_hash(valid.world))
+
+
+def _added(text: str, parse: Callable[[str], Source], add: Callable[[Source], None]) -> tuple[Problem, ...]:
+    try:
+        add(parse(text))
+    except WorldError as error:
+        return error.problems
+    return ()
+
+
+def _in_order(problems: list[Problem], file: str) -> list[Problem]:
+    """Return problems in order of file and line, the main file first, and no more than anybody would read."""
+    files = {file: 0}
+    for problem in problems:
+        files.setdefault(problem.file, len(files))
+    ordered = sorted(problems, key=lambda problem: (files[problem.file], problem.line or 0))
+    ordered.sort(key=lambda problem: problem.severity != "error")
+    if len(ordered) <= MOST_FINDINGS:
+        return ordered
+    more = len(ordered) - MOST_FINDINGS
+    last = Problem(file, "", f"and {more} more", severity=ordered[MOST_FINDINGS].severity)
+    return [*ordered[:MOST_FINDINGS], last]
+
+
+def world_hash(world: World) -> str:
+    """Return the SHA-256 of a world in canonical JSON, as 64 hex digits."""
+    data = world.model_dump(mode="json", by_alias=True)
+    text = json.dumps(data, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+    return hashlib.sha256(text.encode("ascii")).hexdigest()

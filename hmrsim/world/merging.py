@@ -1,0 +1,102 @@
+"""Several files made into one world, remembering which part is from where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.errors import Problem
+from hmrsim.world.finding import Finding, dotted, shown
+
+if TYPE_CHECKING:
+    from hmrsim.world.finding import Path
+    from hmrsim.world.formats import Document
+
+_MAPS = ("waypoints", "places", "docks", "items", "robot_types", "robots", "remap")
+_LISTS = ("lanes", "walls", "faults")
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file, or what stands for one.
+
+    Attributes:
+        file: Its name as the user knows it.
+        document: What it brings.
+    """
+
+    file: str
+    document: Document
+
+    def problem(self, finding: Finding) -> Problem:
+        """Return a finding about this file as a problem."""
+        line = finding.line or self.document.line(finding.path)
+        return Problem(self.file, dotted(finding.path), finding.message, line, finding.value, finding.severity)
+
+
+@dataclass
+class Merged:
+    """Files made into one.
+
+    Attributes:
+        root: The file that the others are added to.
+        data: The top-level keys of a world.
+        problems: What was wrong with the files themselves.
+        complete: Whether all files could be read, so that what is missing is really missing.
+    """
+
+    root: Source
+    data: dict[str, Any] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+    complete: bool = True
+    _owners: dict[Path, tuple[Source, Path]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Begin with the root."""
+        self.add(self.root)
+
+    def problem(self, finding: Finding) -> Problem:
+        """Return a finding about the data as a problem of the file that it is from."""
+        source, start = self._owner(finding.path)
+        path = (*start, *finding.path[len(start) :])
+        return source.problem(Finding(path, finding.message, finding.value, finding.severity, finding.line))
+
+    def _owner(self, path: Path) -> tuple[Source, Path]:
+        return self._owners.get(path[:2]) or self._owners.get(path[:1]) or (self.root, ())
+
+    def add(self, source: Source) -> None:
+        """Unite maps and join lists; of everything else, what is there already stays."""
+        self.problems += [source.problem(finding) for finding in source.document.findings]
+        for key, value in source.document.data.items():
+            if key == "include":
+                continue
+            if key in _MAPS and isinstance(value, dict) and isinstance(self.data.get(key, {}), dict):
+                self._unite(key, value, source)
+            elif key in _LISTS and isinstance(value, list) and isinstance(self.data.get(key, []), list):
+                self._join(key, value, source)
+            elif key not in self.data:
+                self.data[key] = value
+                self._owners[key,] = (source, (key,))
+            elif key == "units" and value != self.data[key]:
+                other = self._owner((key,))[0].file
+                message = f"{shown(value)} can't be joined with {shown(self.data[key])} of {other}"
+                self.problems.append(source.problem(Finding((key,), message, value)))
+
+    def _unite(self, key: str, value: dict[str, Any], source: Source) -> None:
+        mine = self.data.setdefault(key, {})
+        self._owners.setdefault((key,), (source, (key,)))
+        for name, part in value.items():
+            if name in mine:
+                other = self._owner((key, name))[0].file
+                message = f"{name!r} is in {other} already; give one of the two another name"
+                self.problems.append(source.problem(Finding((key, name), message, name)))
+            else:
+                mine[name] = part
+                self._owners[key, name] = (source, (key, name))
+
+    def _join(self, key: str, value: list[Any], source: Source) -> None:
+        mine = self.data.setdefault(key, [])
+        self._owners.setdefault((key,), (source, (key,)))
+        for i, part in enumerate(value):
+            self._owners[key, len(mine)] = (source, (key, i))
+            mine.append(part)

@@ -1,0 +1,67 @@
+"""The JSON Schema of native world files, for editors."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.components import registry as components
+from hmrsim.world import model
+from hmrsim.world.model import World
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+_ATTRIBUTE = re.compile(r"^    (\w+): (.*(?:\n        .*)*)", re.MULTILINE)
+
+_LANE_PAIR = {
+    "type": "array",
+    "description": "The two waypoints that it joins.",
+    "items": {"type": "string"},
+    "minItems": 2,
+    "maxItems": 2,
+}
+
+
+def world_schema() -> dict[str, Any]:
+    """Return the JSON Schema of native world files, with the settings of all components."""
+    schema = World.model_json_schema(by_alias=True)
+    definitions: dict[str, Any] = schema["$defs"]
+    for name, definition in definitions.items():
+        _describe(definition, getattr(model, name))
+    _describe(schema, World)
+    definitions["Lane"] = {"anyOf": [_LANE_PAIR, definitions["Lane"]]}
+    settings = {name: _settings(component.settings) for name, component in components().items()}
+    definitions["RobotType"]["properties"]["components"] = _one_of_each(settings)
+    definitions["RobotSpec"]["properties"]["components"] = _one_of_each(
+        {name: {"anyOf": [part, {"type": "null"}]} for name, part in settings.items()}
+    )
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **schema,
+        "title": "hmrsim world",
+    }
+
+
+def _one_of_each(settings: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "object", "default": {}, "properties": settings, "additionalProperties": False}
+
+
+def _settings(kind: type[BaseModel]) -> dict[str, Any]:
+    """Return the schema of a component's settings, which has no parts of its own."""
+    schema = kind.model_json_schema(by_alias=True)
+    _describe(schema, kind)
+    return schema
+
+
+def _describe(schema: dict[str, Any], kind: type[BaseModel]) -> None:
+    """Take the descriptions of a model and its fields from its docstring; drop what pydantic makes up."""
+    text = inspect.getdoc(kind) or ""
+    attributes = {name: " ".join(words.split()) for name, words in _ATTRIBUTE.findall(text)}
+    schema["description"] = " ".join(text.partition("\n\nAttributes:")[0].split())
+    for name, field in kind.model_fields.items():
+        part = schema["properties"][field.alias or name]
+        part.pop("title", None)
+        if name in attributes:
+            part.setdefault("description", attributes[name])

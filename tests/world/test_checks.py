@@ -1,0 +1,127 @@
+"""The checks across the fields of a world."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.world import World, check_world
+
+MAP = {
+    "bounds": [0, 0, 10, 10],
+    "waypoints": {"home": [1, 1], "door": [5, 1], "shelf": [9, 1]},
+    "lanes": [["home", "door"], ["door", "shelf"]],
+    "places": {"table": {"at": [9, 2]}},
+    "robots": {"wall_e": {"type": "fetcher", "at": "home"}},
+}
+
+
+def problems(**fields):
+    """Return what is wrong with the map when these fields are added to it, or changed."""
+    merged = {key: {**MAP.get(key, {}), **value} if isinstance(value, dict) else value for key, value in fields.items()}
+    world = World.model_validate({**MAP, **merged})
+    return [(problem.severity, problem.path, problem.message) for problem in check_world(world)]
+
+
+def test_nothing_is_wrong_with_the_map_itself():
+    """The map of these tests is fine."""
+    assert problems() == []
+
+
+BOX = {"solid": [[0, 0], [2, 0], [2, 2], [0, 2]]}
+
+ERRORS = [
+    ({"bounds": [0, 0, 0, 10]}, "bounds", "least x 0 must be below greatest x 0"),
+    ({"lanes": [["home", "dor"]]}, "lanes.0.to", "no waypoint 'dor'; did you mean 'door'?"),
+    ({"lanes": [["zz", "door"]]}, "lanes.0.from", "no waypoint 'zz'; there are home, door, shelf"),
+    ({"lanes": [["home", "home"]]}, "lanes.0", "leads from 'home' to itself"),
+    ({"waypoints": {"gate": [1, 1]}, "lanes": [["home", "gate"]]}, "lanes.0", "has no length"),
+    ({"lanes": [["home", "door"], ["door", "home"]]}, "lanes.1", "are joined by lanes.0 already"),
+    ({"robots": {"eve": {"at": "hme"}}}, "robots.eve.at", "no waypoint, place or dock 'hme'; did you mean"),
+    ({"robots": {"eve": {"at": [11, 1]}}}, "robots.eve.at", "(11, 1) is outside the map, which spans (0, 0) to"),
+    ({"robots": {"eve": {"at": [1, 1.5]}}, "walls": [BOX]}, "robots.eve.at", "(1, 1.5) is inside an obstacle"),
+    ({"robots": {"eve": {"at": [1, 1], "type": "fetchr"}}}, "robots.eve.type", "did you mean 'fetcher'?"),
+    ({"robots": {"eve": {"at": [1, 1], "components": {"clw": {}}}}}, "robots.eve.components.clw", "no component"),
+    (
+        {"robots": {"eve": {"at": [1, 1], "components": {"claw": {"reach": "far"}}}}},
+        "robots.eve.components.claw.reach",
+        "expected a number, got 'far'",
+    ),
+    (
+        {"robot_types": {"nurse": {"components": {"claw": {"reach": -1}}}}},
+        "robot_types.nurse.components.claw.reach",
+        "must be greater than 0, got -1",
+    ),
+    ({"items": {"cup": {"at": "nowhere"}}}, "items.cup.at", "no waypoint, place or dock 'nowhere'"),
+    ({"places": {"home": {"at": [3, 3]}}}, "places.home.at", "(3, 3) is another point than waypoints.home"),
+    ({"remap": {"grab": "wall_e/pickup"}}, "remap.grab", "must be two words with a slash between"),
+    ({"remap": {"_world/time": "wall_e/pickup"}}, "remap._world/time", "must be two words with a slash between"),
+    ({"remap": {"a/b": "wall_e.pickup"}}, "remap.a/b", "must be <robot>/<action>"),
+    ({"remap": {"a/b": "wally/pickup"}}, "remap.a/b", "no robot 'wally' for 'wally/pickup'; did you mean 'wall_e'?"),
+    (
+        {"remap": {"wall_e/place": "wall_e/pickup", "a/b": "wall_e/place"}},
+        "remap.wall_e/place",
+        "is the name of an action already",
+    ),
+]
+
+
+@pytest.mark.parametrize(("fields", "path", "message"), ERRORS, ids=[path for _, path, _ in ERRORS])
+def test_error_names_the_field_the_value_and_the_remedy(fields, path, message):
+    """Each mistake is one error at its field."""
+    errors = [(where, text) for severity, where, text in problems(**fields) if severity == "error"]
+
+    assert [(path, True)] == [(where, message in text) for where, text in errors], errors
+
+
+WARNINGS = [
+    ({"places": {"yard": {"at": [50, 2]}}}, "places.yard.at", "(50, 2) is outside the map"),
+    ({"items": {"cup": {"at": [-1, 2]}}}, "items.cup.at", "(-1, 2) is outside the map"),
+    ({"docks": {"charger": {"at": [5, -2]}}}, "docks.charger.at", "(5, -2) is outside the map"),
+    ({"waypoints": {"far": [50, 1]}, "lanes": [*MAP["lanes"], ["shelf", "far"]]}, "waypoints.far", "outside"),
+    ({"traffic": {"policy": "reserve"}}, "traffic.policy", "no traffic policy 'reserve', traffic is free"),
+    ({"walls": [[[7, 0], [7, 2]]]}, "lanes.1", "'door'-'shelf' crosses walls.0; a drawn lane is open all the same"),
+    ({"waypoints": {"alone": [5, 5]}}, "waypoints.alone", "no lane leads here"),
+    (
+        {"waypoints": {"a": [5, 5], "b": [6, 5]}, "lanes": [*MAP["lanes"], ["a", "b"]]},
+        "lanes",
+        "are 2 parts that no lane connects, with 'home', 'a'",
+    ),
+    ({"walls": [BOX]}, "robots.wall_e.at", "is inside an obstacle; only its lane leads out"),
+]
+
+
+@pytest.mark.parametrize(("fields", "path", "message"), WARNINGS, ids=[path for _, path, _ in WARNINGS])
+def test_what_can_be_run_but_is_odd_is_a_warning(fields, path, message):
+    """Odd things are told, and stop nobody."""
+    found = problems(**fields)
+
+    assert {severity for severity, _, _ in found} == {"warning"}
+    assert (path, True) in [(where, message in text) for _, where, text in found]
+
+
+def test_lanes_in_opposite_directions_are_no_duplicates():
+    """Two one-way lanes make one lane that goes both ways."""
+    lanes = [
+        {"from": "home", "to": "door", "one_way": True},
+        {"from": "door", "to": "home", "one_way": True},
+        ["door", "shelf"],
+    ]
+
+    assert problems(lanes=lanes) == []
+
+
+def test_robots_bad_setting_is_told_once():
+    """What is wrong with a type is not told again of each of its robots."""
+    kind = {"components": {"claw": {"reach": -1}}}
+    robot = {"type": "nurse", "at": "home", "components": {"claw": {"max_weight": 1.0}}}
+
+    assert [path for _, path, _ in problems(robot_types={"nurse": kind}, robots={"eve": robot})] == [
+        "robot_types.nurse.components.claw.reach"
+    ]
+
+
+def test_problem_says_file_and_value():
+    """A program gets the parts of the message, too."""
+    (problem,) = check_world(World.model_validate({**MAP, "lanes": [*MAP["lanes"], ["home", "x"]]}), "ward.yaml")
+
+    assert (problem.file, problem.path, problem.value) == ("ward.yaml", "lanes.2.to", "x")

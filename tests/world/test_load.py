@@ -1,0 +1,289 @@
+"""Loading worlds: finding files, including others, and telling all errors at once."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+
+from hmrsim.errors import WorldError
+from hmrsim.graph import WaypointGraph
+from hmrsim.resources import shipped_maps
+from hmrsim.world import load_world
+from hmrsim.world.schema import world_schema
+
+MANY = """\
+name: many
+colour: blue
+waypoints: {home: [0, 0], door: [2, x], shelf: [4, 0]}
+lanes:
+  - [home, door]
+  - {from: home, to: shelv, speed_limit: -1}
+robots:
+  wall_e: {type: nurze, at: home, base: {speed: fast}}
+  eve: {at: [0, 0], components: {claw: {reach: -2}}}
+seed: 7
+seed: 8
+"""
+
+KEYS = "name, units, bounds, include, waypoints, lanes, walls, places"
+
+
+def test_all_errors_are_told_at_once_with_their_lines(errors_of):
+    """Errors of every kind, in file order; none that only follows from another."""
+    assert errors_of(MANY) == [
+        f"2: colour: unknown key 'colour'; there are {KEYS} and 8 more",
+        "3: waypoints.door.1: expected a number, got 'x'",
+        "6: lanes.1.speed_limit: must be greater than 0, got -1",
+        "6: lanes.1.to: no waypoint 'shelv'; did you mean 'shelf'?",
+        "8: robots.wall_e.base.speed: expected a number, got 'fast'",
+        "8: robots.wall_e.type: no robot type 'nurze'; there are carrier, fetcher",
+        "9: robots.eve.components.claw.reach: must be greater than 0, got -2",
+        "11: seed: key 'seed' is there twice, first in line 10; keep one",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("robots: {eve: {at: 5}}", "1: robots.eve.at: expected [x, y] or a name, got 5"),
+        ("robots: {eve: {}}", "1: robots.eve.at: is missing; expected [x, y] or a name"),
+        ("robots: {eve: {at: [1]}}", "1: robots.eve.at: expected [x, y], got 1"),
+        ("robots: {eve: {at: [1, 2, 3]}}", "1: robots.eve.at: expected 2 values, got 3"),
+        ("robots: {_eve: {at: [1, 2]}}", "1: robots._eve: '_eve' is no ROS name; use a letter, then letters,"),
+        ("robots: {eve: {at: [1, 2], sped: 1}}", "1: robots.eve.sped: unknown key 'sped'"),
+        ("robots: {eve: {at: [1, 2], base: {sped: 1}}}", "1: robots.eve.base.sped: unknown key 'sped'; did"),
+        ("robots: {eve: {at: [1, 2], components: {claw: }}}", ""),
+        ("walls: [5]", "1: walls.0: expected a list, got 5"),
+        ("walls: [[[0, 0]]]", "1: walls.0: expected at least 2 values, got 1"),
+        ("walls: [[[0, 0], [0, 0]]]", "1: walls.0: all its points are (0.0, 0.0)"),
+        ("walls: [{solid: [[0, 0], [1, 1]]}]", "1: walls.0.solid: expected at least 3 values, got 2"),
+        ("lanes: 5", "1: lanes: expected a list, got 5"),
+        ("lanes: [[a]]", "1: lanes.0: a lane is [from, to], got 1 names"),
+        ("lanes: [[1, 2]]", "1: lanes.0.from: expected text, got 1; put it in quotes"),
+        ("units: feet", "1: units: expected 'm' or 'px', got 'feet'"),
+        ("bounds: [0, 0, 1]", "1: bounds: expected [least x, least y, greatest x, greatest y], got 3"),
+        ("waypoints:", "1: waypoints: expected a mapping, got nothing"),
+        ("waypoints: {a: [1.0e+8, 0]}", "1: waypoints.a.0: must be at most 1e+07, got 100000000.0"),
+        ("name: ''", "1: name: is empty; give it a name"),
+        ("faults: [{}]", "1: faults.0.type: is missing"),
+    ],
+)
+def test_error_is_in_our_words(write, text, error):
+    """No error speaks of pydantic."""
+    path = write(text)
+    try:
+        load_world(path)
+        first = ""
+    except WorldError as caught:
+        first = str(caught.problems[0]).removeprefix(f"{path}:")
+
+    assert first.startswith(error)
+
+
+# --- finding and reading ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", sorted(shipped_maps()))
+def test_shipped_world_is_fine(name):
+    """Every shipped world loads by its bare name, without a warning, and is valid by the schema."""
+    loaded = load_world(name)
+
+    assert loaded.warnings == ()
+    jsonschema.validate(yaml.safe_load(loaded.path.read_text(encoding="utf-8")), world_schema())
+
+
+def test_unknown_name_tells_the_shipped_worlds():
+    """A bare name that is none is answered with those that are."""
+    with pytest.raises(WorldError, match=r"^nowhere: no such file, and no shipped world .*there are hospital, "):
+        load_world("nowhere")
+
+
+def test_file_that_cannot_be_read_is_one_problem(tmp_path):
+    """A missing file, a folder, a pipe, wrong bytes and unknown contents."""
+    (tmp_path / "bytes.yaml").write_bytes(b"name: a\nx: \xff\n")
+    (tmp_path / "unknown.txt").write_text("hello", encoding="utf-8")
+    os.mkfifo(tmp_path / "pipe.yaml")
+    found = {}
+    for name in ("missing.yaml", ".", "bytes.yaml", "unknown.txt", "pipe.yaml", "nul\0.yaml"):
+        with pytest.raises(WorldError) as caught:
+            load_world(tmp_path / name)
+        (problem,) = caught.value.problems
+        found[name] = (problem.line, problem.message.partition("; ")[0])
+
+    assert found == {
+        "missing.yaml": (None, "no such file"),
+        ".": (None, "is a folder"),
+        "bytes.yaml": (2, "is not UTF-8: byte 0xff"),
+        "unknown.txt": (None, "is of no known format"),
+        "pipe.yaml": (None, "is no ordinary file"),
+        "nul\0.yaml": (None, "can't be read: embedded null byte"),
+    }
+
+
+def test_file_that_is_too_large_is_refused(tmp_path):
+    """16 MiB are enough."""
+    path = tmp_path / "large.yaml"
+    with path.open("wb") as stream:
+        stream.truncate(16 * 1024 * 1024 + 1)
+
+    with pytest.raises(WorldError, match="is larger than 16 MiB"):
+        load_world(path)
+
+
+def test_equal_worlds_have_one_hash(load):
+    """The hash is of what a world says, not of how; another seed is another world."""
+    one = load("seed: 1\nwaypoints: {a: [0, 0], b: [1, 0]}\n", "one.yaml").hash
+    same = load('{"waypoints": {"b": [1.0, 0], "a": [0, 0]}, "seed": 1}', "same.json").hash
+    other = load("seed: 2\nwaypoints: {a: [0, 0], b: [1, 0]}\n", "other.yaml").hash
+
+    assert (len(one), one == same, one == other) == (64, True, False)
+
+
+# --- includes -----------------------------------------------------------------------------------------------------
+
+
+def test_included_files_are_united(write):
+    """Maps are united, lists joined, and what stands alone is the including file's."""
+    write("name: floor\nseed: 1\nwaypoints: {a: [0, 0], b: [1, 0]}\nlanes: [[a, b]]\n", "parts/floor.yaml")
+    path = write("seed: 2\ninclude: [parts/floor.yaml]\nwaypoints: {c: [2, 0]}\nlanes: [[b, c]]\n")
+
+    world = load_world(path).world
+
+    assert (world.name, world.seed, sorted(world.waypoints)) == ("floor", 2, ["a", "b", "c"])
+    assert [(lane.from_, lane.to) for lane in world.lanes] == [("b", "c"), ("a", "b")]
+
+
+def test_error_in_an_included_file_names_that_file_and_its_line(write):
+    """The path of the error is the one in the included file, too."""
+    floor = write("waypoints: {a: [0, 0]}\nlanes:\n  - [a, nowhere]\n", "floor.yaml")
+    path = write("include: [floor.yaml]\nwaypoints: {b: [1, 1]}\nlanes: [[a, b]]\n")
+
+    with pytest.raises(WorldError) as caught:
+        load_world(path)
+
+    assert str(caught.value.problems[0]) == f"{floor}:3: lanes.0.to: no waypoint 'nowhere'; there are b, a"
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("world.yaml", "'world.yaml' includes this file in turn"),
+        ("../outside.yaml", "'../outside.yaml' is outside the folder of this file"),
+        ("/etc/hostname", "'/etc/hostname' is outside the folder of this file"),
+        ("link.yaml", "'link.yaml' is outside the folder of this file"),
+        ("loop.yaml", "'world.yaml' includes this file in turn"),
+        ("twice.yaml", "'a' is in "),
+        ("missing.yaml", "no such file"),
+        ("pixels.yaml", "'px' can't be joined with 'm'"),
+        ("broken.yaml", "is no YAML"),
+    ],
+)
+def test_include_that_cannot_be_is_refused(write, name, message):
+    """Loops, files outside the folder, names that are there twice, units that differ."""
+    outside = write("name: outside\n", "outside.yaml")
+    write("include: [world.yaml]\n", "inside/loop.yaml")
+    write("waypoints: {a: [0, 0]}\n", "inside/twice.yaml")
+    write("units: px\n", "inside/pixels.yaml")
+    write("name: [", "inside/broken.yaml")
+    path = write(f"units: m\ninclude: [{name}]\nwaypoints: {{a: [0, 0]}}\n", "inside/world.yaml")
+    (path.parent / "link.yaml").symlink_to(outside)
+
+    with pytest.raises(WorldError) as caught:
+        load_world(path)
+
+    assert [message in str(problem) for problem in caught.value.problems] == [True]
+
+
+def test_missing_include_makes_no_other_errors(errors_of):
+    """What may have been in a file that can't be read is not missed."""
+    errors = errors_of("include: [floor.yaml]\nlanes: [[a, b]]\nrobots: {eve: {at: a, type: nurse}}\n")
+
+    assert [error.endswith("floor.yaml: no such file") for error in errors] == [True]
+
+
+# --- what the command line adds -----------------------------------------------------------------------------------
+
+
+def test_robots_and_items_can_be_added(write):
+    """``--robot`` and ``--item`` add what a format lacks."""
+    path = write("waypoints: {a: [0, 0]}\n")
+
+    world = load_world(path, add_robots=["eve@1,2", "wall_e@-1.5,1e1:fetcher"], add_items=["cup@1,2:0.5"]).world
+
+    assert [(name, robot.at, robot.type) for name, robot in world.robots.items()] == [
+        ("eve", (1.0, 2.0), "carrier"),
+        ("wall_e", (-1.5, 10.0), "fetcher"),
+    ]
+    assert [(name, item.at, item.weight) for name, item in world.items.items()] == [("cup", (1.0, 2.0), 0.5)]
+
+
+@pytest.mark.parametrize(
+    ("robot", "message"),
+    [
+        ("eve", "--robot eve: expected NAME@X,Y or NAME@X,Y:TYPE"),
+        ("eve@1;2", "--robot eve@1;2: expected NAME@X,Y or NAME@X,Y:TYPE"),
+        ("eve@1,2:nurse", "--robot eve@1,2:nurse: robots.eve.type: no robot type 'nurse'; there are carrier, fetcher"),
+        ("wall_e@1,2", "--robot wall_e@1,2: robots.wall_e: 'wall_e' is in "),
+        ("e-v@1,2", "--robot e-v@1,2: robots.e-v: 'e-v' is no ROS name"),
+    ],
+)
+def test_robot_that_cannot_be_added_is_refused(write, robot, message):
+    """The error names the option as it was given."""
+    path = write("robots: {wall_e: {at: [0, 0]}}\n")
+
+    with pytest.raises(WorldError) as caught:
+        load_world(path, add_robots=[robot])
+
+    assert str(caught.value).startswith(message)
+
+
+# --- the scenarios ------------------------------------------------------------------------------------------------
+
+
+def test_scenario_1_can_be_driven():
+    """Both goals of scenario 1 are reached by lanes, and its medicine is within the claw's reach."""
+    world = load_world("scenario1").world
+    graph = WaypointGraph(world)
+
+    there = graph.plan((515.0, 80.0), (512.0, 215.0), 300.0)
+    back = graph.plan((512.0, 215.0), (100.0, 180.0), 300.0)
+
+    assert world.point(world.robots["wall_e"].at) == (515.0, 80.0)
+    assert (world.items["medicine"].at, world.items["medicine"].weight) == ((518.5, 199.0), 0.2)
+    assert (round(there.length), round(back.length)) == (532, 617)
+
+
+def test_scenario_2_can_be_driven():
+    """The goal of scenario 2 is reached by lanes."""
+    world = load_world("scenario2").world
+
+    route = WaypointGraph(world).plan((78.0, 86.0), (450.0, 330.0), 300.0)
+
+    assert (world.point(world.robots["wall_e"].at), round(route.length)) == ((78.0, 86.0), 616)
+
+
+def test_hospital_can_be_driven():
+    """Each place of the hospital is reached from each other and from the chargers, and each item from a place."""
+    world = load_world("hospital").world
+    graph = WaypointGraph(world)
+    places = [place.at for place in world.places.values()]
+
+    lengths = [
+        graph.plan(start, goal, 1.0).length
+        for start in [*places, *(dock.at for dock in world.docks.values())]
+        for goal in places
+    ]
+    reach = [min(abs(complex(*item.at) - complex(*place)) for place in places) for item in world.items.values()]
+
+    assert (max(lengths) < 60.0, max(reach) < 0.9) == (True, True)
+
+
+def test_schema_in_the_repository_is_the_models():
+    """schemas/world.schema.json is what the models say."""
+    path = Path(__file__).parents[2] / "schemas" / "world.schema.json"
+
+    assert yaml.safe_load(path.read_text(encoding="utf-8")) == world_schema()
