@@ -1,0 +1,213 @@
+"""The client of a simulator: goals that are sent without waiting, values that are asked for, topics to follow.
+
+::
+
+    with Client() as client:
+        wall_e = client.action_client("wall_e", registry()["navigate_to_pose"])
+        goal = wall_e.send_goal(NavigateToPose.Goal(...), on_feedback=print)
+        result = goal.result(timeout=60.0)
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import threading
+import time
+from typing import TYPE_CHECKING, Any, Final, Self
+
+import zenoh
+
+from hmrsim_zenoh.action_client import ActionClient
+from hmrsim_zenoh.envelopes import UnreadableError
+from hmrsim_zenoh.errors import BadOptions, ClientClosed, NobodyThere, RequestError, RequestTimeout, Unreachable
+from hmrsim_zenoh.keys import Keys
+from hmrsim_zenoh.link import Answer, Link, Port
+from hmrsim_zenoh.session import DEFAULT_OPTIONS, SessionOptions, open_client
+from hmrsim_zenoh.subscription import Subscription
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import TracebackType
+
+    from hmrsim.actions import Action, F, G, R
+
+_ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_PAUSE: Final = 0.05
+# A value's queryable may be announced a moment after the simulator's token.
+_TRIES: Final = 2
+
+
+class Client:
+    """A connection to one simulator; close it, or use it in a ``with`` statement.
+
+    Attributes:
+        keys: How the simulator's keys are spelled.
+        session: The Zenoh session.
+    """
+
+    def __init__(
+        self,
+        options: SessionOptions = DEFAULT_OPTIONS,
+        *,
+        session: zenoh.Session | None = None,
+        acknowledge_timeout: float = 10.0,
+        grace: float = 1.0,
+    ) -> None:
+        """Open a session, or borrow one that stays open when the client is closed.
+
+        Args:
+            options: Where to connect, and the prefix of all keys.
+            session: A session to borrow.
+            acknowledge_timeout: Wall seconds in which a goal has to be accepted or rejected.
+            grace: Wall seconds for which the simulator may be out of reach, as when a router is restarted.
+
+        Raises:
+            NobodyThere: Nobody answers at the endpoints.
+            BadOptions: An endpoint, the prefix or the configuration makes no sense.
+        """
+        try:
+            self.keys = Keys(options.prefix)
+        except ValueError as error:
+            raise BadOptions(f"--prefix: {error}") from None
+        self.session = session or open_client(options)
+        self._owns_session = session is None
+        self._link = Link(self.session, self.keys, acknowledge_timeout=acknowledge_timeout, grace=grace)
+        self._timeout = options.timeout
+
+    def __enter__(self) -> Self:
+        """Return the client."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    @property
+    def alive(self) -> bool:
+        """Whether the simulator is there; waits for an answer the first time only."""
+        return not self._link.closed and self._link.presence.alive(self._timeout)
+
+    def wait_for_simulator(self, timeout: float) -> None:
+        """Return when the simulator is there.
+
+        Raises:
+            NobodyThere: It is not after *timeout* seconds.
+            ClientClosed: The client was closed.
+        """
+        self._link.check_open()
+        if not self._link.presence.wait(timeout):
+            token = self.keys.alive()
+            raise NobodyThere(
+                f"no simulator answers within {timeout:g} s: there is no token {token!r}; "
+                "start `hmrsim run WORLD`, or check --connect and --prefix"
+            )
+
+    def info(self, timeout: float = 5.0) -> dict[str, Any]:
+        """Return what the simulator says of itself: its world, its clock, its robots and their actions.
+
+        Raises:
+            NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: As `get`.
+        """
+        body = self.get(self.keys.world("info"), timeout)
+        try:
+            info = json.loads(body)
+        except ValueError as error:
+            raise UnreadableError(f"{self.keys.world('info')}: {error}") from None
+        if not isinstance(info, dict):
+            raise UnreadableError(f"{self.keys.world('info')}: a JSON object is expected, got {body[:80]!r}")
+        return info
+
+    def action_client(self, robot: str, action: Action[G, R, F]) -> ActionClient[G, R, F]:
+        """Return what sends a robot goals of one action; nothing is asked or subscribed yet.
+
+        Raises:
+            ValueError: *robot* is no robot's name.
+        """
+        if not _ROBOT_NAME.fullmatch(robot):
+            raise ValueError(f"{robot!r} is no robot's name; letters, digits and underscores, no digit first")
+        return ActionClient(self._link, robot, action)
+
+    def get(self, key: str, timeout: float = 5.0, *, payload: bytes | None = None) -> bytes:
+        """Return the latest value of a key, or what a service answers to *payload*.
+
+        A request that may have changed something, one with a payload, is never sent twice.
+
+        Raises:
+            NobodyThere, SimulatorGone: No simulator is there.
+            Unreachable: It is, but nothing answers on that key.
+            RequestError: It answers with an error.
+            RequestTimeout: The answer takes longer than *timeout* seconds.
+            ClientClosed: The client was closed.
+            ValueError: *key* is none.
+        """
+        until = time.monotonic() + timeout
+        self._link.check_open()
+        _check_key(key)
+        self._link.presence.start()
+        for _ in range(1 if payload is not None else _TRIES):
+            answer = self._answer(key, payload, until)
+            if isinstance(answer, RequestError):
+                raise answer
+            if answer is not None:
+                return answer
+            self._await_simulator(key, until, timeout)
+        raise Unreachable(f"nothing answers on {key!r}, though the simulator is there")
+
+    def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, history: bool = False) -> Subscription:
+        """Call back with key and payload of each sample, in a thread of the subscription's own, until it is closed.
+
+        *key* may have wildcards; with *history* the latest value comes first, where the simulator keeps it.
+
+        Raises:
+            ClientClosed: The client was closed.
+            ValueError: *key* is none.
+        """
+        self._link.check_open()
+        _check_key(key)
+        try:
+            subscription = Subscription(self.session, key, callback, history=history)
+        except zenoh.ZError:
+            raise ClientClosed("the client is closed") from None
+        self._link.on_close(subscription.close)
+        return subscription
+
+    def close(self) -> None:
+        """Fail the goals under way, close the subscriptions, and the session unless it was borrowed.
+
+        Not for callbacks: it waits for those that are being called.
+        """
+        self._link.close()
+        if self._owns_session:
+            self.session.close()
+
+    def _answer(self, key: str, payload: bytes | None, until: float) -> Answer:
+        answers: list[Answer] = []
+        came = threading.Event()
+
+        def take(answer: Answer) -> None:
+            answers.append(answer)
+            came.set()
+
+        left = max(until - time.monotonic(), _PAUSE)
+        self._link.ask(Port(key), payload, timeout=left, then=take)
+        came.wait(left + _PAUSE)
+        return answers[0] if answers else None
+
+    def _await_simulator(self, key: str, until: float, timeout: float) -> None:
+        """Return when the simulator is there, after nothing came back."""
+        while time.monotonic() < until:
+            if absence := self._link.absence():
+                raise absence
+            if self._link.presence.wait(_PAUSE):
+                return
+        raise RequestTimeout(f"{key!r}: no answer in {timeout:g} s")
+
+
+def _check_key(key: str) -> None:
+    try:
+        zenoh.KeyExpr(key)
+    except zenoh.ZError:
+        raise ValueError(f"{key!r} is no key; chunks are joined by single slashes") from None

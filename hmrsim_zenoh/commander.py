@@ -1,0 +1,107 @@
+"""Blocking conveniences for scripts that do one thing after the other, in the manner of nav2_simple_commander.
+
+::
+
+    with Client() as client:
+        wall_e = Commander(client, "wall_e")
+        wall_e.go_to_pose(512, 215)
+        wall_e.pickup("medicine")
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from hmrsim.actions import registry
+from hmrsim.errors import HmrsimError
+from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
+from hmrsim.interfaces.message import Message
+from hmrsim.interfaces.moveit_msgs import Pickup, Place
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim_zenoh.errors import GoalFailed
+
+if TYPE_CHECKING:
+    from hmrsim_zenoh.action_client import ActionClient
+    from hmrsim_zenoh.client import Client
+
+R = TypeVar("R", bound=Message)
+
+_CANCEL_PATIENCE = 2.0
+
+
+class Commander:
+    """Tells one robot what to do, and waits until it is done. Ctrl-C cancels what is under way.
+
+    Every method returns the action's result, or raises
+
+    - `GoalFailed` when the goal was aborted or canceled,
+    - `GoalRejectedError` when the robot did not take it,
+    - `NobodyThere`, `SimulatorGone`, `RequestError`, `GoalTimeout` when there is no answer that would do.
+
+    Attributes:
+        robot: The robot's name.
+    """
+
+    def __init__(self, client: Client, robot: str, *, timeout: float | None = None) -> None:
+        """Command a robot.
+
+        Args:
+            client: The connection to its simulator.
+            robot: Its name.
+            timeout: Wall seconds for each goal, which is then canceled; None for as long as it takes.
+        """
+        self.robot = robot
+        self._client = client
+        self._timeout = timeout
+        self._actions: dict[str, ActionClient[Any, Any, Any]] = {}
+
+    def go_to_pose(self, x: float, y: float, yaw: float = 0.0) -> NavigateToPose.Result:
+        """Drive to a place of the map; *yaw* in radians."""
+        turned = Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
+        pose = Pose(position=Point(x=float(x), y=float(y)), orientation=turned)
+        goal = NavigateToPose.Goal(pose=PoseStamped(pose=pose))
+        return self._do("navigate_to_pose", goal, NavigateToPose.Result)
+
+    def pickup(self, name: str) -> Pickup.Result:
+        """Take an item that is in reach."""
+        return self._do("pickup", Pickup.Goal(target_name=name), Pickup.Result)
+
+    def place(self, name: str) -> Place.Result:
+        """Put down an item that is held."""
+        return self._do("place", Place.Goal(attached_object_name=name), Place.Result)
+
+    def wait(self, seconds: float) -> Wait.Result:
+        """Stand still for *seconds* of simulated time."""
+        return self._do("wait", Wait.Goal(time=Duration.from_seconds(seconds)), Wait.Result)
+
+    def _do(self, name: str, goal: Message, result_type: type[R]) -> R:
+        if name not in self._actions:
+            self._actions[name] = self._client.action_client(self.robot, registry()[name])
+        handle = self._actions[name].send_goal(goal)
+        try:
+            result = handle.result(self._timeout)
+        except BaseException:
+            handle.cancel()
+            # Leave no robot on its way when a script ends.
+            with suppress(HmrsimError):
+                handle.result(_CANCEL_PATIENCE)
+            raise
+        if not isinstance(result, result_type):
+            raise TypeError(f"{name} gave {result!r}")
+        if handle.status is not GoalStatus.SUCCEEDED:
+            why = _why(result)
+            text = f"{self.robot}: {name} ended {handle.status.name}: {why}"
+            raise GoalFailed(text, handle.status, result)
+        return result
+
+
+def _why(result: Message) -> str:
+    """Return what a result says went wrong: Nav2's and MoveIt's have it in different places."""
+    code = getattr(result, "error_code", None)
+    text = getattr(result, "error_msg", "") or getattr(code, "message", "")
+    number = getattr(code, "val", code)
+    return f"{text} ({number})" if text else f"error code {number}"

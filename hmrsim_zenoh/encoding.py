@@ -1,0 +1,119 @@
+"""Events and answers as bytes of the JSON wire."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from pydantic import TypeAdapter
+
+from hmrsim.gateway import GoalChanged, Happened
+from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
+
+if TYPE_CHECKING:
+    from hmrsim.actions import AnyAction
+    from hmrsim.gateway import CancelResponse, GoalEntry, GoalResponse, ResultResponse, StatusChanged
+    from hmrsim.interfaces.message import Message
+
+JSON = "application/json"
+CANCEL_RESPONSE = f"{JSON};{CancelGoal.Response.ros_type}"
+STATUS = f"{JSON};{GoalStatusArray.ros_type}"
+EVENT = f"{JSON};hmrsim/Event"
+INFO = f"{JSON};hmrsim/WorldInfo"
+ROUTE_GRAPH = f"{JSON};hmrsim/RouteGraph"
+
+_MOST_SHOWN = 200
+"""Characters of what is no goal id that are sent back."""
+
+_NANOSECONDS = 1_000_000_000
+
+
+def of_message(message: Message) -> str:
+    """Return the encoding of a ROS message."""
+    return f"{JSON};{message.ros_type}"
+
+
+def of_action(action: AnyAction, part: str) -> str:
+    """Return the encoding of a part of an action, such as ``FeedbackMessage``."""
+    return f"{JSON};{action.ros_type}_{part}"
+
+
+@cache
+def _writer(kind: type[Message]) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def message(value: Message) -> bytes:
+    """Return a ROS message as JSON."""
+    return _writer(type(value)).dump_json(value)
+
+
+def _stamp(nanoseconds: int) -> str:
+    sec, nanosec = divmod(nanoseconds, _NANOSECONDS)
+    return f'{{"sec":{sec},"nanosec":{nanosec}}}'
+
+
+def _goal_info(entry: GoalEntry) -> str:
+    return f'{{"goal_id":"{entry.goal_id}","stamp":{_stamp(entry.stamp)}}}'
+
+
+def goal_response(answer: GoalResponse) -> bytes:
+    """Return the answer to send_goal."""
+    if answer.accepted:
+        return f'{{"accepted":true,"goal_id":"{answer.goal_id}","stamp":{_stamp(answer.stamp)}}}'.encode()
+    fields: dict[str, Any] = {
+        "accepted": False,
+        "goal_id": answer.goal_id[:_MOST_SHOWN],
+        "stamp": json.loads(_stamp(answer.stamp)),
+        "reason": answer.reason,
+        "error_code": answer.error_code,
+        "error_msg": answer.error_msg,
+    }
+    if answer.status is not None:
+        fields["status"] = int(answer.status)
+    return _dump(fields)
+
+
+def cancel_response(answer: CancelResponse) -> bytes:
+    """Return the answer to cancel_goal."""
+    goals = ",".join(_goal_info(entry) for entry in answer.goals_canceling)
+    return f'{{"return_code":{answer.return_code},"goals_canceling":[{goals}]}}'.encode()
+
+
+def result_response(answer: ResultResponse) -> bytes:
+    """Return the answer to get_result."""
+    return b'{"status":%d,"result":%b}' % (answer.status, message(answer.result))
+
+
+def feedback_message(goal_id: str, feedback: Message) -> bytes:
+    """Return what is published on a feedback key."""
+    return b'{"goal_id":"%b","feedback":%b}' % (goal_id.encode(), message(feedback))
+
+
+def status_array(event: StatusChanged) -> bytes:
+    """Return what is published on a status key."""
+    entries = ",".join(f'{{"goal_info":{_goal_info(entry)},"status":{int(entry.status)}}}' for entry in event.goals)
+    return f'{{"status_list":[{entries}]}}'.encode()
+
+
+def happened(event: GoalChanged | Happened) -> bytes:
+    """Return what is published of something that happened in the world."""
+    if isinstance(event, Happened):
+        return _dump({"stamp": json.loads(_stamp(event.stamp)), "kind": event.kind, **event.fields})
+    head = (
+        f'{{"stamp":{_stamp(event.stamp)},"kind":"status","robot":"{event.robot}","action":"{event.action}",'
+        f'"goal_id":"{event.goal_id}","status":{int(event.status)}'
+    )
+    if event.result is None:
+        return f"{head}}}".encode()
+    return head.encode() + b',"result":' + message(event.result) + b"}"
+
+
+def error(text: str, field: str = "", value: object = None) -> bytes:
+    """Return the body of Zenoh's error reply for one mistake."""
+    return _dump({"error": text, "details": [{"field": field, "message": text, "value": value}]})
+
+
+def _dump(fields: dict[str, Any]) -> bytes:
+    return json.dumps(fields, separators=(",", ":"), allow_nan=False).encode()

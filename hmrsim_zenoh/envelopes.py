@@ -1,0 +1,182 @@
+"""What all actions share on the JSON wire: the envelopes of goals, cancels, results, feedback and status.
+
+Bytes in, models out, and back; the fields are those of the ROS types that they stand for, with a goal's id as
+32 hex digits.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from hmrsim.errors import HmrsimError
+from hmrsim.interfaces.builtin_interfaces import Time
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.interfaces.message import Message
+
+G = TypeVar("G")
+
+MAX_PAYLOAD = 1024 * 1024
+"""Bytes that a payload may have unless a user says otherwise."""
+
+
+class UnreadableError(HmrsimError):
+    """A payload can't be read.
+
+    Attributes:
+        details: One mapping for each mistake: ``field`` (dotted path from the message's root), ``message``, ``value``.
+    """
+
+    def __init__(self, error: str, details: list[dict[str, Any]] | None = None) -> None:
+        self.details = details or [{"field": "", "message": error, "value": None}]
+        super().__init__(error)
+
+    def to_json(self) -> bytes:
+        """Return the body of Zenoh's error reply."""
+        return json.dumps({"error": str(self), "details": self.details}, allow_nan=False).encode()
+
+
+class Envelope(BaseModel):
+    """A message of ours around ROS's: strict, and closed to unknown fields."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False, defer_build=True)
+
+
+class SendGoalRequest(Envelope, Generic[G]):
+    """A goal and, if the client made one, its id."""
+
+    goal_id: str | None = None
+    goal: G
+
+
+class GoalInfo(Envelope):
+    """Which goal, and when it was accepted."""
+
+    goal_id: str = "0" * 32
+    stamp: Time = Field(default_factory=Time)
+
+
+class SendGoalResponse(Envelope):
+    """Whether a goal was accepted, and if not, why."""
+
+    accepted: bool
+    goal_id: str
+    stamp: Time
+    reason: str | None = None
+    error_code: int | None = None
+    error_msg: str | None = None
+    status: int | None = None
+
+
+class CancelGoalRequest(Envelope):
+    """Which goals to cancel; the default is all."""
+
+    goal_info: GoalInfo = Field(default_factory=GoalInfo)
+
+
+class CancelGoalResponse(Envelope):
+    """Which goals are being canceled; the code is that of action_msgs/srv/CancelGoal."""
+
+    return_code: int
+    goals_canceling: list[GoalInfo]
+
+
+class GetResultRequest(Envelope):
+    """Whose result."""
+
+    goal_id: str
+
+
+class GetResultResponse(Envelope, Generic[G]):
+    """How a goal ended."""
+
+    status: int
+    result: G
+
+
+class FeedbackMessage(Envelope, Generic[G]):
+    """How a goal is doing."""
+
+    goal_id: str
+    feedback: G
+
+
+class GoalStatusEntry(Envelope):
+    """One goal's status."""
+
+    goal_info: GoalInfo
+    status: int
+
+
+class GoalStatusArray(Envelope):
+    """All goals that are kept, in order of acceptance."""
+
+    status_list: list[GoalStatusEntry]
+
+
+@cache
+def around(envelope: type[BaseModel], message: type[Message]) -> TypeAdapter[Any]:
+    """Return the reader of an *envelope* that carries a *message* of this type; built when first used."""
+    return TypeAdapter(envelope[message])  # type: ignore[index]  # mypy knows no generic model by its base
+
+
+@cache
+def plain(envelope: type[BaseModel]) -> TypeAdapter[Any]:
+    """Return the reader of an *envelope* or message as it is."""
+    return TypeAdapter(envelope)
+
+
+def read(reader: TypeAdapter[Any], payload: bytes, *, max_payload: int = MAX_PAYLOAD) -> Any:  # noqa: ANN401
+    """Return the model that *payload* holds.
+
+    Raises:
+        UnreadableError: It is too large, not JSON, or not of the reader's type.
+    """
+    if len(payload) > max_payload:
+        raise UnreadableError(f"payload of {len(payload)} bytes; at most {max_payload} are taken")
+    if not payload:
+        raise UnreadableError("empty payload; a JSON object is expected")
+    try:
+        return reader.validate_json(payload)
+    except ValidationError as error:
+        raise unreadable(error) from None
+
+
+def unreadable(error: ValidationError) -> UnreadableError:
+    """Return a validation error in the wire's terms."""
+    details: list[dict[str, Any]] = [
+        {
+            "field": ".".join(str(part) for part in item["loc"])[:_MOST_SHOWN],
+            "message": item["msg"],
+            "value": _shown(item["input"]) if item["type"] != "json_invalid" else None,
+        }
+        for item in error.errors(include_url=False, include_context=False)[:_MOST_DETAILS]
+    ]
+    first = details[0]
+    return UnreadableError(": ".join(part for part in (first["field"], first["message"]) if part), details)
+
+
+_MOST_DETAILS = 20
+_MOST_SHOWN = 200
+
+
+def _shown(value: object) -> object:
+    """Return a value as JSON can hold it, cut where it is long."""
+    if value is None or isinstance(value, (bool, int)):
+        return value if isinstance(value, bool) or value is None or abs(value) < 2**63 else str(value)[:_MOST_SHOWN]
+    if isinstance(value, float):
+        return value if value - value == 0 else str(value)
+    if isinstance(value, str):
+        return value[:_MOST_SHOWN]
+    return repr(value)[:_MOST_SHOWN]
+
+
+def dump(values: Mapping[str, Any]) -> bytes:
+    """Return a mapping of plain values as compact JSON."""
+    return json.dumps(values, separators=(",", ":"), allow_nan=False).encode()

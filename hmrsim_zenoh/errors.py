@@ -1,0 +1,120 @@
+"""What can go wrong between a client and a simulator, as one tree.
+
+::
+
+    HmrsimError
+    ├── BadOptions              an endpoint, a prefix or a Zenoh configuration makes no sense
+    ├── PortTaken               somebody else listens there already
+    ├── PrefixTaken             another simulator serves this prefix
+    ├── NobodyThere             no simulator answers, and none did before
+    ├── SimulatorGone           it was there; it died, or was restarted and knows nothing of the goal
+    ├── Unreachable             it is there, but nothing answers on that key
+    ├── RequestError            it answered that it can't read or serve the request; carries the details
+    ├── GoalRejectedError       it does not accept the goal; carries the reason (a GoalRejected)
+    ├── RequestTimeout          no answer in time (a TimeoutError, too)
+    │   └── GoalTimeout         ... to a goal; it may go on, as the text says
+    ├── ClientClosed            our own end was closed while the goal was under way
+    └── GoalFailed              a blocking helper's goal ended otherwise than SUCCEEDED; carries the result
+"""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.errors import GoalRejected, HmrsimError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hmrsim.goal import GoalStatus
+    from hmrsim.interfaces.message import Message
+
+_MOST_SHOWN = 200
+
+
+class BadOptions(HmrsimError):
+    """An endpoint, a prefix or a Zenoh configuration makes no sense; the text names the value."""
+
+
+class PortTaken(HmrsimError):
+    """Somebody else listens at an endpoint already; the text names it."""
+
+
+class PrefixTaken(HmrsimError):
+    """Another simulator serves this prefix; the text names it."""
+
+
+class NobodyThere(HmrsimError):
+    """No simulator answers."""
+
+
+class SimulatorGone(HmrsimError):
+    """The simulator died, or was restarted and does not know the goal."""
+
+
+class Unreachable(HmrsimError):
+    """The simulator is there, but nothing answers on that key; what became of the request is not known."""
+
+
+class RequestError(HmrsimError):
+    """The simulator answered with an error: it can't read or serve the request.
+
+    Attributes:
+        details: One mapping for each mistake: ``field``, ``message``, ``value``.
+    """
+
+    def __init__(self, message: str, details: Sequence[dict[str, Any]] = ()) -> None:
+        self.details = tuple(details)
+        super().__init__(message)
+
+    @classmethod
+    def from_json(cls, payload: bytes) -> RequestError:
+        """Return the error that the body of Zenoh's error reply tells of, whatever it looks like."""
+        try:
+            body = json.loads(payload)
+            error, details = body["error"], [dict(item) for item in body.get("details", ())]
+        except (ValueError, TypeError, KeyError, AttributeError):
+            return cls(payload[:_MOST_SHOWN].decode(errors="replace"))
+        return cls(str(error), details)
+
+
+class GoalRejectedError(GoalRejected):
+    """The simulator does not accept a goal.
+
+    Attributes:
+        reason: A word for programs, such as ``unknown_robot`` or ``busy``.
+        error_code: The code that the action's result would have.
+        message: Why, for people.
+    """
+
+    def __init__(self, reason: str, error_code: int, message: str) -> None:
+        self.error_code = error_code
+        self.message = message
+        super().__init__(reason, f"{reason}: {message}" if message else reason)
+
+
+class RequestTimeout(HmrsimError, TimeoutError):
+    """There was no answer in time."""
+
+
+class GoalTimeout(RequestTimeout):
+    """A goal was not answered, or did not end, in time; it may go on, as the text says."""
+
+
+class ClientClosed(HmrsimError):
+    """The client was closed while something was under way."""
+
+
+class GoalFailed(HmrsimError):
+    """A goal ended otherwise than SUCCEEDED.
+
+    Attributes:
+        status: How it ended.
+        result: The action's result, which has the code and says why.
+    """
+
+    def __init__(self, message: str, status: GoalStatus, result: Message) -> None:
+        self.status = status
+        self.result = result
+        super().__init__(message)

@@ -1,0 +1,272 @@
+"""The requests that keep a goal's ticket true, over a wire that may lose any of them.
+
+Zenoh delivers at most once, and no reply may mean anything. So the client makes the goal's id and sends the goal
+again with the same id; a duplicate is then as good as accepted. A result whose answer was lost is asked for again.
+The result is asked for right behind the goal, before it is known to be accepted: that saves a round trip.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, Generic
+
+from hmrsim.goal import GoalStatus
+from hmrsim_zenoh.envelopes import (
+    CancelGoalRequest,
+    CancelGoalResponse,
+    GetResultRequest,
+    GetResultResponse,
+    GoalInfo,
+    SendGoalRequest,
+    SendGoalResponse,
+    UnreadableError,
+    around,
+    plain,
+    read,
+)
+from hmrsim_zenoh.errors import GoalRejectedError, GoalTimeout, RequestError, SimulatorGone
+from hmrsim_zenoh.goal_handle import F, GoalHandle, R
+from hmrsim_zenoh.keys import Verb
+from hmrsim_zenoh.link import Answer, Link, Port
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim.actions import Action
+    from hmrsim.interfaces.message import Message
+    from hmrsim_zenoh.keys import Keys
+
+_log = logging.getLogger(__name__)
+
+_DUPLICATE = "duplicate_goal_id"
+_CANCEL_REJECTED = 1
+
+# Zenoh ends a query after 10 s by default; a mission takes longer.
+_FOR_EVER = 1e6
+# One try of a request that is answered at once. Sending it again does no harm.
+_ONE_TRY = 3.0
+_FIRST_PAUSE = 0.05
+_LONGEST_PAUSE = 0.4
+_PAUSE_FACTOR = 1.5
+
+
+@dataclass(frozen=True)
+class ActionPorts:
+    """Where a robot's action takes its requests, and how its results are read."""
+
+    name: str
+    send_goal: Port
+    cancel_goal: Port
+    get_result: Port
+    result: type[Message]
+
+    @classmethod
+    def of(cls, keys: Keys, robot: str, action: Action[Any, Any, Any]) -> ActionPorts:
+        """Return the ports of one robot's action."""
+
+        def port(verb: Verb, ros_type: str) -> Port:
+            return Port(keys.action(robot, action.name, verb), f"application/json;{ros_type}_Request")
+
+        return cls(
+            name=f"/{robot}/{action.name}",
+            send_goal=port(Verb.SEND_GOAL, f"{action.ros_type}_SendGoal"),
+            cancel_goal=port(Verb.CANCEL_GOAL, "action_msgs/srv/CancelGoal"),
+            get_result=port(Verb.GET_RESULT, f"{action.ros_type}_GetResult"),
+            result=action.result,
+        )
+
+
+class GoalExchange(GoalHandle[R, F], Generic[R, F]):
+    """A goal's ticket that sends, asks, cancels, and tries again by itself."""
+
+    def __init__(
+        self,
+        link: Link,
+        ports: ActionPorts,
+        goal: Message,
+        goal_id: str,
+        *,
+        on_feedback: Callable[[F], None] | None,
+        on_change: Callable[[GoalHandle[R, F]], None] | None,
+        on_done: Callable[[GoalExchange[R, F]], None],
+    ) -> None:
+        super().__init__(ports.name, goal_id, on_feedback=on_feedback, on_change=on_change)
+        self._link = link
+        self._ports = ports
+        self._on_done = on_done
+        self._payload = SendGoalRequest(goal_id=goal_id, goal=goal).model_dump_json().encode()
+        self._sends = 0
+        self._deadline = 0.0
+        self._pause = _FIRST_PAUSE
+        self._result_asked = False
+        self._cancel_wanted = False
+        self._cancel_sent = False
+
+    def start(self) -> None:
+        """Send the goal, and ask for its result right behind it."""
+        self._deadline = time.monotonic() + self._link.acknowledge_timeout
+        self._send_goal()
+        self._ask_result()
+
+    def cancel(self) -> None:
+        """Ask for the goal's end; returns at once."""
+        self._cancel_wanted = True
+        self._cancel_if_due()
+
+    def take_feedback(self, feedback: F) -> None:
+        """Take feedback that came for this goal."""
+        self._take_feedback(feedback)
+
+    def fail(self, error: Exception) -> None:
+        """Give the goal up."""
+        if self._fail(error):
+            self._on_done(self)
+
+    # --- send_goal ----------------------------------------------------------------------------------------------------
+
+    def _send_goal(self) -> None:
+        if self._done or self._accepted:
+            return
+        patience = self._deadline - time.monotonic()
+        if patience <= 0:
+            self._give_up()
+            return
+        self._sends += 1
+        self._ask(self._ports.send_goal, self._payload, self._on_goal_answer, timeout=min(patience, _ONE_TRY))
+
+    def _on_goal_answer(self, answer: Answer) -> None:
+        if answer is None:
+            self._again(self._send_goal)
+            return
+        try:
+            response: SendGoalResponse = read(plain(SendGoalResponse), _payload(answer))
+        except (RequestError, UnreadableError) as error:
+            self.fail(error)
+            return
+        if response.accepted:
+            self._on_accepted(GoalStatus.ACCEPTED)
+        elif response.reason == _DUPLICATE and self._sends > 1:
+            # It was ours that came through. At the first try it is somebody else's id.
+            self._on_accepted(_status(response.status))
+        else:
+            reason, code = response.reason or "rejected", response.error_code or 0
+            if self._fail(GoalRejectedError(reason, code, response.error_msg or ""), rejected=True):
+                self._on_done(self)
+
+    def _on_accepted(self, status: GoalStatus) -> None:
+        if self._accept(status):
+            self._pause = _FIRST_PAUSE
+            self._ask_result()
+            self._cancel_if_due()
+
+    def _give_up(self) -> None:
+        seconds = self._link.acknowledge_timeout
+        # It may have been accepted all the same; a goal that nobody follows should not go on.
+        self._ask(self._ports.cancel_goal, self._cancel_payload(), lambda _answer: None)
+        self.fail(
+            GoalTimeout(f"{self._name}: no answer to goal {self._goal_id} in {seconds:g} s; the goal is given up")
+        )
+
+    # --- get_result ---------------------------------------------------------------------------------------------------
+
+    def _ask_result(self) -> None:
+        with self._changed:
+            if self._done or self._result_asked:
+                return
+            self._result_asked = True
+            accepted = bool(self._accepted)
+        payload = GetResultRequest(goal_id=self._goal_id).model_dump_json().encode()
+        self._ask(self._ports.get_result, payload, partial(self._on_result_answer, accepted), timeout=_FOR_EVER)
+
+    def _on_result_answer(self, asked_when_accepted: bool, answer: Answer) -> None:  # noqa: FBT001 - for partial
+        with self._changed:
+            self._result_asked = False
+            accepted = self._accepted
+        if self._done:
+            return
+        error: Exception | None = None
+        try:
+            if answer is not None:
+                response: GetResultResponse[R] = read(around(GetResultResponse, self._ports.result), _payload(answer))
+                if (status := _status(response.status)).terminal:
+                    if self._end(status, response.result):
+                        self._on_done(self)
+                    return
+                error = SimulatorGone(f"{self._name}: the simulator does not know goal {self._goal_id} any more")
+        except (RequestError, UnreadableError) as caught:
+            error = caught
+        if not accepted:
+            # Asked too early, or lost along with the goal: asked again when the goal is accepted.
+            return
+        if error is None:
+            self._again(self._ask_result)
+        elif not asked_when_accepted:
+            self._ask_result()
+        else:
+            self.fail(error)
+
+    # --- cancel_goal --------------------------------------------------------------------------------------------------
+
+    def _cancel_payload(self) -> bytes:
+        return CancelGoalRequest(goal_info=GoalInfo(goal_id=self._goal_id)).model_dump_json().encode()
+
+    def _cancel_if_due(self) -> None:
+        with self._changed:
+            if not (self._cancel_wanted and self._accepted) or self._cancel_sent or self._done:
+                return
+            self._cancel_sent = True
+        self._send_cancel()
+
+    def _cancel_refused(self) -> None:
+        """Let the caller ask again."""
+        with self._changed:
+            self._cancel_wanted = self._cancel_sent = False
+
+    def _send_cancel(self) -> None:
+        if not self._done:
+            self._ask(self._ports.cancel_goal, self._cancel_payload(), self._on_cancel_answer)
+
+    def _on_cancel_answer(self, answer: Answer) -> None:
+        if self._done:
+            return
+        if answer is None:
+            self._again(self._send_cancel)
+            return
+        try:
+            response: CancelGoalResponse = read(plain(CancelGoalResponse), _payload(answer))
+        except (RequestError, UnreadableError) as error:
+            _log.warning("%s: goal %s can't be canceled: %s", self._name, self._goal_id, error)
+            self._cancel_refused()
+            return
+        if response.return_code == _CANCEL_REJECTED:
+            self._cancel_refused()
+        elif response.goals_canceling:
+            self._progress(GoalStatus.CANCELING)
+        # Else it is over, or being canceled, or not known any more: the result will tell.
+
+    # --- trying again -------------------------------------------------------------------------------------------------
+
+    def _ask(self, port: Port, payload: bytes, then: Callable[[Answer], None], *, timeout: float = _ONE_TRY) -> None:
+        self._link.ask(port, payload, timeout=timeout, then=then)
+
+    def _again(self, step: Callable[[], None]) -> None:
+        """Take a step again in a while, as long as there is hope."""
+        if absence := self._link.absence():
+            self.fail(absence)
+            return
+        self._link.worker.after(self._pause, step)
+        self._pause = min(self._pause * _PAUSE_FACTOR, _LONGEST_PAUSE)
+
+
+def _payload(answer: bytes | RequestError) -> bytes:
+    if isinstance(answer, RequestError):
+        raise answer
+    return answer
+
+
+def _status(number: int | None) -> GoalStatus:
+    """Return a status from the wire; UNKNOWN for what is none."""
+    return GoalStatus(number or 0) if number in GoalStatus.__members__.values() else GoalStatus.UNKNOWN

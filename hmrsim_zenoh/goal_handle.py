@@ -1,0 +1,220 @@
+"""The ticket of a goal: what its client knows of it."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from abc import ABC, abstractmethod
+from collections import deque
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.message import Message
+from hmrsim_zenoh.errors import GoalTimeout
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+R = TypeVar("R", bound=Message)
+F = TypeVar("F", bound=Message)
+
+_log = logging.getLogger(__name__)
+
+
+class GoalHandle(ABC, Generic[R, F]):
+    """A goal that was sent: owns its status. Any thread may read and wait.
+
+    A goal ends in one of three ways: with a terminal *status* and its *result_message*; rejected, *accepted* is
+    False and *error* says why; or failed, *error* says why and what the robot does is not known.
+
+    Callbacks are called one at a time, in order, mostly in Zenoh's thread: be quick, and do not wait in them.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        goal_id: str,
+        *,
+        on_feedback: Callable[[F], None] | None,
+        on_change: Callable[[GoalHandle[R, F]], None] | None,
+    ) -> None:
+        self._name = name
+        self._goal_id = goal_id
+        self._on_feedback = on_feedback
+        self._on_change = on_change
+        self._changed = threading.Condition()
+        self._status = GoalStatus.UNKNOWN
+        self._accepted: bool | None = None
+        self._error: Exception | None = None
+        self._result: R | None = None
+        self._feedback: F | None = None
+        self._done = False
+        self._mail: deque[Callable[[], None]] = deque()
+        self._delivering = False
+
+    def __repr__(self) -> str:
+        """Return whose goal it is and how it fares."""
+        failed = ", failed" if self._error else ""
+        return f"<goal {self._goal_id} of {self._name}: {self._status.name}{failed}>"
+
+    @property
+    def goal_id(self) -> str:
+        """The goal's id, 32 hex digits."""
+        return self._goal_id
+
+    @property
+    def status(self) -> GoalStatus:
+        """Where the goal is in its life, as far as we know; UNKNOWN until it is accepted."""
+        return self._status
+
+    @property
+    def accepted(self) -> bool | None:
+        """Whether the goal was accepted; None until that is known."""
+        return self._accepted
+
+    @property
+    def error(self) -> Exception | None:
+        """Why the goal was rejected or failed without a terminal status; None if neither."""
+        return self._error
+
+    @property
+    def result_message(self) -> R | None:
+        """The result; None until the status is terminal."""
+        return self._result
+
+    @property
+    def feedback(self) -> F | None:
+        """The latest feedback; None without *on_feedback*, for then nobody subscribes to it."""
+        return self._feedback
+
+    @property
+    def done(self) -> bool:
+        """Whether nothing more will happen: terminal, rejected or failed."""
+        return self._done
+
+    def wait_accepted(self, timeout: float | None = None) -> None:
+        """Return when the goal was accepted.
+
+        Raises:
+            GoalRejectedError: It was rejected.
+            NobodyThere, SimulatorGone, RequestError, ClientClosed: It failed.
+            GoalTimeout: It is not known after *timeout* seconds, or the simulator did not answer in its time.
+        """
+        with self._changed:
+            if not self._changed.wait_for(lambda: self._accepted is not None or self._done, timeout):
+                raise GoalTimeout(f"{self._name}: no answer to goal {self._goal_id} after {timeout:g} s; it may go on")
+            if not self._accepted and self._error is not None:
+                raise self._error
+
+    def result(self, timeout: float | None = None) -> R:
+        """Return the result when the goal has ended, whatever the *status* then is.
+
+        Raises:
+            GoalRejectedError: It was rejected.
+            NobodyThere, SimulatorGone, RequestError, ClientClosed: It failed.
+            GoalTimeout: There is none after *timeout* seconds (the goal goes on; cancel it if you don't want that),
+                or the simulator did not even accept it in its time.
+        """
+        with self._changed:
+            if not self._changed.wait_for(lambda: self._done, timeout):
+                raise GoalTimeout(f"{self._name}: no result of goal {self._goal_id} after {timeout:g} s; it goes on")
+            if self._error is not None:
+                raise self._error
+            if self._result is None:
+                raise AssertionError
+            return self._result
+
+    @abstractmethod
+    def cancel(self) -> None:
+        """Ask for the goal's end; returns at once.
+
+        Before acceptance is known the wish is kept, and sent then. Asking again does nothing.
+        """
+
+    # --- what a subclass learns; each returns whether it changed anything ---------------------------------------------
+
+    def _accept(self, status: GoalStatus) -> bool:
+        with self._changed:
+            if self._done or self._accepted:
+                return False
+            self._accepted = True
+            self._raise_status(max(status, GoalStatus.ACCEPTED))
+            self._note_change()
+        self._deliver()
+        return True
+
+    def _progress(self, status: GoalStatus) -> bool:
+        with self._changed:
+            if self._done or not self._raise_status(status):
+                return False
+            self._note_change()
+        self._deliver()
+        return True
+
+    def _take_feedback(self, feedback: F) -> bool:
+        with self._changed:
+            if self._done or self._on_feedback is None:
+                return False
+            on_feedback = self._on_feedback
+            self._feedback = feedback
+            self._mail.append(lambda: on_feedback(feedback))
+            # The robot is at it. We follow no status topic, so this may be the first that we hear of it.
+            if self._accepted and self._raise_status(GoalStatus.EXECUTING):
+                self._note_change()
+        self._deliver()
+        return True
+
+    def _end(self, status: GoalStatus, result: R) -> bool:
+        with self._changed:
+            if self._done:
+                return False
+            self._accepted = True
+            self._status = status
+            self._result = result
+            self._done = True
+            self._note_change()
+        self._deliver()
+        return True
+
+    def _fail(self, error: Exception, *, rejected: bool = False) -> bool:
+        with self._changed:
+            if self._done:
+                return False
+            self._accepted = False if rejected else self._accepted
+            self._error = error
+            self._done = True
+            self._note_change()
+        self._deliver()
+        return True
+
+    def _raise_status(self, status: GoalStatus) -> bool:
+        """Go on to an active status; messages that overtook each other never lead back."""
+        if status.terminal or status <= self._status:
+            return False
+        self._status = status
+        return True
+
+    def _note_change(self) -> None:
+        self._changed.notify_all()
+        if self._on_change is not None:
+            on_change = self._on_change
+            self._mail.append(lambda: on_change(self))
+
+    def _deliver(self) -> None:
+        """Call the user's callbacks in order, with no lock held; whoever is at it takes the newly come, too."""
+        with self._changed:
+            if self._delivering:
+                return
+            self._delivering = True
+        while (call := self._next_mail()) is not None:
+            try:
+                call()
+            except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
+                _log.exception("%s: a callback of goal %s failed", self._name, self._goal_id)
+
+    def _next_mail(self) -> Callable[[], None] | None:
+        with self._changed:
+            if self._mail:
+                return self._mail.popleft()
+            self._delivering = False
+            return None

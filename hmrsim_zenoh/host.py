@@ -1,0 +1,214 @@
+"""A world served over Zenoh from this process: session, simulator, server and the simulation's thread together."""
+
+from __future__ import annotations
+
+import json
+import logging
+import math
+import threading
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Self
+
+import zenoh
+
+import hmrsim
+from hmrsim.actions import registry as all_actions
+from hmrsim.pacing import Pacing, Retention
+from hmrsim.route_graph import to_geojson
+from hmrsim.simulator import Simulator
+from hmrsim_zenoh import encoding
+from hmrsim_zenoh.envelopes import MAX_PAYLOAD
+from hmrsim_zenoh.errors import PrefixTaken
+from hmrsim_zenoh.keys import Keys
+from hmrsim_zenoh.server import Server
+from hmrsim_zenoh.session import SessionOptions, open_server
+
+if TYPE_CHECKING:
+    from hmrsim.gateway import Sink
+    from hmrsim.world import LoadedWorld
+
+_log = logging.getLogger(__name__)
+
+CONTRACT = 1
+"""Version of the public interface, as ``_world/info`` tells it."""
+
+_MOST_TOKENS = 1000
+"""Robots up to which each has a liveliness token: declaring them takes time that grows with their number squared."""
+
+_STOP_SECONDS = 1.5
+"""Wall seconds that the simulation's thread is given to end every goal."""
+
+
+@dataclass(frozen=True)
+class HostSettings:
+    """How a world is served.
+
+    Attributes:
+        real_time_factor: Simulated seconds a wall second; 0 for as fast as possible.
+        duration: Simulated seconds after which to end.
+        seed: Replaces the world's.
+        feedback_rate: Samples of feedback a second of simulated time.
+        odom_rate: Likewise of odometry.
+        clock_rate: Likewise of the clock.
+        result_timeout: Wall seconds that a result is kept; negative for ever.
+        keep_results: Most ended goals that a robot remembers.
+        max_payload: Bytes that a request may have.
+    """
+
+    real_time_factor: float = 1.0
+    duration: float = math.inf
+    seed: int | None = None
+    feedback_rate: float = 10.0
+    odom_rate: float = 10.0
+    clock_rate: float = 10.0
+    result_timeout: float = 900.0
+    keep_results: int = 1000
+    max_payload: int = MAX_PAYLOAD
+
+
+class Host:
+    """Serves a world until it is stopped; a context manager that closes everything.
+
+    Args:
+        loaded: The world.
+        options: How to open the session.
+        settings: How to serve.
+
+    Attributes:
+        endpoints: What the session listens on.
+        simulator: Other threads may look at it while it runs, but must not touch it.
+        pacing: Likewise.
+        error: What the simulation's thread died of; None if it lives or ended well.
+
+    Raises:
+        PortTaken: Somebody else listens on the endpoint.
+        NobodyThere: Nobody answers at an endpoint to connect to.
+        BadOptions: The session's options make no sense.
+        PrefixTaken: Another simulator serves this prefix.
+    """
+
+    def __init__(
+        self,
+        loaded: LoadedWorld,
+        options: SessionOptions = SessionOptions(),  # noqa: B008 - frozen
+        settings: HostSettings = HostSettings(),
+    ) -> None:
+        self._settings = settings
+        self._keys = Keys(options.prefix, loaded.world.remap)
+        self._retention = Retention(settings.result_timeout)
+        self.simulator = Simulator(
+            loaded.world,
+            [self._retention],
+            seed=settings.seed,
+            feedback_rate=settings.feedback_rate,
+            odom_rate=settings.odom_rate,
+            clock_rate=settings.clock_rate,
+            keep_results=settings.keep_results,
+        )
+        self.error: BaseException | None = None
+        self._ended = threading.Event()
+        self._tokens: list[zenoh.LivelinessToken] = []
+        self._session, self.endpoints = open_server(options)
+        try:
+            self._refuse_second()
+            self._server = self._serve(loaded)
+        except BaseException:
+            self._session.close()
+            raise
+        self.simulator.attach(self._server)
+        self.pacing = Pacing(
+            self.simulator,
+            self._server.inbox,
+            self._retention,
+            real_time_factor=settings.real_time_factor,
+            duration=settings.duration,
+            on_lag=lambda lag: _log.warning("the machine can't keep up: time has lost %.1f s in all", lag),
+        )
+        self._thread = threading.Thread(target=self._run, name="hmrsim-simulation", daemon=True)
+
+    def __enter__(self) -> Self:
+        """Return the host; it does not run before `start`."""
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        """Stop, and close the session."""
+        self.stop()
+
+    def attach(self, sink: Sink) -> None:
+        """Send events to one more sink; before `start` only."""
+        self.simulator.attach(sink)
+
+    def start(self) -> None:
+        """Run the simulation in its thread, and tell the network that it is there."""
+        liveliness = self._session.liveliness()
+        if len(self.simulator.robots) <= _MOST_TOKENS:
+            self._tokens = [liveliness.declare_token(self._keys.alive(robot)) for robot in self.simulator.robots]
+        self._tokens.append(liveliness.declare_token(self._keys.alive()))
+        self._thread.start()
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Return whether the simulation has ended, after waiting for that up to *timeout* wall seconds."""
+        return self._ended.wait(timeout)
+
+    def stop(self) -> None:
+        """End every goal, close the session and return within two seconds; from any thread but the simulation's."""
+        self._server.close()
+        if self._thread.is_alive():
+            self._thread.join(_STOP_SECONDS)
+        self._session.close()
+
+    def _run(self) -> None:
+        """Run the simulation; whatever ends it, every goal gets its verdict, and the network learns of the end."""
+        reason = "the simulation has ended"
+        try:
+            self.pacing.run()
+        except BaseException as error:  # noqa: BLE001 - kept for the main thread, which ends the process with it
+            self.error = error
+            reason = f"the simulation died of {error!r}"
+        try:
+            self._finish(reason)
+        except BaseException as error:  # noqa: BLE001 - likewise
+            self.error = self.error or error
+        self._ended.set()
+
+    def _finish(self, reason: str) -> None:
+        with ExitStack() as afterwards:
+            for token in self._tokens:
+                afterwards.callback(token.undeclare)
+            afterwards.callback(self._server.finish, self.simulator.submit)
+            self.simulator.stop(reason)
+
+    def _refuse_second(self) -> None:
+        token = self._keys.alive()
+        replies = self._session.liveliness().get(token, zenoh.handlers.FifoChannel(16), timeout=1.0)
+        if any(reply.ok for reply in replies):
+            raise PrefixTaken(f"a simulator serves prefix {self._keys.prefix!r} already; name another with --prefix")
+
+    def _serve(self, loaded: LoadedWorld) -> Server:
+        robots = self.simulator.robots
+        serves = {name: self.simulator.dispatcher.actions_of(name) for name in robots}
+        info = {
+            "contract": CONTRACT,
+            "hmrsim": hmrsim.__version__,
+            "world": {"name": loaded.world.name, "hash": loaded.hash, "units": loaded.world.units},
+            "clock": "realtime",
+            "real_time_factor": self._settings.real_time_factor,
+            "robots": [
+                {"name": name, "type": robot.type, "components": list(robot.components), "actions": serves[name]}
+                for name, robot in robots.items()
+            ],
+            "aliases": dict(loaded.world.remap),
+        }
+        graph = to_geojson(self.simulator.graph.graph)
+        return Server(
+            self._session,
+            self._keys,
+            actions=all_actions(),
+            serves=serves,
+            fixed={
+                "info": (encoding.INFO, json.dumps(info).encode()),
+                "route_graph": (encoding.ROUTE_GRAPH, json.dumps(graph).encode()),
+            },
+            max_payload=self._settings.max_payload,
+        )

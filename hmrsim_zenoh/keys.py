@@ -1,0 +1,150 @@
+"""How a key is spelled, and how it is read; no other module knows a ``/``.
+
+::
+
+    <prefix>/<robot>/<action>/_action/{send_goal,cancel_goal,get_result,feedback,status}
+    <prefix>/<robot>/<topic>
+    <prefix>/_world/<topic or service>
+    <prefix>/<robot>/alive, <prefix>/_world/alive                           liveliness tokens
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+DEFAULT_PREFIX = "hmrsim"
+WORLD = "_world"
+"""Stands where a robot's name would: the world's own keys."""
+
+_ACTION = "_action"
+_HISTORY = "@adv"
+_PREFIX = re.compile(r"[A-Za-z0-9_.~-]+(/[A-Za-z0-9_.~-]+)*")
+
+
+class Verb(Enum):
+    """What can be done with an action, as its key says."""
+
+    SEND_GOAL = "send_goal"
+    CANCEL_GOAL = "cancel_goal"
+    GET_RESULT = "get_result"
+    FEEDBACK = "feedback"
+    STATUS = "status"
+
+
+_VERBS = {verb.value: verb for verb in Verb}
+
+
+@dataclass(frozen=True)
+class ActionKey:
+    """The parts of an action's key; an alias is resolved already."""
+
+    robot: str
+    action: str
+    verb: Verb
+
+
+@dataclass(frozen=True)
+class TopicKey:
+    """The parts of a topic's or a service's key; *robot* is `WORLD` for the world's."""
+
+    robot: str
+    topic: str
+
+
+@dataclass(frozen=True)
+class Keys:
+    """The keys of one simulation.
+
+    Attributes:
+        prefix: What all its keys begin with: one chunk or more.
+        aliases: Further names of actions, ``a/b`` to ``robot/action``.
+
+    Raises:
+        ValueError: *prefix* is not a plain key.
+    """
+
+    prefix: str = DEFAULT_PREFIX
+    aliases: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not _PREFIX.fullmatch(self.prefix):
+            raise ValueError(f"prefix {self.prefix!r} is not a plain key, such as 'hmrsim' or 'lab/hmrsim'")
+
+    def action(self, robot: str, action: str, verb: Verb) -> str:
+        """Return the key of one verb of a robot's action."""
+        return f"{self.prefix}/{robot}/{action}/{_ACTION}/{verb.value}"
+
+    def names(self, robot: str, action: str) -> tuple[tuple[str, str], ...]:
+        """Return all (robot, action) pairs that a robot's action goes by, the real one first."""
+        target = f"{robot}/{action}"
+        found = [(robot, action)]
+        for alias, meant in self.aliases.items():
+            if meant == target:
+                first, _, second = alias.partition("/")
+                found.append((first, second))
+        return tuple(found)
+
+    def topic(self, robot: str, topic: str) -> str:
+        """Return the key of a robot's topic."""
+        return f"{self.prefix}/{robot}/{topic}"
+
+    def world(self, topic: str) -> str:
+        """Return the key of one of the world's topics or services."""
+        return f"{self.prefix}/{WORLD}/{topic}"
+
+    def alive(self, robot: str = WORLD) -> str:
+        """Return the liveliness token of a robot, or of the simulator."""
+        return f"{self.prefix}/{robot}/alive"
+
+    def doorbell(self) -> str:
+        """Return a key that nobody answers: asking it wakes the simulation."""
+        return self.world("_doorbell")
+
+    def history(self) -> str:
+        """Return the wildcard on which Zenoh's advanced subscribers ask for what was published before."""
+        return f"{self.prefix}/**/{_HISTORY}/**"
+
+    def without_history(self, key: str) -> str:
+        """Return the key whose history an advanced subscriber asks for; any other key as it is."""
+        return key.partition(f"/{_HISTORY}")[0]
+
+    def everything(self) -> str:
+        """Return the wildcard that all keys of the simulation match."""
+        return f"{self.prefix}/**"
+
+    def any_action(self, verb: Verb) -> str:
+        """Return the wildcard for one verb of all actions of all robots."""
+        return self.action("*", "*", verb)
+
+    def any_topic(self, topic: str) -> str:
+        """Return the wildcard for one topic of all robots."""
+        return self.topic("*", topic)
+
+    def parse(self, key: str) -> ActionKey | TopicKey | None:
+        """Return what a key means; None when it is none of ours."""
+        head, tail = key[: len(self.prefix) + 1], key[len(self.prefix) + 1 :]
+        if head != f"{self.prefix}/":
+            return None
+        first, *rest = tail.split("/")
+        match rest:
+            case [topic]:
+                return TopicKey(first, topic)
+            case [second, "_action", verb] if verb in _VERBS:
+                robot, _, action = self.aliases.get(f"{first}/{second}", f"{first}/{second}").partition("/")
+                return ActionKey(robot, action, _VERBS[verb])
+            case _ if first == WORLD:
+                return TopicKey(first, "/".join(rest))
+        return None
+
+    def split_name(self, name: str) -> tuple[str, str] | None:
+        """Return robot and action (or topic) of a ROS-like name such as ``/wall_e/odom``; None if it is no such."""
+        parts = name.strip("/").split("/")
+        if len(parts) != 2 or not all(parts):  # noqa: PLR2004
+            return None
+        return parts[0], parts[1]

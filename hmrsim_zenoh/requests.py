@@ -1,0 +1,278 @@
+"""Queries on the JSON wire, and the commands that they stand for.
+
+What can't be read is answered here, at once, with Zenoh's error reply; all else is answered by what comes of the
+command, which carries the query as its ``reply_to``.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+from pydantic import TypeAdapter
+
+from hmrsim.gateway import CancelGoal, GetResult, GoalResponse, Read, SendGoal, Topic
+from hmrsim.goal import parse_goal_id
+from hmrsim_zenoh import encoding
+from hmrsim_zenoh.envelopes import (
+    MAX_PAYLOAD,
+    CancelGoalRequest,
+    GetResultRequest,
+    SendGoalRequest,
+    UnreadableError,
+    around,
+    plain,
+    read,
+)
+from hmrsim_zenoh.keys import WORLD, ActionKey, TopicKey, Verb
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.actions import AnyAction
+    from hmrsim.gateway import Command
+    from hmrsim.interfaces.message import Message
+    from hmrsim_zenoh.keys import Keys
+
+_log = logging.getLogger(__name__)
+
+_ANY_GOAL: TypeAdapter[Any] = TypeAdapter(SendGoalRequest[dict[str, Any]])
+_TOPICS = {"odom": Topic.ODOM}
+_WORLD_TOPICS = {"clock": Topic.CLOCK}
+
+
+class _Shared:
+    """A query that several answers are for; it is dropped after the last."""
+
+    def __init__(self, query: zenoh.Query) -> None:
+        self.query = query
+        self.open = 0
+
+    def one_more(self) -> _Share:
+        """Return the part of one more answer."""
+        self.open += 1
+        return _Share(self)
+
+
+class _Share:
+    """One answer's part of a shared query; it is used like a query."""
+
+    def __init__(self, shared: _Shared) -> None:
+        self._shared = shared
+
+    def reply(self, key: str, payload: bytes, *, encoding: str) -> None:
+        self._shared.query.reply(key, payload, encoding=encoding)
+
+    def reply_err(self, payload: bytes, *, encoding: str) -> None:
+        self._shared.query.reply_err(payload, encoding=encoding)
+
+    def drop(self) -> None:
+        self._shared.open -= 1
+        if not self._shared.open:
+            self._shared.query.drop()
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A query that awaits its answer.
+
+    Attributes:
+        query: Zenoh's, or a part of one that asks for several things.
+        key: The concrete key to answer on.
+        action: Whose answer it will be, if it asks an action.
+    """
+
+    query: zenoh.Query | _Share
+    key: str
+    action: AnyAction | None = None
+
+    def reply(self, payload: bytes, mime: str) -> None:
+        """Send the one answer."""
+        try:
+            self.query.reply(self.key, payload, encoding=mime)
+        except zenoh.ZError as error:
+            _log.debug("replying on %s: %s", self.key, error)
+        finally:
+            self.query.drop()
+
+    def refuse(self, payload: bytes) -> None:
+        """Send the one answer: Zenoh's error reply."""
+        try:
+            self.query.reply_err(payload, encoding=encoding.JSON)
+        except zenoh.ZError as error:
+            _log.debug("replying an error on %s: %s", self.key, error)
+        finally:
+            self.query.drop()
+
+
+@dataclass(frozen=True, slots=True)
+class _Latched:
+    """A key whose latest can be got, and what it is the latest of."""
+
+    key: zenoh.KeyExpr
+    topic: Topic
+    robot: str = ""
+    action: str = ""
+
+
+class Requests:
+    """Reads queries.
+
+    Args:
+        keys: How keys are spelled.
+        actions: All actions by name, to read goals.
+        serves: The names of the actions of each robot.
+        fixed: Latched topics of the world that never change: topic to encoding and payload.
+        max_payload: Bytes that a request may have.
+    """
+
+    def __init__(
+        self,
+        keys: Keys,
+        *,
+        actions: Mapping[str, AnyAction],
+        serves: Mapping[str, list[str]],
+        fixed: Mapping[str, tuple[str, bytes]],
+        max_payload: int = MAX_PAYLOAD,
+    ) -> None:
+        self._keys = keys
+        self._actions = actions
+        self._serves = serves
+        self._fixed = fixed
+        self._goals = zenoh.KeyExpr(keys.any_action(Verb.SEND_GOAL))
+        self._max_payload = max_payload
+
+    def decode(self, query: zenoh.Query) -> list[Command]:
+        """Return the commands that a query stands for; answer here what can't be read."""
+        key = self._keys.without_history(str(query.key_expr))
+        if key == self._keys.doorbell():
+            query.drop()
+            return []
+        try:
+            if "*" in key or "$" in key:
+                return self._decode_wildcard(query, key)
+            return self._decode_one(query, key)
+        except UnreadableError as error:
+            Asked(query, key).refuse(error.to_json())
+        except Exception:  # noqa: BLE001 - whatever a client sends, the simulation goes on
+            _log.exception("reading a request on %s", key)
+            Asked(query, key).refuse(encoding.error("the simulator has a bug: it can't read this request"))
+        return []
+
+    def _decode_one(self, query: zenoh.Query, key: str) -> list[Command]:
+        match self._keys.parse(key):
+            case ActionKey(robot, action, verb):
+                return self._decode_action(query, key, ActionKey(robot, action, verb))
+            case TopicKey(robot, topic) if robot == WORLD:
+                return self._decode_world(query, key, topic)
+            case TopicKey(robot, topic) if not robot.startswith("_") and not topic.startswith("_"):
+                return [self._read_topic(query, key, robot, topic)]
+        # Others may have keys below our prefix, such as a planner's; it is for them to answer.
+        query.drop()
+        return []
+
+    def _decode_action(self, query: zenoh.Query, key: str, asked: ActionKey) -> list[Command]:
+        robot, name = asked.robot, asked.action
+        action = self._actions.get(name)
+        reply_to = Asked(query, key, action)
+        match asked.verb:
+            case Verb.SEND_GOAL:
+                goal = self._read(_goal_reader(action), query)
+                return [SendGoal(robot, name, goal.goal if action else None, goal.goal_id, reply_to)]
+            case Verb.CANCEL_GOAL:
+                info = self._read(plain(CancelGoalRequest), query).goal_info
+                goal_id = _goal_id(info.goal_id, "goal_info.goal_id")
+                return [CancelGoal(robot, name, goal_id, info.stamp.to_nanoseconds(), reply_to)]
+            case Verb.GET_RESULT:
+                request = self._read(plain(GetResultRequest), query)
+                return [GetResult(robot, name, _goal_id(request.goal_id, "goal_id"), reply_to)]
+            case Verb.STATUS:
+                return [Read(Topic.STATUS, robot, name, reply_to)]
+            case Verb.FEEDBACK:
+                raise UnreadableError("feedback is only published; subscribe to it, or get the status")
+
+    def _decode_world(self, query: zenoh.Query, key: str, topic: str) -> list[Command]:
+        if topic in self._fixed:
+            mime, payload = self._fixed[topic]
+            Asked(query, key).reply(payload, mime)
+            return []
+        if topic in _WORLD_TOPICS:
+            return [Read(_WORLD_TOPICS[topic], reply_to=Asked(query, key))]
+        there = ", ".join(sorted((*self._fixed, *_WORLD_TOPICS)))
+        raise UnreadableError(f"the world has no {topic!r} to get; there are: {there}")
+
+    def _read_topic(self, query: zenoh.Query, key: str, robot: str, topic: str) -> Command:
+        if robot not in self._serves:
+            raise UnreadableError(f"no robot {robot!r}; there are: {', '.join(self._serves) or 'none'}")
+        if topic not in _TOPICS:
+            raise UnreadableError(f"{robot} has no topic {topic!r} to get; it has: {', '.join(_TOPICS)}")
+        return Read(_TOPICS[topic], robot, reply_to=Asked(query, key))
+
+    def _decode_wildcard(self, query: zenoh.Query, pattern: str) -> list[Command]:
+        """Return one reading for each latched key that a pattern matches; nothing but readings may be asked so."""
+        wanted = zenoh.KeyExpr(pattern)
+        fixed = [topic for topic in self._fixed if wanted.intersects(zenoh.KeyExpr(self._keys.world(topic)))]
+        latched = [item for item in self._latched if wanted.intersects(item.key)]
+        if not fixed and not latched and (query.payload is not None or wanted.intersects(self._goals)):
+            raise UnreadableError("a request is for one robot and one action; name them, without wildcards")
+        for topic in fixed:
+            mime, payload = self._fixed[topic]
+            query.reply(self._keys.world(topic), payload, encoding=mime)
+        if not latched:
+            query.drop()
+        shared = _Shared(query)
+        return [Read(item.topic, item.robot, item.action, Asked(shared.one_more(), str(item.key))) for item in latched]
+
+    @cached_property
+    def _latched(self) -> list[_Latched]:
+        """All latched keys whose latest the simulation has to be asked for."""
+        keys = self._keys
+        found = [_Latched(zenoh.KeyExpr(keys.world(name)), topic) for name, topic in _WORLD_TOPICS.items()]
+        for robot, actions in self._serves.items():
+            found += [_Latched(zenoh.KeyExpr(keys.topic(robot, name)), topic, robot) for name, topic in _TOPICS.items()]
+            found += [
+                _Latched(zenoh.KeyExpr(keys.action(*alias, Verb.STATUS)), Topic.STATUS, robot, action)
+                for action in actions
+                for alias in keys.names(robot, action)
+            ]
+        return found
+
+    def _read(self, reader: Any, query: zenoh.Query) -> Any:
+        payload = query.payload
+        if payload is None:
+            raise UnreadableError("empty payload; a JSON object is expected")
+        if len(payload) > self._max_payload:
+            raise UnreadableError(f"payload of {len(payload)} bytes; at most {self._max_payload} are taken")
+        return read(reader, payload.to_bytes(), max_payload=self._max_payload)
+
+    def refuse(self, query: zenoh.Query, reason: str, text: str) -> None:
+        """Answer a query that is not going to be read."""
+        key = str(query.key_expr)
+        asked = self._keys.parse(key)
+        if isinstance(asked, ActionKey) and asked.verb is Verb.SEND_GOAL:
+            Asked(query, key).reply(encoding.goal_response(not_served(None, reason, text)), encoding.JSON)
+        else:
+            Asked(query, key).refuse(encoding.error(text))
+
+
+def _goal_reader(action: AnyAction | None) -> TypeAdapter[Any]:
+    if action is None:
+        return _ANY_GOAL
+    message: type[Message] = action.goal
+    return around(SendGoalRequest, message)
+
+
+def not_served(goal_id: str | None, reason: str, text: str) -> GoalResponse:
+    """Return the answer to a goal that never came to the simulation."""
+    return GoalResponse(accepted=False, goal_id=goal_id or "", stamp=1, reason=reason, error_code=1, error_msg=text)
+
+
+def _goal_id(text: str, field: str) -> str:
+    try:
+        return parse_goal_id(text)
+    except ValueError as error:
+        detail = {"field": field, "message": str(error), "value": text[:200]}
+        raise UnreadableError(f"{field}: {error}", [detail]) from None

@@ -1,0 +1,96 @@
+"""Writes ``schemas/``: the JSON Schema of worlds, of every action's messages, and of the envelopes around them.
+
+Run as ``python -m hmrsim_zenoh.schemas [--check] [DIRECTORY]``; the files are generated and never edited.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic.json_schema import models_json_schema
+
+from hmrsim.actions import registry
+from hmrsim.world.schema import world_schema
+from hmrsim_zenoh import envelopes
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pydantic import BaseModel
+    from pydantic.json_schema import JsonSchemaMode
+
+    from hmrsim.actions import AnyAction
+
+_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def action_schema(action: AnyAction) -> dict[str, Any]:
+    """Return the schema of all messages of an action, by the last chunk of the key that they travel on."""
+    parts: dict[str, tuple[type[BaseModel], JsonSchemaMode]] = {
+        "send_goal": (envelopes.SendGoalRequest[action.goal], "validation"),  # type: ignore[name-defined]  # a type at run time
+        "get_result": (envelopes.GetResultResponse[action.result], "serialization"),  # type: ignore[name-defined]
+        "feedback": (envelopes.FeedbackMessage[action.feedback], "serialization"),  # type: ignore[name-defined]
+    }
+    references, schema = models_json_schema([*parts.values()])
+    return {
+        "$schema": _DIALECT,
+        "title": f"{action.name} ({action.ros_type})",
+        "description": "send_goal: the request; get_result: the reply; feedback: what is published.",
+        "type": "object",
+        "properties": {name: references[part] for name, part in parts.items()},
+        **schema,
+    }
+
+
+def envelope_schema() -> dict[str, Any]:
+    """Return the schema of what all actions share."""
+    parts: dict[str, tuple[type[BaseModel], JsonSchemaMode]] = {
+        "send_goal_reply": (envelopes.SendGoalResponse, "serialization"),
+        "cancel_goal": (envelopes.CancelGoalRequest, "validation"),
+        "cancel_goal_reply": (envelopes.CancelGoalResponse, "serialization"),
+        "get_result": (envelopes.GetResultRequest, "validation"),
+        "status": (envelopes.GoalStatusArray, "serialization"),
+    }
+    references, schema = models_json_schema([*parts.values()])
+    return {
+        "$schema": _DIALECT,
+        "title": "What all actions share",
+        "type": "object",
+        "properties": {name: references[part] for name, part in parts.items()},
+        **schema,
+    }
+
+
+def all_schemas() -> dict[str, dict[str, Any]]:
+    """Return every schema by the name of its file below ``schemas/``."""
+    actions = {f"actions/{name}.schema.json": action_schema(action) for name, action in registry().items()}
+    return {"world.schema.json": world_schema(), "envelopes.schema.json": envelope_schema(), **actions}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Write the schemas, or say which are out of date."""
+    parser = argparse.ArgumentParser(prog="python -m hmrsim_zenoh.schemas", description=main.__doc__)
+    parser.add_argument("directory", nargs="?", type=Path, default=Path("schemas"))
+    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a file is out of date")
+    arguments = parser.parse_args(argv)
+    stale = 0
+    for name, schema in all_schemas().items():
+        path = arguments.directory / name
+        text = json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+        if path.exists() and path.read_text(encoding="utf-8") == text:
+            continue
+        if arguments.check:
+            sys.stderr.write(f"{path}: out of date; run make schemas\n")
+            stale += 1
+        else:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+    return 1 if stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

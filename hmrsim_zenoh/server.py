@@ -1,0 +1,205 @@
+"""The JSON wire of a simulation: a query becomes a command, an event becomes a reply or a publication.
+
+The server keeps no table of goals: whom an answer is for travels with the command as its ``reply_to``. All of it
+but `interest` runs in the simulation's thread.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from hmrsim.errors import SimulationStopped
+from hmrsim.gateway import (
+    Answered,
+    CancelGoal,
+    CancelResponse,
+    FeedbackSent,
+    GoalChanged,
+    GoalResponse,
+    Happened,
+    InterestChanged,
+    Refused,
+    ResultResponse,
+    Sampled,
+    SendGoal,
+    StatusChanged,
+    Topic,
+)
+from hmrsim_zenoh import encoding
+from hmrsim_zenoh.envelopes import MAX_PAYLOAD
+from hmrsim_zenoh.inbox import QueryInbox
+from hmrsim_zenoh.interest import Interest
+from hmrsim_zenoh.keys import WORLD, Verb
+from hmrsim_zenoh.requests import Asked, Requests, not_served
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from hmrsim.actions import AnyAction
+    from hmrsim.gateway import Command, Event
+    from hmrsim_zenoh.keys import Keys
+
+_log = logging.getLogger(__name__)
+
+_BUSY = "too many requests are waiting; try again later"
+_ENDED = "the simulation has ended"
+
+_LEAST_WALL_SECONDS = 1 / 20
+"""Between two feedback messages of one goal: there are never more than 20 a wall second."""
+
+
+class Server:
+    """Serves one simulation on one session.
+
+    Args:
+        session: An open session; it stays the caller's to close.
+        keys: How keys are spelled.
+        actions: All actions by name, to read goals.
+        serves: The names of the actions of each robot.
+        fixed: Latched topics of the world that never change: topic to encoding and payload.
+        max_payload: Bytes that a request may have.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        keys: Keys,
+        *,
+        actions: Mapping[str, AnyAction],
+        serves: Mapping[str, list[str]],
+        fixed: Mapping[str, tuple[str, bytes]],
+        max_payload: int = MAX_PAYLOAD,
+    ) -> None:
+        self._session = session
+        self._keys = keys
+        self._actions = actions
+        self._sent: dict[str, float] = {}
+        self._emitters: dict[type, Callable[[Any], None]] = {
+            Answered: self._emit_answer,
+            GoalChanged: self._emit_change,
+            StatusChanged: self._emit_status,
+            FeedbackSent: self._emit_feedback,
+            Sampled: self._emit_sample,
+            Happened: self._emit_happening,
+        }
+        self._requests = Requests(keys, actions=actions, serves=serves, fixed=fixed, max_payload=max_payload)
+        self.inbox = QueryInbox(
+            session,
+            keys.everything(),
+            decode=self._decode,
+            refuse=self._refuse,
+            doorbell=keys.doorbell(),
+        )
+        self._interest = Interest(session, keys, self._interest_changed)
+        self._history = session.declare_queryable(
+            keys.history(), zenoh.handlers.Callback(self.inbox.put_query), complete=True
+        )
+
+    def close(self) -> None:
+        """Take no more queries; the simulation's thread wakes and ends."""
+        self.inbox.close()
+
+    def finish(self, submit: Callable[[Command], None]) -> None:
+        """Answer what waits still when the simulation has ended: all but new goals can be."""
+        self.close()
+        while (command := self.inbox.poll()) is not None:
+            if isinstance(command, SendGoal):
+                self._emit_answer(Answered(command.reply_to, not_served(command.goal_id, "not_ready", _ENDED)))
+            else:
+                submit(command)
+
+    def _decode(self, query: zenoh.Query) -> list[Command]:
+        commands = self._requests.decode(query)
+        if any(isinstance(command, (SendGoal, CancelGoal)) for command in commands) and self._interest.look():
+            return [InterestChanged(), *commands]
+        return commands
+
+    def _refuse(self, query: zenoh.Query) -> None:
+        reason, text = ("not_ready", _ENDED) if self.inbox.closed else ("busy", _BUSY)
+        self._requests.refuse(query, reason, text)
+
+    def _interest_changed(self) -> None:
+        try:
+            self.inbox.put(InterestChanged())
+        except SimulationStopped:
+            _log.debug("interest changed after the simulation had ended")
+
+    # --- events to replies and publications -----------------------------------------------------------------------
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether anybody subscribes to a topic."""
+        return self._interest[topic]
+
+    def emit(self, event: Event) -> None:
+        """Send an event to whom it concerns."""
+        self._emitters[type(event)](event)
+
+    def _emit_answer(self, event: Answered) -> None:
+        asked = event.reply_to
+        if not isinstance(asked, Asked):
+            return
+        answer, action = event.answer, asked.action
+        match answer:
+            case GoalResponse():
+                mime = encoding.of_action(action, "SendGoal_Response") if action else encoding.JSON
+                asked.reply(encoding.goal_response(answer), mime)
+            case CancelResponse():
+                asked.reply(encoding.cancel_response(answer), encoding.CANCEL_RESPONSE)
+            case ResultResponse():
+                mime = encoding.of_action(action, "GetResult_Response") if action else encoding.JSON
+                asked.reply(encoding.result_response(answer), mime)
+            case StatusChanged():
+                asked.reply(encoding.status_array(answer), encoding.STATUS)
+            case Sampled(message=message):
+                asked.reply(encoding.message(message), encoding.of_message(message))
+            case Refused(field, value, text):
+                asked.refuse(encoding.error(text, field, value))
+
+    def _emit_change(self, event: GoalChanged) -> None:
+        if event.status.terminal:
+            self._sent.pop(event.goal_id, None)
+        if self._interest[Topic.EVENTS]:
+            self._put(self._keys.world("events"), encoding.happened(event), encoding.EVENT, reliable=True)
+
+    def _emit_happening(self, event: Happened) -> None:
+        if self._interest[Topic.EVENTS]:
+            self._put(self._keys.world("events"), encoding.happened(event), encoding.EVENT, reliable=True)
+
+    def _emit_status(self, event: StatusChanged) -> None:
+        if self._interest[Topic.STATUS]:
+            self._put_action(event, Verb.STATUS, encoding.status_array(event), encoding.STATUS, reliable=True)
+
+    def _emit_feedback(self, event: FeedbackSent) -> None:
+        if not self._interest[Topic.FEEDBACK]:
+            return
+        now = time.monotonic()
+        if not event.last and now - self._sent.get(event.goal_id, -1.0) < _LEAST_WALL_SECONDS:
+            return
+        self._sent[event.goal_id] = now
+        payload = encoding.feedback_message(event.goal_id, event.feedback)
+        mime = encoding.of_action(self._actions[event.action], "FeedbackMessage")
+        self._put_action(event, Verb.FEEDBACK, payload, mime)
+
+    def _emit_sample(self, event: Sampled) -> None:
+        if not self._interest[event.topic]:
+            return
+        key = self._keys.topic(event.robot or WORLD, event.topic.value)
+        self._put(key, encoding.message(event.message), encoding.of_message(event.message))
+
+    def _put_action(
+        self, event: StatusChanged | FeedbackSent, verb: Verb, payload: bytes, mime: str, *, reliable: bool = False
+    ) -> None:
+        for robot, action in self._keys.names(event.robot, event.action):
+            self._put(self._keys.action(robot, action, verb), payload, mime, reliable=reliable)
+
+    def _put(self, key: str, payload: bytes, mime: str, *, reliable: bool = False) -> None:
+        """Publish; what may be lost is dropped rather than waited for when a reader is slow."""
+        control = zenoh.CongestionControl.BLOCK if reliable else zenoh.CongestionControl.DROP
+        try:
+            self._session.put(key, payload, encoding=mime, congestion_control=control)
+        except zenoh.ZError as error:
+            _log.debug("publishing on %s: %s", key, error)

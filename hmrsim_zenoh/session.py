@@ -1,0 +1,252 @@
+"""Opening Zenoh sessions: where to connect and listen, and clear errors when that fails.
+
+The simulator is its own router, so no zenohd is needed. Multicast scouting is off: whom we find is whom we named.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import socket
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import zenoh
+
+from hmrsim_zenoh.errors import BadOptions, NobodyThere, PortTaken
+from hmrsim_zenoh.keys import DEFAULT_PREFIX
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
+
+Mode = Literal["peer", "client", "router"]
+
+_PROTOCOLS: Final = ("tcp", "udp", "tls", "quic", "ws", "unixsock-stream")
+_DATAGRAMS: Final = ("udp", "quic")
+_ENDPOINT: Final = re.compile(r"(?P<protocol>[^/]+)/(?P<address>[^?#]+)(?P<rest>[?#].*)?")
+_HOST_PORT: Final = re.compile(r"(?P<host>\[[^\]]+\]|[^:\[\]]+):(?P<port>[0-9]{1,5})")
+_LAST_PORT: Final = 65535
+_PORT_TRIES: Final = 5
+
+# Zenoh's own retry begins at 1 s: a tool that starts along with its simulator would wait that long.
+_RETRY: Final = {"period_init_ms": 20, "period_max_ms": 400, "period_increase_factor": 1.5}
+
+# One reader that has stopped would otherwise hold up whoever publishes to it for 5 s.
+_WAIT_BEFORE_CLOSE: Final = 500_000
+_WAIT_BEFORE_CLOSE_KEY: Final = "transport/link/tx/queue/congestion_control/block/wait_before_close"
+
+# The build path of Zenoh's Rust source, which it appends to its messages.
+_SOURCE: Final = re.compile(r"\s+at /\S+\.rs:\d+\.?")
+_JSON5: Final = re.compile(r'Json5Err\(Message \{ msg: "(?P<text>.*?)", location')
+
+
+@dataclass(frozen=True)
+class SessionOptions:
+    """Where to find a simulator, or where to be found.
+
+    Attributes:
+        connect: Endpoints to connect to, such as ``tcp/10.0.0.7:7447``; for tools `DEFAULT_ENDPOINT` if none.
+        listen: Endpoints to listen on; for the simulator `DEFAULT_ENDPOINT` if none and it connects to none.
+        mode: Zenoh's mode; None for what fits.
+        config_file: A Zenoh configuration, JSON5; what the other options say comes first.
+        prefix: What all keys begin with.
+        timeout: Wall seconds to reach a simulator.
+    """
+
+    connect: tuple[str, ...] = ()
+    listen: tuple[str, ...] = ()
+    mode: Mode | None = None
+    config_file: Path | None = None
+    prefix: str = DEFAULT_PREFIX
+    timeout: float = 5.0
+
+
+DEFAULT_OPTIONS: Final = SessionOptions()
+
+
+def open_client(options: SessionOptions = DEFAULT_OPTIONS) -> zenoh.Session:
+    """Return a session for a tool; close it, or the process may not end.
+
+    Connects within the timeout, unless it only listens: then the simulator has to come to us.
+
+    Raises:
+        NobodyThere: Nobody answers at the endpoints.
+        PortTaken: It shall listen where somebody else does.
+        BadOptions: An endpoint or the configuration makes no sense.
+    """
+    settings = _Settings(options)
+    if not (settings.connect or settings.listen):
+        settings.connect = (DEFAULT_ENDPOINT,)
+    settings.mode = settings.mode or ("peer" if settings.listen else "client")
+    return settings.open("start `hmrsim run WORLD` or name another endpoint with --connect")
+
+
+def open_server(options: SessionOptions = DEFAULT_OPTIONS) -> tuple[zenoh.Session, tuple[str, ...]]:
+    """Return a session for a simulator, and the endpoints that it listens on.
+
+    Close it, or the process may not end. Port 0 becomes a free port. With endpoints to connect to and none to listen
+    on, it doesn't listen.
+
+    Raises:
+        PortTaken: Somebody else listens there.
+        NobodyThere: It shall connect only, and nobody answers.
+        BadOptions: An endpoint or the configuration makes no sense.
+    """
+    settings = _Settings(options)
+    if not (settings.connect or settings.listen):
+        if settings.mode == "client":
+            settings.connect = (DEFAULT_ENDPOINT,)
+        else:
+            settings.listen = (DEFAULT_ENDPOINT,)
+    settings.mode = settings.mode or ("router" if settings.listen else "client")
+    settings.wait_before_close = _WAIT_BEFORE_CLOSE
+    wanted = settings.listen
+    for tries_left in reversed(range(_PORT_TRIES)):
+        settings.listen = tuple(_with_port(str(endpoint)) for endpoint in wanted)
+        try:
+            return settings.open("start a Zenoh router there or name another with --connect"), settings.listen
+        except PortTaken:
+            # Between our look and Zenoh's somebody else may have taken the free port.
+            if settings.listen == tuple(wanted) or not tries_left:
+                raise
+    raise AssertionError
+
+
+class _Settings:
+    """The options with what the configuration file says where they say nothing."""
+
+    def __init__(self, options: SessionOptions) -> None:
+        if not options.timeout > 0:
+            raise BadOptions(f"--timeout must be positive, got {options.timeout} s")
+        for flag, endpoints in (("--connect", options.connect), ("--listen", options.listen)):
+            for endpoint in endpoints:
+                _check_endpoint(flag, endpoint)
+        self._config = _base_config(options.config_file)
+        self._timeout = options.timeout
+        self.mode: str | None = options.mode or json.loads(self._config.get_json("mode"))
+        self.connect: tuple[Any, ...] = options.connect or _endpoints(self._config, "connect", self.mode)
+        self.listen: tuple[Any, ...] = options.listen or _endpoints(self._config, "listen", self.mode)
+        self.wait_before_close: int | None = None
+
+    def open(self, advice: str) -> zenoh.Session:
+        """Open the session; *advice* is what to do when nobody answers."""
+        if self.mode == "client" and self.listen:
+            raise BadOptions(f"mode 'client' can't listen on {_listed(self.listen)}; take 'peer' or 'router'")
+        if self.mode == "client" and not self.connect:
+            raise BadOptions("mode 'client' needs an endpoint; name one with --connect")
+        for key, value in self._values().items():
+            self._insert(key, value)
+        try:
+            return zenoh.open(self._config)
+        except zenoh.ZError as error:
+            raise self._translated(error, advice) from None
+
+    def _values(self) -> dict[str, object]:
+        values: dict[str, object] = {
+            "mode": self.mode,
+            "connect/endpoints": self.connect,
+            "listen/endpoints": self.listen,
+            "connect/retry": _RETRY,
+            "listen/exit_on_failure": True,
+            "scouting/multicast/enabled": False,
+            "timestamping/enabled": True,
+            # Implicit shared memory can fail under load: https://github.com/eclipse-zenoh/zenoh/issues/2628
+            "transport/shared_memory/enabled": False,
+        }
+        if not self.listen:
+            # Who listens, too, can do without those it connects to: Zenoh goes on trying.
+            values["connect/exit_on_failure"] = True
+            values["connect/timeout_ms"] = round(self._timeout * 1000)
+        if not self.connect:
+            # A router waits this long for others to be found; we look for none.
+            values["scouting/delay"] = 0
+        if self.wait_before_close is not None:
+            values[_WAIT_BEFORE_CLOSE_KEY] = self.wait_before_close
+        return values
+
+    def _insert(self, key: str, value: object) -> None:
+        try:
+            self._config.insert_json5(key, json.dumps(value))
+        except zenoh.ZError as error:
+            raise BadOptions(f"Zenoh takes no {value!r} as {key}: {_first_line(error)}") from None
+
+    def _translated(self, error: zenoh.ZError, advice: str) -> BadOptions | PortTaken | NobodyThere:
+        text = _first_line(error)
+        if "in use" in text:
+            taken = tuple(endpoint for endpoint in self.listen if str(endpoint) in text) or self.listen
+            return PortTaken(
+                f"{_listed(taken)} is taken; name another endpoint with --listen, or join who is there with --connect",
+            )
+        if "Unable to connect" in text:
+            return NobodyThere(f"nobody answers at {_listed(self.connect)}; {advice}")
+        return BadOptions(f"can't open a Zenoh session: {text}")
+
+
+def _listed(endpoints: tuple[Any, ...]) -> str:
+    return ", ".join(str(endpoint) for endpoint in endpoints)
+
+
+def _base_config(config_file: Path | None) -> zenoh.Config:
+    if config_file is None:
+        return zenoh.Config()
+    try:
+        return zenoh.Config.from_file(config_file)
+    except zenoh.ZError as error:
+        raise BadOptions(f"{config_file}: not a Zenoh configuration: {_first_line(error)}") from None
+
+
+def _endpoints(config: zenoh.Config, side: str, mode: str | None) -> tuple[Any, ...]:
+    """Return a configuration's endpoints of one side, in Zenoh's form; none where it says nothing of its own."""
+    found = json.loads(config.get_json(f"{side}/endpoints"))
+    if found == json.loads(zenoh.Config().get_json(f"{side}/endpoints")):
+        return ()
+    if isinstance(found, dict):
+        found = found.get(mode or "", [])
+    return tuple(found)
+
+
+def _check_endpoint(flag: str, endpoint: str) -> None:
+    """Refuse what Zenoh would try in vain until the timeout."""
+    expected = "expected PROTOCOL/ADDRESS, such as tcp/127.0.0.1:7447"
+    match = _ENDPOINT.fullmatch(endpoint)
+    if not match:
+        raise BadOptions(f"{flag} {endpoint!r} is no endpoint; {expected}")
+    if match["protocol"] not in _PROTOCOLS:
+        raise BadOptions(f"{flag} {endpoint!r}: no protocol {match['protocol']!r}; there are {', '.join(_PROTOCOLS)}")
+    if match["protocol"] == "unixsock-stream":
+        return
+    address = _HOST_PORT.fullmatch(match["address"])
+    lowest = 1 if flag == "--connect" else 0
+    if not address or not lowest <= int(address["port"]) <= _LAST_PORT:
+        raise BadOptions(
+            f"{flag} {endpoint!r}: {match['address']!r} is not HOST:PORT with a port of {lowest} to 65535; {expected}"
+        )
+
+
+def _with_port(endpoint: str) -> str:
+    """Return an endpoint with a free port in place of port 0; Zenoh would not tell which one it took."""
+    match = _ENDPOINT.fullmatch(endpoint)
+    address = _HOST_PORT.fullmatch(match["address"]) if match else None
+    if not match or not address or int(address["port"]) != 0:
+        return endpoint
+    host = address["host"].strip("[]")
+    kind = socket.SOCK_DGRAM if match["protocol"] in _DATAGRAMS else socket.SOCK_STREAM
+    try:
+        family = socket.getaddrinfo(host, 0, type=kind)[0][0]
+        with socket.socket(family, kind) as probe:
+            probe.bind((host, 0))
+            port = probe.getsockname()[1]
+    except OSError as error:
+        raise BadOptions(f"--listen {endpoint!r}: {error.strerror}") from None
+    return f"{match['protocol']}/{address['host']}:{port}{match['rest'] or ''}"
+
+
+def _first_line(error: zenoh.ZError) -> str:
+    """Return what Zenoh says, without the place in its source where it said so."""
+    text = str(error)
+    if found := _JSON5.search(text):
+        text = found["text"]
+    text = _SOURCE.sub("", text)
+    return next((line for line in text.splitlines() if line.strip()), "unknown error").strip()

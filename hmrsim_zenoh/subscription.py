@@ -1,0 +1,87 @@
+"""Samples of a key, handed to a callback in a thread of its own."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import deque
+from typing import TYPE_CHECKING, Any, Final, Self
+
+import zenoh
+import zenoh.ext
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import TracebackType
+
+_log = logging.getLogger(__name__)
+
+_MOST_WAITING: Final = 10_000
+
+
+class Subscription:
+    """Calls back for each sample until it is closed.
+
+    The callback may take its time: what Zenoh brings meanwhile waits, the latest 10,000 of it. A callback that
+    blocked Zenoh's own thread would hold up the simulator.
+    """
+
+    def __init__(
+        self, session: zenoh.Session, key: str, callback: Callable[[str, bytes], None], *, history: bool
+    ) -> None:
+        self._key = key
+        self._callback = callback
+        self._changed = threading.Condition()
+        self._waiting: deque[tuple[str, bytes]] = deque(maxlen=_MOST_WAITING)
+        self._closed = False
+        self._subscriber = self._declared(session, history=history)
+        # Not in Zenoh's receive loop: a daemon thread that the interpreter ends there takes the process with it.
+        self._thread = threading.Thread(target=self._run, name=f"subscription to {key}", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Call back no more; waits for a call that is under way, unless it is the one that closes."""
+        with self._changed:
+            if self._closed:
+                return
+            self._closed = True
+            self._changed.notify()
+        self._subscriber.undeclare()
+        if self._thread is not threading.current_thread():
+            self._thread.join()
+
+    def __enter__(self) -> Self:
+        """Return the subscription."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    def _declared(self, session: zenoh.Session, *, history: bool) -> Any:  # two kinds of subscriber
+        handler = zenoh.handlers.Callback(self._on_sample, indirect=False)
+        if not history:
+            return session.declare_subscriber(self._key, handler)
+        return zenoh.ext.declare_advanced_subscriber(
+            session, self._key, handler, history=zenoh.ext.HistoryConfig(detect_late_publishers=True)
+        )
+
+    def _on_sample(self, sample: zenoh.Sample) -> None:
+        item = str(sample.key_expr), sample.payload.to_bytes()
+        with self._changed:
+            self._waiting.append(item)
+            self._changed.notify()
+
+    def _run(self) -> None:
+        while (item := self._next()) is not None:
+            try:
+                self._callback(*item)
+            except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
+                _log.exception("the callback of the subscription to %r failed", self._key)
+
+    def _next(self) -> tuple[str, bytes] | None:
+        with self._changed:
+            self._changed.wait_for(lambda: self._waiting or self._closed)
+            return None if self._closed else self._waiting.popleft()

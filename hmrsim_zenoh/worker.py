@@ -1,0 +1,65 @@
+"""One thread for what a client has to do later: Zenoh's own threads must neither wait nor sleep."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import logging
+import threading
+import time
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_log = logging.getLogger(__name__)
+
+
+class Worker:
+    """Calls functions after a delay, in one daemon thread that starts when first needed."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._changed = threading.Condition()
+        self._due: list[tuple[float, int, Callable[[], None]]] = []
+        self._order = itertools.count()
+        self._thread: threading.Thread | None = None
+        self._closed = False
+
+    def after(self, delay: float, call: Callable[[], None]) -> None:
+        """Call a function in *delay* seconds of wall time; never if the worker is closed by then."""
+        with self._changed:
+            if self._closed:
+                return
+            heapq.heappush(self._due, (time.monotonic() + delay, next(self._order), call))
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
+                self._thread.start()
+            self._changed.notify()
+
+    def close(self) -> None:
+        """Drop what is due, and wait for what is being done."""
+        with self._changed:
+            self._closed = True
+            self._due.clear()
+            self._changed.notify()
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join()
+
+    def _run(self) -> None:
+        while (call := self._next()) is not None:
+            try:
+                call()
+            except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
+                _log.exception("a delayed call failed")
+
+    def _next(self) -> Callable[[], None] | None:
+        with self._changed:
+            while not self._closed:
+                if not self._due:
+                    self._changed.wait()
+                elif (delay := self._due[0][0] - time.monotonic()) > 0:
+                    self._changed.wait(delay)
+                else:
+                    return heapq.heappop(self._due)[2]
+            return None

@@ -1,0 +1,148 @@
+"""cancel_goal: whom it selects, and what it answers; the rules are rcl's."""
+
+from __future__ import annotations
+
+import pytest
+
+A, B, C, D = (letter * 32 for letter in "abcd")
+WAIT = "wall_e/wait"
+ROBOTS = {"robots": {"one": {"at": [0, 0]}, "two": {"at": [1, 0]}}}
+
+
+@pytest.fixture
+def running(serve):
+    """Three goals of one action: a place where several run at once, which no robot of ours is, needs no base."""
+    from dataclasses import replace  # noqa: PLC0415
+
+    from hmrsim.actions import registry  # noqa: PLC0415
+
+    free = {**registry(), "wait": replace(registry()["wait"], holds_base=False)}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("hmrsim.simulator.all_actions", lambda: free)
+        tester = serve(real_time_factor=1.0)
+    stamps = [tester.send(WAIT, {"time": {"sec": 1000}}, goal_id)["stamp"] for goal_id in (A, B, C)]
+    return tester, stamps
+
+
+def ids(answer):
+    """Return the ids of the goals that are being canceled."""
+    return [goal["goal_id"] for goal in answer["goals_canceling"]]
+
+
+def test_one_goal_is_canceled_by_its_id(running):
+    """The answer lists it with its stamp, and the others go on."""
+    tester, stamps = running
+
+    answer = tester.cancel(WAIT, B)
+
+    assert {"return_code": 0, "goals_canceling": [{"goal_id": B, "stamp": stamps[1]}]} == answer
+    assert [(A, 2), (B, 5), (C, 2)] == tester.status(WAIT)
+
+
+def test_goals_are_canceled_up_to_a_time(running):
+    """Those accepted at or before it, without an id."""
+    tester, stamps = running
+
+    answer = tester.cancel(WAIT, stamp=stamps[1])
+
+    assert (0, [A, B]) == (answer["return_code"], ids(answer))
+    assert [(A, 5), (B, 5), (C, 2)] == tester.status(WAIT)
+
+
+def test_id_and_time_select_both(running):
+    """The goal of that id, and those up to that time."""
+    tester, stamps = running
+
+    answer = tester.cancel(WAIT, C, stamps[0])
+
+    assert (0, [A, C]) == (answer["return_code"], ids(answer))
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [
+        {},
+        {"goal_info": {}},
+        {"goal_info": {"goal_id": "0" * 32, "stamp": {"sec": 0, "nanosec": 0}}},
+        {"goal_info": {"goal_id": "00000000-0000-0000-0000-000000000000"}},
+    ],
+)
+def test_without_id_and_time_all_goals_are_canceled(running, payload):
+    """However little the request says."""
+    tester, _ = running
+
+    answer = tester.one(f"{WAIT}/_action/cancel_goal", payload)
+
+    assert (0, [A, B, C]) == (answer["return_code"], ids(answer))
+
+
+def test_the_id_may_have_hyphens(running):
+    """The answer has none."""
+    tester, _ = running
+
+    assert [A] == ids(tester.cancel(WAIT, "AAAAAAAA-AAAA-AAAA-AAAA-AAAAAAAAAAAA"))
+
+
+def test_an_unknown_goal_can_not_be_canceled(running):
+    """ERROR_UNKNOWN_GOAL_ID."""
+    tester, _ = running
+
+    assert {"return_code": 2, "goals_canceling": []} == tester.cancel(WAIT, D)
+
+
+def test_a_goal_that_has_ended_can_not_be_canceled(running):
+    """ERROR_GOAL_TERMINATED."""
+    tester, _ = running
+    tester.cancel(WAIT, A)
+
+    assert {"return_code": 3, "goals_canceling": []} == tester.cancel(WAIT, A)
+
+
+def test_an_unknown_id_with_a_time_is_no_error(running):
+    """The union is empty, as in rcl."""
+    tester, _ = running
+
+    assert {"return_code": 0, "goals_canceling": []} == tester.cancel(WAIT, D, {"sec": 0, "nanosec": 1})
+
+
+def test_nothing_to_cancel_is_no_error(shared):
+    """All of none."""
+    assert {"return_code": 0, "goals_canceling": []} == shared.cancel(WAIT)
+
+
+def test_another_robots_goals_are_left_alone(serve, wait):
+    """Cancel all means all of this action of this robot."""
+    tester = serve(ROBOTS, real_time_factor=1.0)
+    tester.send("one/wait", wait(1000), A)
+    tester.send("two/wait", wait(1000), B)
+
+    tester.cancel("one/wait")
+
+    assert [[(A, 5)], [(B, 2)]] == [tester.status("one/wait"), tester.status("two/wait")]
+
+
+def test_a_canceled_robot_stops_where_it_is(live, go):
+    """It is on its way, neither here nor there, and free for the next goal."""
+    feedback = live.hear("wall_e/navigate_to_pose/_action/feedback")
+    live.send("wall_e/navigate_to_pose", go(9, 2), A)
+    feedback.wait(lambda bodies: len(bodies) >= 2)
+
+    live.cancel("wall_e/navigate_to_pose", A)
+
+    stopped = live.where("wall_e")
+    assert 1.1 < stopped[0] < 8.9
+    assert stopped == live.where("wall_e")
+    assert 4 == live.do("wall_e/navigate_to_pose", go(*stopped))["status"]
+
+
+def test_a_cancel_right_behind_its_goal_does_not_overtake_it(serve):
+    """Two requests without waiting for the answer, many times, while the clock keeps the simulation busy."""
+    tester = serve(ROBOTS, real_time_factor=50.0)
+    tester.hear("_world/clock")
+    pending = []
+    for number in range(1, 601):
+        goal_id = f"{number:032x}"
+        tester.begin("one/wait/_action/send_goal", {"goal_id": goal_id, "goal": {"time": {"sec": 100_000}}})
+        pending.append(tester.begin("one/wait/_action/cancel_goal", {"goal_info": {"goal_id": goal_id}}))
+
+    assert [0] * 600 == [replies.one()["return_code"] for replies in pending]

@@ -1,0 +1,158 @@
+"""send_goal: what is accepted, what is not, and what the answer says."""
+
+from __future__ import annotations
+
+import pytest
+
+A, B = "a" * 32, "b" * 32
+NAVIGATE = "wall_e/navigate_to_pose"
+SEND = "wall_e/navigate_to_pose/_action/send_goal"
+
+
+def test_an_accepted_goal_is_answered_with_its_id_and_stamp(fast, go):
+    """Nothing else is in the answer; at time zero the stamp is one nanosecond, as zero means unset."""
+    (reply,) = fast.ask(SEND, {"goal_id": A, "goal": go(9, 2)})
+
+    assert {"accepted": True, "goal_id": A, "stamp": {"sec": 0, "nanosec": 1}} == reply.body
+    assert (True, "hmrsim/wall_e/navigate_to_pose/_action/send_goal") == (reply.ok, reply.key)
+
+
+def test_the_stamp_is_simulated_time(fast, go, wait):
+    """After a wait of 7 s it is 7 s."""
+    fast.do("wall_e/wait", wait(7))
+
+    assert {"sec": 7, "nanosec": 0} == fast.send(NAVIGATE, go(9, 2))["stamp"]
+
+
+def test_a_goal_without_id_gets_one(fast, go):
+    """32 lower-case hex digits, by which its result can be asked for."""
+    answer = fast.send(NAVIGATE, go(5, 2))
+
+    assert (32, set()) == (len(answer["goal_id"]), set(answer["goal_id"]) - set("0123456789abcdef"))
+    assert 4 == fast.result(NAVIGATE, answer["goal_id"])["status"]
+
+
+def test_an_id_may_have_hyphens_and_capitals(fast, go):
+    """The answer has neither, and both forms name the same goal."""
+    answer = fast.send(NAVIGATE, go(5, 2), "AAAAAAAA-AAAA-AAAA-AAAA-AAAAAAAAAAAA")
+
+    assert (True, A) == (answer["accepted"], answer["goal_id"])
+    assert 4 == fast.result(NAVIGATE, "aaaaaaaa-AAAA-aaaa-aaaa-aaaaaaaaaaaa")["status"]
+
+
+def test_an_empty_goal_is_the_default_of_ros(serve):
+    """The robot drives to (0, 0)."""
+    tester = serve({"robots": {"wall_e": {"at": [3, 4]}}}, real_time_factor=0)
+
+    assert 4 == tester.do(NAVIGATE, {})["status"]
+    assert (0.0, 0.0) == tester.where("wall_e")
+
+
+@pytest.mark.parametrize("frame", ["", "map"])
+def test_the_frame_is_map_or_left_empty(fast, go, frame):
+    """Both are accepted."""
+    assert fast.send(NAVIGATE, go(5, 2, frame))["accepted"]
+
+
+@pytest.mark.parametrize(
+    ("name", "goal", "goal_id", "reason", "code", "text"),
+    [
+        (NAVIGATE, {}, "0" * 32, "invalid_goal_id", 1, "zero"),
+        (NAVIGATE, {}, "not-a-uuid", "invalid_goal_id", 1, "'not-a-uuid' is not a UUID"),
+        (NAVIGATE, {}, "a" * 31, "invalid_goal_id", 1, "not a UUID"),
+        ("wall_e/pickup", {}, "0" * 32, "invalid_goal_id", 99999, "zero"),
+        ("eve/place", {}, "?", "invalid_goal_id", 99999, "'?' is not a UUID"),
+        ("nobody/wait", {}, A, "unknown_robot", 1, "no robot 'nobody'; there are: wall_e, eve, cart"),
+        ("wall_e/fly", {"wings": 2}, A, "unknown_action", 1, "wall_e has no action 'fly'; it has: navigate_to_pose"),
+        ("cart/pickup", {"target_name": "parcel"}, A, "unknown_action", 99999, "cart has no action 'pickup'"),
+        (NAVIGATE, {"pose": {"header": {"frame_id": "odom"}}}, A, "invalid_goal", 1, "unknown frame_id 'odom'"),
+    ],
+)
+def test_a_goal_that_can_be_read_but_not_served_is_not_accepted(shared, name, goal, goal_id, reason, code, text):
+    """It is an ordinary reply, with reason, code and text; nothing is left of the goal."""
+    (reply,) = shared.ask(f"{name}/_action/send_goal", {"goal_id": goal_id, "goal": goal})
+
+    assert (True, False, reason, code) == (
+        reply.ok, reply.body["accepted"], reply.body["reason"], reply.body["error_code"],
+    )
+    assert text in reply.body["error_msg"]
+    assert goal_id == reply.body["goal_id"]
+
+
+def test_a_robot_whose_planner_is_not_there_is_not_ready(serve, go):
+    """It says that it waits for a planner."""
+    tester = serve({"robots": {"wall_e": {"at": [0, 0], "planner": "external"}}}, real_time_factor=0)
+
+    answer = tester.send(NAVIGATE, go(1, 0))
+
+    assert (False, "not_ready", 1) == (answer["accepted"], answer["reason"], answer["error_code"])
+    assert "external planner" in answer["error_msg"]
+
+
+def test_a_rejected_goal_leaves_no_trace(fast):
+    """No entry in the status list, and status 0 for its result."""
+    fast.send(NAVIGATE, {"pose": {"header": {"frame_id": "odom"}}}, A)
+
+    assert [] == fast.status(NAVIGATE)
+    assert {"status": 0, "result": {"error_code": 0, "error_msg": ""}} == fast.result(NAVIGATE, A)
+
+
+def test_the_id_of_a_goal_that_runs_is_refused(live, wait):
+    """The answer tells that it is executing, and when the first one was accepted."""
+    first = live.send("wall_e/wait", wait(1000), A)
+
+    again = live.send("wall_e/wait", wait(1000), A)
+
+    assert (False, "duplicate_goal_id", 2, first["stamp"]) == (
+        again["accepted"], again["reason"], again["status"], again["stamp"],
+    )
+    assert [(A, 2)] == live.status("wall_e/wait")
+
+
+def test_the_id_of_a_goal_that_ended_is_refused(fast, wait):
+    """The answer tells how it ended; it is not executed again."""
+    fast.send("wall_e/wait", wait(3), A)
+    fast.result("wall_e/wait", A)
+
+    again = fast.send("wall_e/wait", wait(3), A)
+
+    assert (False, "duplicate_goal_id", 4, 1) == (
+        again["accepted"], again["reason"], again["status"], again["error_code"],
+    )
+    assert {"clock": {"sec": 3, "nanosec": 0}} == fast.one("_world/clock")
+
+
+def test_the_same_id_may_go_to_another_action(fast, go, wait):
+    """Each action of each robot is a server of its own, as in ROS."""
+    answers = [fast.send("wall_e/wait", wait(1), A), fast.send(NAVIGATE, go(5, 2), A), fast.send("eve/wait", wait(1), A)]
+
+    assert [True, True, True] == [answer["accepted"] for answer in answers]
+
+
+@pytest.fixture
+def crowded(serve, wait, monkeypatch):
+    """A client of a simulator in which no request may wait, and that has something else to do."""
+    from hmrsim_zenoh.inbox import QueryInbox  # noqa: PLC0415
+
+    monkeypatch.setitem(QueryInbox.__init__.__kwdefaults__, "most_waiting", 0)
+    tester = serve(real_time_factor=1.0)
+    tester.send("wall_e/wait", wait(1000), A)
+    return tester
+
+
+def test_a_goal_is_answered_busy_when_too_many_wait(crowded, wait):
+    """It is not accepted, and may be sent again later."""
+    answers = (crowded.send("eve/wait", wait(1)) for _ in range(1000))
+
+    busy = next(answer for answer in answers if not answer["accepted"])
+
+    assert ("busy", 1, "too many requests are waiting; try again later") == (
+        busy["reason"], busy["error_code"], busy["error_msg"],
+    )
+
+
+def test_other_requests_get_an_error_when_too_many_wait(crowded):
+    """As there is no field that could say it."""
+    answers = (crowded.one("wall_e/wait/_action/get_result", {"goal_id": B}) for _ in range(1000))
+
+    assert "too many requests are waiting; try again later" == next(a["error"] for a in answers if "error" in a)

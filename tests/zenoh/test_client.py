@@ -1,0 +1,744 @@
+"""The client against a simulator that loses, refuses, hangs and dies."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+from zenoh import ext
+
+from hmrsim.actions import registry
+from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.envelopes import UnreadableError
+from hmrsim_zenoh.errors import (
+    BadOptions,
+    ClientClosed,
+    GoalRejectedError,
+    GoalTimeout,
+    NobodyThere,
+    RequestError,
+    RequestTimeout,
+    SimulatorGone,
+    Unreachable,
+)
+from hmrsim_zenoh.keys import Verb
+from hmrsim_zenoh.session import SessionOptions, open_client
+
+GOAL = Wait.Goal(time=Duration(sec=2))
+ID = "0123456789abcdef0123456789abcdef"
+OTHER_ID = "f" * 32
+SOON = 5.0
+SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
+
+
+@pytest.fixture
+def wait_client(client):
+    """Sends wall_e waiting goals."""
+    return client.action_client("wall_e", registry()["wait"])
+
+
+# --- the ordinary trip ---------------------------------------------------------------------------------------
+
+
+def test_a_goal_ends_with_its_result(simulator, wait_client):
+    """The ticket has the terminal status and the action's own result message."""
+    simulator.steps["get_result"] = [simulator.end(SUCCEEDED, total_elapsed_time={"sec": 2, "nanosec": 0})]
+    goal = wait_client.send_goal(GOAL)
+
+    assert goal.result(SOON) == Wait.Result(total_elapsed_time=Duration(sec=2))
+    assert (goal.status, goal.accepted, goal.done, goal.error) == (GoalStatus.SUCCEEDED, True, True, None)
+
+
+def test_the_request_has_the_goal_and_the_clients_id(simulator, wait_client):
+    """The JSON is what the contract says."""
+    goal = wait_client.send_goal(GOAL)
+
+    assert simulator.wait_for(Verb.SEND_GOAL) == [{"goal_id": goal.goal_id, "goal": {"time": {"sec": 2, "nanosec": 0}}}]
+    assert simulator.wait_for(Verb.GET_RESULT) == [{"goal_id": goal.goal_id}]
+
+
+def test_an_aborted_goal_has_a_result_too(simulator, wait_client):
+    """Whatever the terminal status, the result is returned and says why."""
+    simulator.steps["get_result"] = [simulator.end(ABORTED, error_code=740, error_msg="tired")]
+    goal = wait_client.send_goal(GOAL)
+
+    assert goal.result(SOON).error_msg == "tired"
+    assert goal.status is GoalStatus.ABORTED
+
+
+def test_the_result_is_asked_for_before_acceptance_is_known(simulator, wait_client):
+    """A goal costs one round trip: send_goal is still held when get_result comes, once."""
+    simulator.steps["send_goal"] = [simulator.hold]
+    goal = wait_client.send_goal(GOAL)
+    simulator.wait_for(Verb.GET_RESULT)
+    simulator.release(simulator.accept, verb=Verb.SEND_GOAL)
+    goal.wait_accepted(SOON)
+    simulator.release(simulator.end(SUCCEEDED), verb=Verb.GET_RESULT)
+
+    goal.result(SOON)
+    assert simulator.count(Verb.GET_RESULT) == 1
+
+
+def test_the_callers_goal_id_is_used(simulator, wait_client):
+    """Hyphens are dropped."""
+    goal = wait_client.send_goal(GOAL, goal_id="01234567-89AB-cdef-0123-456789abcdef")
+
+    assert (goal.goal_id, simulator.wait_for(Verb.SEND_GOAL)[0]["goal_id"]) == (ID, ID)
+
+
+def test_a_callers_mistakes_are_told_at_once(client, wait_client):
+    """A bad id, another action's goal or a wildcard for a robot never reach the wire."""
+    with pytest.raises(ValueError, match="'short' is not a UUID"):
+        wait_client.send_goal(GOAL, goal_id="short")
+    with pytest.raises(TypeError, match="wait takes nav2_msgs/action/Wait_Goal"):
+        wait_client.send_goal(NavigateToPose.Goal())
+    with pytest.raises(ValueError, match=r"'\*' is no robot's name"):
+        client.action_client("*", registry()["wait"])
+
+
+def test_changes_are_told_in_order(simulator, wait_client):
+    """One call for the acceptance, one for the end."""
+    seen = []
+    goal = wait_client.send_goal(GOAL, on_change=lambda goal: seen.append((goal.status, goal.done)))
+    goal.wait_accepted(SOON)
+    simulator.wait_for(Verb.GET_RESULT)
+    simulator.release(simulator.end(SUCCEEDED), verb=Verb.GET_RESULT)
+    goal.result(SOON)
+
+    assert seen == [(GoalStatus.ACCEPTED, False), (GoalStatus.SUCCEEDED, True)]
+
+
+def test_a_callback_that_raises_harms_nothing(simulator, wait_client, caplog):
+    """The goal goes its way, and the log says what happened."""
+    simulator.steps["get_result"] = [simulator.end(SUCCEEDED)]
+    goal = wait_client.send_goal(GOAL, on_change=lambda _goal: 1 / 0)
+
+    assert goal.result(SOON) == Wait.Result()
+    assert "ZeroDivisionError" in caplog.text
+
+
+def test_callbacks_may_send_goals(simulator, wait_client, watched):
+    """A chain of goals without a thread of one's own: each is sent when the one before has ended."""
+    simulator.steps["get_result"] = [simulator.end(SUCCEEDED)]
+
+    def go_on(goal):
+        if goal.done:
+            watched(goal.status)
+            if len(watched.items) < 20:
+                wait_client.send_goal(GOAL, on_change=go_on)
+
+    wait_client.send_goal(GOAL, on_change=go_on)
+
+    assert watched.wait(lambda seen: len(seen) == 20) == [GoalStatus.SUCCEEDED] * 20
+
+
+# --- refusals ------------------------------------------------------------------------------------------------
+
+
+def test_a_rejected_goal_says_why(simulator, wait_client):
+    """The reason is a word, the message is for people; the result's answer of status 0 does not matter."""
+    simulator.steps["send_goal"] = [simulator.refuse("busy")]
+    simulator.steps["get_result"] = [simulator.end(0)]
+    goal = wait_client.send_goal(GOAL)
+
+    with pytest.raises(GoalRejectedError, match="busy: because of busy") as caught:
+        goal.result(SOON)
+    assert (caught.value.reason, caught.value.error_code, goal.accepted) == ("busy", 1, False)
+    with pytest.raises(GoalRejectedError):
+        goal.wait_accepted(SOON)
+
+
+def test_a_duplicate_at_the_first_try_is_a_rejection(simulator, wait_client):
+    """Somebody else has that id: their goal is not ours, nor is its result."""
+    simulator.steps["send_goal"] = [simulator.refuse("duplicate_goal_id", status=2)]
+    goal = wait_client.send_goal(GOAL, goal_id=ID)
+
+    with pytest.raises(GoalRejectedError, match="duplicate_goal_id"):
+        goal.result(SOON)
+
+
+def test_an_error_reply_has_its_details(simulator, wait_client):
+    """What can't be read is told field by field."""
+    details = [{"field": "goal.time.sec", "message": "too large", "value": 1}]
+    simulator.steps["send_goal"] = [simulator.say_error(json.dumps({"error": "no", "details": details}))]
+    goal = wait_client.send_goal(GOAL)
+
+    with pytest.raises(RequestError, match="no") as caught:
+        goal.result(SOON)
+    assert caught.value.details == tuple(details)
+
+
+def test_an_error_that_is_no_json_is_shown_as_it_is(simulator, wait_client):
+    """Somebody else's queryable may reply anything."""
+    simulator.steps["send_goal"] = [simulator.say_error("kaputt")]
+
+    with pytest.raises(RequestError, match="kaputt"):
+        wait_client.send_goal(GOAL).result(SOON)
+
+
+@pytest.mark.parametrize("verb", ["send_goal", "get_result"])
+def test_an_answer_that_can_not_be_read_is_an_error(simulator, wait_client, verb):
+    """It is not waited for another."""
+    simulator.steps["get_result"] = [simulator.hold]
+    simulator.steps[verb] = [simulator.say({"nonsense": 1})]
+
+    with pytest.raises(UnreadableError, match="Field required"):
+        wait_client.send_goal(GOAL).result(SOON)
+
+
+# --- losses --------------------------------------------------------------------------------------------------
+
+
+def test_a_goal_whose_answer_was_lost_is_sent_again(simulator, wait_client):
+    """The duplicate that the second try meets is our own goal: accepted, in the status that it has."""
+    simulator.steps["send_goal"] = [simulator.lose, simulator.refuse("duplicate_goal_id", status=2)]
+    goal = wait_client.send_goal(GOAL)
+    goal.wait_accepted(SOON)
+
+    first, second = simulator.wait_for(Verb.SEND_GOAL, 2)
+    assert (first, goal.accepted, goal.status) == (second, True, GoalStatus.EXECUTING)
+
+
+def test_a_goal_that_never_came_through_is_accepted_later(simulator, wait_client):
+    """Both first requests are lost; the result is asked for again when the goal is accepted."""
+    simulator.steps["send_goal"] = [simulator.lose, simulator.accept]
+    simulator.steps["get_result"] = [simulator.lose, simulator.end(SUCCEEDED)]
+
+    assert wait_client.send_goal(GOAL).result(SOON) == Wait.Result()
+
+
+def test_a_result_asked_for_too_early_is_asked_for_again(simulator, wait_client):
+    """Status 0 from before the acceptance does not mean that the goal is forgotten."""
+    simulator.steps["send_goal"] = [simulator.lose, simulator.accept]
+    simulator.steps["get_result"] = [simulator.end(0), simulator.end(SUCCEEDED)]
+
+    assert wait_client.send_goal(GOAL).result(SOON) == Wait.Result()
+
+
+def test_an_early_status_0_that_comes_late_is_not_believed(simulator, wait_client):
+    """The answer to a question from before the acceptance may come after it."""
+    simulator.steps["send_goal"] = [simulator.hold]
+    simulator.steps["get_result"] = [simulator.hold, simulator.end(SUCCEEDED)]
+    goal = wait_client.send_goal(GOAL)
+    simulator.wait_for(Verb.GET_RESULT)
+    simulator.release(simulator.accept, verb=Verb.SEND_GOAL)
+    goal.wait_accepted(SOON)
+    simulator.release(simulator.end(0), verb=Verb.GET_RESULT)
+
+    assert goal.result(SOON) == Wait.Result()
+
+
+@pytest.mark.parametrize("loss", ["silence", "timeout"])
+def test_a_result_whose_answer_was_lost_is_asked_for_again(simulator, wait_client, loss):
+    """No reply, or the end of Zenoh's own patience: the goal is still there, so ask."""
+    lost = {"silence": simulator.lose, "timeout": simulator.say_error("Timeout")}[loss]
+    simulator.steps["get_result"] = [simulator.hold, lost, lost, simulator.end(SUCCEEDED)]
+    goal = wait_client.send_goal(GOAL)
+    goal.wait_accepted(SOON)
+    simulator.wait_for(Verb.GET_RESULT)
+    simulator.release(lost, verb=Verb.GET_RESULT)
+
+    assert goal.result(SOON) == Wait.Result()
+    assert simulator.count(Verb.GET_RESULT) == 4
+
+
+def test_a_goal_that_is_never_answered_times_out(simulator, wait_client):
+    """The simulator is there but says nothing: an error in time, and the goal is canceled in case it came through."""
+    simulator.steps["send_goal"] = [simulator.lose]
+    simulator.steps["get_result"] = [simulator.lose]
+    goal = wait_client.send_goal(GOAL)
+
+    with pytest.raises(GoalTimeout, match=r"no answer to goal .* in 2 s; the goal is given up"):
+        goal.result(SOON)
+    assert simulator.wait_for(Verb.CANCEL_GOAL)[0]["goal_info"]["goal_id"] == goal.goal_id
+
+
+def test_waiting_for_a_result_can_time_out(simulator, wait_client):
+    """The goal goes on, and its result may still come."""
+    goal = wait_client.send_goal(GOAL)
+    with pytest.raises(GoalTimeout, match=r"no result of goal .* after 0.05 s; it goes on"):
+        goal.result(0.05)
+    assert not goal.done
+
+    simulator.wait_for(Verb.GET_RESULT)
+    simulator.release(simulator.end(SUCCEEDED), verb=Verb.GET_RESULT)
+    assert goal.result(SOON) == Wait.Result()
+
+
+def test_waiting_for_acceptance_can_time_out(simulator, wait_client):
+    """A TimeoutError for those who know no other."""
+    simulator.steps["send_goal"] = [simulator.hold]
+
+    with pytest.raises(TimeoutError, match="no answer to goal"):
+        wait_client.send_goal(GOAL).wait_accepted(0.05)
+
+
+# --- a simulator that goes -----------------------------------------------------------------------------------
+
+
+def test_a_simulator_that_dies_fails_its_goals(simulator, wait_client):
+    """Within the grace and a bit; no waiting for ever."""
+    goal = wait_client.send_goal(GOAL)
+    goal.wait_accepted(SOON)
+    simulator.wait_for(Verb.GET_RESULT)
+    simulator.close()
+
+    with pytest.raises(SimulatorGone, match="its token 'hmrsim/_world/alive' has disappeared"):
+        goal.result(SOON)
+    assert goal.accepted
+
+
+def test_a_simulator_that_hangs_without_its_token_is_gone(simulator, wait_client):
+    """The result is held, and will be for ever: the token tells."""
+    goal = wait_client.send_goal(GOAL)
+    simulator.wait_for(Verb.GET_RESULT)
+    simulator.vanish()
+
+    with pytest.raises(SimulatorGone, match="is gone"):
+        goal.result(SOON)
+
+
+def test_a_goal_sent_to_a_dead_simulator_fails(simulator, client, wait_client):
+    """It was there before: that is another error than nobody there."""
+    client.wait_for_simulator(SOON)
+    simulator.close()
+
+    with pytest.raises(SimulatorGone, match="is gone"):
+        wait_client.send_goal(GOAL).result(SOON)
+
+
+def test_a_goal_survives_a_short_absence(simulator, another):
+    """The network was away; the same goal is known when it is back, and its result is asked for again."""
+    with Client(SessionOptions(connect=(simulator.endpoint,)), grace=30.0) as client:
+        goal = client.action_client("wall_e", registry()["wait"]).send_goal(GOAL)
+        goal.wait_accepted(SOON)
+        simulator.wait_for(Verb.GET_RESULT)
+        simulator.close()
+        back = another(endpoint=simulator.endpoint)
+        back.wait_for(Verb.GET_RESULT)
+        back.release(back.end(SUCCEEDED), verb=Verb.GET_RESULT)
+
+        assert goal.result(SOON) == Wait.Result()
+
+
+def test_a_restarted_simulator_does_not_know_the_goal(simulator, another):
+    """It answers with status 0, which for an accepted goal means that all is lost."""
+    with Client(SessionOptions(connect=(simulator.endpoint,)), grace=30.0) as client:
+        goal = client.action_client("wall_e", registry()["wait"]).send_goal(GOAL)
+        goal.wait_accepted(SOON)
+        simulator.wait_for(Verb.GET_RESULT)
+        simulator.close()
+        restarted = another(endpoint=simulator.endpoint)
+        restarted.wait_for(Verb.GET_RESULT)
+        restarted.release(restarted.end(0), verb=Verb.GET_RESULT)
+
+        with pytest.raises(SimulatorGone, match=r"does not know goal .* any more"):
+            goal.result(SOON)
+
+
+def test_callbacks_may_send_goals_when_the_simulator_is_gone(simulator, wait_client, watched):
+    """They fail, too; nothing hangs."""
+
+    def try_again(goal):
+        if goal.done:
+            watched(type(goal.error))
+            if len(watched.items) < 3:
+                wait_client.send_goal(GOAL, on_change=try_again)
+
+    wait_client.send_goal(GOAL, on_change=try_again)
+    simulator.wait_for(Verb.GET_RESULT)
+    simulator.close()
+
+    assert watched.wait(lambda seen: len(seen) == 3) == [SimulatorGone] * 3
+
+
+def test_a_router_without_a_simulator_is_nobody(another):
+    """We are connected, but there is no token: said after the grace."""
+    router = another(present=False)
+    router.steps["send_goal"] = router.steps["get_result"] = [router.lose]
+    with Client(SessionOptions(connect=(router.endpoint,)), grace=0.2) as client:
+        goal = client.action_client("wall_e", registry()["wait"]).send_goal(GOAL)
+
+        with pytest.raises(NobodyThere, match="there is no token 'hmrsim/_world/alive'; start `hmrsim run WORLD`"):
+            goal.result(SOON)
+
+
+# --- cancel --------------------------------------------------------------------------------------------------
+
+
+def test_cancel_is_sent_with_the_goals_own_id(simulator, wait_client, watched):
+    """The status is CANCELING when the simulator says so, CANCELED when the goal has ended."""
+    simulator.steps["cancel_goal"] = [simulator.canceling]
+    goal = wait_client.send_goal(GOAL, on_change=lambda goal: watched(goal.status))
+    goal.wait_accepted(SOON)
+    goal.cancel()
+    watched.wait(lambda seen: GoalStatus.CANCELING in seen)
+    simulator.release(simulator.end(CANCELED), verb=Verb.GET_RESULT)
+
+    goal.result(SOON)
+    assert goal.status is GoalStatus.CANCELED
+    assert simulator.wait_for(Verb.CANCEL_GOAL) == [
+        {"goal_info": {"goal_id": goal.goal_id, "stamp": {"sec": 0, "nanosec": 0}}}
+    ]
+
+
+def test_a_cancel_waits_for_the_acceptance(simulator, wait_client):
+    """Nothing can be canceled that is not known to be there; asked twice, it is sent once."""
+    simulator.steps["send_goal"] = [simulator.hold]
+    goal = wait_client.send_goal(GOAL)
+    simulator.wait_for(Verb.GET_RESULT)
+    goal.cancel()
+    goal.cancel()
+    assert simulator.count(Verb.CANCEL_GOAL) == 0
+
+    simulator.release(simulator.accept, verb=Verb.SEND_GOAL)
+    simulator.wait_for(Verb.CANCEL_GOAL)
+    simulator.release(simulator.end(CANCELED), verb=Verb.GET_RESULT)
+    goal.result(SOON)
+    assert simulator.count(Verb.CANCEL_GOAL) == 1
+
+
+def test_a_cancel_of_a_rejected_goal_is_never_sent(simulator, wait_client):
+    """There is nothing to cancel."""
+    simulator.steps["send_goal"] = [simulator.hold]
+    goal = wait_client.send_goal(GOAL)
+    goal.cancel()
+    simulator.wait_for(Verb.GET_RESULT)
+    simulator.release(simulator.refuse("busy"), verb=Verb.SEND_GOAL)
+
+    with pytest.raises(GoalRejectedError):
+        goal.result(SOON)
+    assert simulator.count(Verb.CANCEL_GOAL) == 0
+
+
+def test_a_cancel_whose_answer_was_lost_is_sent_again(simulator, wait_client):
+    """Until there is an answer, or the goal is done."""
+    simulator.steps["cancel_goal"] = [simulator.lose, simulator.lose, simulator.canceling]
+    goal = wait_client.send_goal(GOAL)
+    goal.cancel()
+
+    assert len(simulator.wait_for(Verb.CANCEL_GOAL, 3)) == 3
+
+
+@pytest.mark.parametrize("code", [2, 3])
+def test_a_cancel_that_comes_too_late_leaves_it_to_the_result(simulator, wait_client, code):
+    """The goal is over or not known: get_result tells which."""
+    simulator.steps["cancel_goal"] = [simulator.say({"return_code": code, "goals_canceling": []})]
+    goal = wait_client.send_goal(GOAL)
+    goal.wait_accepted(SOON)
+    goal.cancel()
+    simulator.wait_for(Verb.CANCEL_GOAL)
+    simulator.release(simulator.end(SUCCEEDED), verb=Verb.GET_RESULT)
+
+    goal.result(SOON)
+    assert goal.status is GoalStatus.SUCCEEDED
+
+
+def test_a_refused_cancel_can_be_asked_again(simulator, wait_client):
+    """Return code 1: not now."""
+    simulator.steps["cancel_goal"] = [simulator.say({"return_code": 1, "goals_canceling": []})]
+    goal = wait_client.send_goal(GOAL)
+    goal.wait_accepted(SOON)
+    until = time.monotonic() + SOON
+    while simulator.count(Verb.CANCEL_GOAL) < 2 and time.monotonic() < until:
+        goal.cancel()
+
+    assert simulator.count(Verb.CANCEL_GOAL) >= 2
+
+
+# --- feedback ------------------------------------------------------------------------------------------------
+
+FEEDBACK_KEY = "hmrsim/wall_e/wait/_action/feedback"
+
+
+def feedback(goal_id: str, seconds: int) -> str:
+    """Return the payload of feedback."""
+    return json.dumps({"goal_id": goal_id, "feedback": {"time_left": {"sec": seconds, "nanosec": 0}}})
+
+
+def test_feedback_comes_for_the_own_goal_only(simulator, wait_client, watched):
+    """Others' feedback is on the same key; what can't be read is skipped."""
+    goal = wait_client.send_goal(GOAL, goal_id=ID, on_feedback=watched)
+    goal.wait_accepted(SOON)
+    for payload in (feedback(OTHER_ID, 9), "nonsense", feedback(ID, 2), feedback(ID, 1)):
+        simulator.publish_feedback(FEEDBACK_KEY, payload)
+
+    assert watched.wait(lambda seen: len(seen) == 2) == [
+        Wait.Feedback(time_left=Duration(sec=2)),
+        Wait.Feedback(time_left=Duration(sec=1)),
+    ]
+    assert (goal.feedback, goal.status) == (Wait.Feedback(time_left=Duration(sec=1)), GoalStatus.EXECUTING)
+
+
+def test_there_is_no_feedback_after_the_end(simulator, wait_client, watched):
+    """What comes later is dropped; a second goal shows that it has come."""
+    simulator.steps["get_result"] = [simulator.end(SUCCEEDED), simulator.hold]
+    goal = wait_client.send_goal(GOAL, goal_id=ID, on_feedback=watched)
+    goal.result(SOON)
+    wait_client.send_goal(GOAL, goal_id=OTHER_ID, on_feedback=watched)
+    simulator.publish_feedback(FEEDBACK_KEY, feedback(ID, 1))
+    simulator.publish_feedback(FEEDBACK_KEY, feedback(OTHER_ID, 7))
+
+    assert watched.wait(lambda seen: len(seen) == 1) == [Wait.Feedback(time_left=Duration(sec=7))]
+    assert goal.feedback is None
+
+
+def test_feedback_may_lead_to_a_cancel(simulator, wait_client):
+    """Callbacks may use the ticket."""
+    goals = []
+    goals.append(wait_client.send_goal(GOAL, goal_id=ID, on_feedback=lambda _: goals[0].cancel()))
+    goals[0].wait_accepted(SOON)
+    simulator.publish_feedback(FEEDBACK_KEY, feedback(ID, 1))
+
+    assert simulator.wait_for(Verb.CANCEL_GOAL)
+
+
+def test_nobody_subscribes_to_feedback_that_nobody_wants(simulator, wait_client):
+    """So that the simulator need not compute it."""
+    wait_client.send_goal(GOAL).wait_accepted(SOON)
+    assert not simulator.has_subscriber(FEEDBACK_KEY)
+
+    wait_client.send_goal(GOAL, on_feedback=lambda _: None).wait_accepted(SOON)
+    assert simulator.has_subscriber(FEEDBACK_KEY)
+
+
+# --- closing -------------------------------------------------------------------------------------------------
+
+
+def test_closing_the_client_fails_what_is_under_way(client, wait_client):
+    """Whoever waits in another thread is told."""
+    goal = wait_client.send_goal(GOAL)
+    goal.wait_accepted(SOON)
+    caught = []
+
+    def wait():
+        try:
+            goal.result(SOON)
+        except ClientClosed as error:
+            caught.append(str(error))
+
+    thread = threading.Thread(target=wait)
+    thread.start()
+    client.close()
+    thread.join(SOON)
+
+    assert caught == ["the client was closed while the goal was under way"]
+    with pytest.raises(ClientClosed, match="closed"):
+        wait_client.send_goal(GOAL)
+    with pytest.raises(ClientClosed, match="closed"):
+        client.get("hmrsim/_world/info")
+    with pytest.raises(ClientClosed, match="closed"):
+        client.subscribe("hmrsim/_world/info", print)
+
+
+def test_a_borrowed_session_stays_open(simulator):
+    """It is closed by whom it belongs to; we leave nothing behind on it."""
+    with open_client(SessionOptions(connect=(simulator.endpoint,))) as session:
+        with Client(session=session) as client:
+            sending = client.action_client("wall_e", registry()["wait"])
+            sending.send_goal(GOAL, on_feedback=lambda _: None).wait_accepted(SOON)
+            client.subscribe("hmrsim/_world/events", print)
+
+        assert not session.is_closed()
+
+
+def test_a_process_that_forgets_to_close_ends_all_the_same(simulator):
+    """With a goal under way, feedback wanted and a topic followed."""
+    script = f"""
+from hmrsim.actions import registry
+from hmrsim_zenoh import Client, SessionOptions
+client = Client(SessionOptions(connect=({simulator.endpoint!r},)))
+action = registry()["wait"]
+goal = client.action_client("wall_e", action).send_goal(action.goal(), on_feedback=print)
+client.subscribe("hmrsim/**", print)
+goal.wait_accepted(10)
+print(client.alive)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=30, check=False)
+
+    assert (done.returncode, done.stdout, done.stderr) == (0, "True\n", "")
+
+
+# --- presence and values -------------------------------------------------------------------------------------
+
+
+def test_presence_follows_the_token(simulator, client):
+    """Known at the first look, and after the simulator has gone."""
+    assert client.alive
+
+    simulator.close()
+    until = time.monotonic() + SOON
+    while client.alive and time.monotonic() < until:
+        pass
+    assert not client.alive
+
+
+def test_waiting_for_a_simulator_that_does_not_come(another):
+    """Nobody there, and where we looked."""
+    router = another(present=False)
+    with Client(SessionOptions(connect=(router.endpoint,))) as client:
+        assert not client.alive
+        with pytest.raises(NobodyThere, match=r"within 0.05 s: there is no token 'hmrsim/_world/alive'"):
+            client.wait_for_simulator(0.05)
+
+
+def test_waiting_for_a_simulator_that_comes(another):
+    """Its token is enough."""
+    router = another(present=False)
+    with Client(SessionOptions(connect=(router.endpoint,))) as client:
+        token = router.session.liveliness().declare_token("hmrsim/_world/alive")
+        client.wait_for_simulator(SOON)
+
+        assert client.alive
+        token.undeclare()
+
+
+def serve(simulator, key, step):
+    """Answer requests on a key; return the payloads that came."""
+    came = []
+
+    def on_query(query):
+        came.append(query.payload.to_bytes() if query.payload else None)
+        step(query, None)
+
+    simulator.session.declare_queryable(key, on_query)
+    return came
+
+
+def test_info_is_what_the_simulator_says_of_itself(simulator, client):
+    """A JSON object."""
+    serve(simulator, "hmrsim/_world/info", simulator.say({"contract": 1, "robots": []}))
+
+    assert client.info() == {"contract": 1, "robots": []}
+
+
+@pytest.mark.parametrize("body", ["[]", "{"])
+def test_info_that_is_no_object_is_an_error(simulator, client, body):
+    """The error names the key."""
+    serve(simulator, "hmrsim/_world/info", lambda query, _: query.reply(query.key_expr, body))
+
+    with pytest.raises(UnreadableError, match=r"^hmrsim/_world/info: "):
+        client.info()
+
+
+def test_a_request_carries_its_payload(simulator, client):
+    """A service of the world."""
+    came = serve(simulator, "hmrsim/_world/step_simulation", simulator.say({"ok": 1}))
+
+    assert client.get("hmrsim/_world/step_simulation", payload=b'{"steps":1}') == b'{"ok": 1}'
+    assert came == [b'{"steps":1}']
+
+
+def test_an_error_reply_to_a_request_is_raised(simulator, client):
+    """With its details."""
+    serve(simulator, "hmrsim/_world/info", simulator.say_error('{"error": "no", "details": []}'))
+
+    with pytest.raises(RequestError, match="no"):
+        client.info()
+
+
+def test_a_key_that_nothing_answers_on_is_unreachable(client):
+    """The simulator is there, and the key is wrong."""
+    with pytest.raises(Unreachable, match="nothing answers on 'hmrsim/eve/odom'"):
+        client.get("hmrsim/eve/odom")
+
+
+def test_a_value_whose_answer_was_lost_is_asked_for_again(simulator, client):
+    """Reading does no harm."""
+    came = serve(simulator, "hmrsim/_world/clock", simulator.lose)
+    with pytest.raises(Unreachable, match="clock"):
+        client.get("hmrsim/_world/clock")
+
+    assert len(came) == 2
+
+
+def test_a_request_that_may_have_done_something_is_not_sent_twice(simulator, client):
+    """A step may have been taken although nobody said so."""
+    came = serve(simulator, "hmrsim/_world/step_simulation", simulator.lose)
+    with pytest.raises(Unreachable, match="step_simulation"):
+        client.get("hmrsim/_world/step_simulation", payload=b"{}")
+
+    assert len(came) == 1
+
+
+def test_a_value_that_takes_too_long_times_out(simulator, client):
+    """Held for ever by the simulator."""
+    serve(simulator, "hmrsim/_world/clock", simulator.hold)
+
+    with pytest.raises(RequestTimeout, match=r"'hmrsim/_world/clock': no answer in 0.1 s"):
+        client.get("hmrsim/_world/clock", 0.1)
+
+
+def test_a_value_of_nobody(another):
+    """No simulator, no value."""
+    router = another(present=False)
+    options = SessionOptions(connect=(router.endpoint,))
+    with Client(options, grace=0.1) as client, pytest.raises(NobodyThere, match="no simulator answers"):
+        client.get("hmrsim/_world/clock")
+
+
+def test_a_topic_is_followed_until_it_is_closed(simulator, client, watched):
+    """Key and payload of each sample, in order."""
+    subscription = client.subscribe("hmrsim/*/odom", watched)
+    simulator.wait_for_subscriber("hmrsim/wall_e/odom", there=True)
+    simulator.session.put("hmrsim/wall_e/odom", b"1")
+    simulator.session.put("hmrsim/eve/odom", b"2")
+
+    assert watched.wait(lambda seen: len(seen) == 2) == [
+        ("hmrsim/wall_e/odom", b"1"),
+        ("hmrsim/eve/odom", b"2"),
+    ]
+    subscription.close()
+    simulator.wait_for_subscriber("hmrsim/wall_e/odom", there=False)
+
+
+def test_a_subscriber_with_history_gets_the_latest(simulator, client, watched):
+    """Published before anybody listened."""
+    publisher = ext.declare_advanced_publisher(
+        simulator.session,
+        "hmrsim/_world/clock",
+        cache=ext.CacheConfig(max_samples=1),
+        publisher_detection=True,
+    )
+    publisher.put(b"1")
+    publisher.put(b"2")
+    client.subscribe("hmrsim/_world/clock", watched, history=True)
+
+    assert watched.wait(lambda seen: len(seen) == 1) == [("hmrsim/_world/clock", b"2")]
+
+
+@pytest.mark.parametrize("key", ["", "/hmrsim", "a//b"])
+def test_a_malformed_key_is_the_callers_mistake(client, key):
+    """Zenoh would not say that it is the key."""
+    with pytest.raises(ValueError, match="is no key"):
+        client.get(key)
+    with pytest.raises(ValueError, match="is no key"):
+        client.subscribe(key, print)
+
+
+def test_a_closed_session_ends_everything(simulator):
+    """Even when it was closed behind the client's back: nothing waits for ever."""
+    session = open_client(SessionOptions(connect=(simulator.endpoint,)))
+    with Client(session=session) as client:
+        goal = client.action_client("wall_e", registry()["wait"]).send_goal(GOAL)
+        goal.wait_accepted(SOON)
+        session.close()
+
+        with pytest.raises(ClientClosed, match="closed"):
+            goal.result(SOON)
+        assert not client.alive
+        with pytest.raises(ClientClosed, match="closed"):
+            client.wait_for_simulator(SOON)
+
+
+def test_a_bad_prefix_is_a_bad_option():
+    """Before anything is opened."""
+    with pytest.raises(BadOptions, match=r"--prefix: prefix 'a\*' is not a plain key"):
+        Client(SessionOptions(prefix="a*"))

@@ -1,0 +1,184 @@
+"""Opening sessions: it works, or it says in one line why not."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+
+from hmrsim_zenoh.errors import BadOptions, NobodyThere, PortTaken
+from hmrsim_zenoh.session import SessionOptions, open_client, open_server
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+ANY_PORT = ("tcp/127.0.0.1:0",)
+
+
+@pytest.fixture
+def free_endpoint():
+    """Return where nobody listens."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+def test_port_zero_becomes_a_real_one():
+    """The endpoint that is returned is one that a client can connect to."""
+    server, (endpoint,) = open_server(SessionOptions(listen=ANY_PORT))
+    with server, open_client(SessionOptions(connect=(endpoint,))) as client:
+        assert server.zid() in client.info.routers_zid()
+
+
+def test_port_zero_works_for_ipv6():
+    """An IPv6 address keeps its brackets."""
+    server, (endpoint,) = open_server(SessionOptions(listen=("tcp/[::1]:0",)))
+    with server, open_client(SessionOptions(connect=(endpoint,))):
+        assert endpoint.startswith("tcp/[::1]:")
+
+
+def test_nobody_there_is_said_within_the_timeout(free_endpoint):
+    """Without anybody at the endpoint the timeout holds, and the error names the endpoint."""
+    began = time.monotonic()
+
+    with pytest.raises(NobodyThere, match=f"nobody answers at {free_endpoint}; start `hmrsim run WORLD`"):
+        open_client(SessionOptions(connect=(free_endpoint,), timeout=0.3))
+
+    assert time.monotonic() - began < 2.0
+
+
+def test_a_client_waits_for_a_simulator_that_starts_late(free_endpoint):
+    """Who starts first does not matter, within the timeout."""
+    sessions = []
+    thread = threading.Thread(
+        target=lambda: sessions.append(open_client(SessionOptions(connect=(free_endpoint,), timeout=10.0)))
+    )
+    thread.start()
+    server, _ = open_server(SessionOptions(listen=(free_endpoint,)))
+    with server:
+        thread.join(10.0)
+
+        assert len(sessions) == 1
+        sessions[0].close()
+
+
+def test_a_taken_port_is_named():
+    """A second simulator on the same port is told so, and which options help."""
+    server, (endpoint,) = open_server(SessionOptions(listen=ANY_PORT))
+    with server, pytest.raises(PortTaken, match=rf"{endpoint} is taken.*--listen.*--connect"):
+        open_server(SessionOptions(listen=(endpoint,)))
+
+
+def test_a_simulator_that_connects_does_not_listen():
+    """With an endpoint to connect to and none to listen on, nobody can connect."""
+    router, endpoints = open_server(SessionOptions(listen=ANY_PORT))
+    with router:
+        simulator, listening = open_server(SessionOptions(connect=endpoints))
+        with simulator:
+            assert (listening, simulator.info.routers_zid()) == ((), [router.zid()])
+
+
+def test_a_simulator_that_only_connects_needs_somebody(free_endpoint):
+    """It gives up after the timeout, too."""
+    with pytest.raises(NobodyThere, match=r"nobody answers at .*; start a Zenoh router"):
+        open_server(SessionOptions(connect=(free_endpoint,), timeout=0.2))
+
+
+def test_a_tool_can_listen():
+    """A tool that listens is found by a simulator that connects to it."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    with open_client(SessionOptions(listen=(endpoint,))) as tool:
+        simulator, _ = open_server(SessionOptions(connect=(endpoint,)))
+        with simulator:
+            assert tool.zid() in simulator.info.peers_zid()
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "message"),
+    [
+        ("garbage", "'garbage' is no endpoint"),
+        ("", "'' is no endpoint"),
+        ("tcp/", "'tcp/' is no endpoint"),
+        ("carrier-pigeon/127.0.0.1:7447", "no protocol 'carrier-pigeon'"),
+        ("tcp/127.0.0.1", "'127.0.0.1' is not HOST:PORT"),
+        ("tcp/127.0.0.1:99999", "not HOST:PORT with a port of 1 to 65535"),
+        ("tcp/127.0.0.1:0", "not HOST:PORT with a port of 1 to 65535"),
+        ("tcp/::1:7447", "not HOST:PORT"),
+    ],
+)
+def test_a_malformed_endpoint_is_refused_at_once(endpoint, message):
+    """It names the value and what would do; Zenoh would try in vain until the timeout."""
+    with pytest.raises(BadOptions, match=message):
+        open_client(SessionOptions(connect=(endpoint,), timeout=60.0))
+
+
+def test_an_address_that_is_not_ours_is_refused():
+    """Listening on somebody else's address is no taken port."""
+    with pytest.raises(BadOptions, match=r"192.0.2.1:7447.*[Cc]an.*ot assign"):
+        open_server(SessionOptions(listen=("tcp/192.0.2.1:7447",)))
+
+
+def test_a_client_can_not_listen():
+    """Zenoh would ignore it silently."""
+    with pytest.raises(BadOptions, match=r"mode 'client' can't listen on tcp/127.0.0.1:0"):
+        open_client(SessionOptions(listen=ANY_PORT, mode="client"))
+
+
+def test_an_unknown_mode_is_refused():
+    """It comes from an environment variable, say."""
+    with pytest.raises(BadOptions, match=r"'klient'.*expected one of `router`, `peer`, `client`"):
+        open_client(SessionOptions(mode="klient"))  # type: ignore[arg-type]
+
+
+def test_a_timeout_must_be_positive():
+    """Zero would mean no try at all, to Zenoh."""
+    with pytest.raises(BadOptions, match="--timeout must be positive, got 0 s"):
+        open_client(SessionOptions(timeout=0))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("missing.json5", None, "No such file"),
+        ("broken.json5", "{mode: }", "not a Zenoh configuration"),
+        ("unknown.json5", "{no_such_field: 1}", "no_such_field"),
+        ("mode.json5", '{mode: "klient"}', "klient"),
+        ("file.txt", "{}", "Unsupported file type"),
+        ("endpoint.json5", '{connect: {endpoints: ["garbage"]}}', "garbage"),
+    ],
+)
+def test_a_bad_configuration_file_is_named(tmp_path: Path, name, text, message):
+    """The error has the file and what is wrong, in one line."""
+    file = tmp_path / name
+    if text is not None:
+        file.write_text(text)
+
+    with pytest.raises(
+        BadOptions, match=rf"{name}: not a Zenoh configuration: .*{message}|{name}: {message}"
+    ) as caught:
+        open_client(SessionOptions(config_file=file))
+
+    assert "\n" not in str(caught.value)
+
+
+def test_a_configuration_file_says_where_to_connect(tmp_path: Path):
+    """What the options leave open is the file's."""
+    server, (endpoint,) = open_server(SessionOptions(listen=ANY_PORT))
+    file = tmp_path / "zenoh.json5"
+    file.write_text(f'{{mode: "client", connect: {{endpoints: ["{endpoint}"]}}}}')
+    with server, open_client(SessionOptions(config_file=file)) as client:
+        assert client.info.routers_zid() == [server.zid()]
+
+
+def test_options_come_before_the_configuration_file(tmp_path: Path, free_endpoint):
+    """An endpoint on the command line replaces the file's."""
+    server, (endpoint,) = open_server(SessionOptions(listen=ANY_PORT))
+    file = tmp_path / "zenoh.json5"
+    file.write_text(f'{{connect: {{endpoints: ["{free_endpoint}"]}}}}')
+    with server, open_client(SessionOptions(config_file=file, connect=(endpoint,))) as client:
+        assert client.info.routers_zid() == [server.zid()]
