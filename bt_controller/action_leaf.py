@@ -1,0 +1,192 @@
+"""One leaf for every action, with the lifecycle that py_trees documents.
+
+::
+
+    setup        looks the action up, once: a robot that lacks it is an error before the first tick
+    initialise   sends the goal, and does not wait
+    update       RUNNING until the goal is done; SUCCEEDED → SUCCESS, whatever else → FAILURE and why
+    terminate    INVALID cancels the goal, also when it is not known yet whether it is accepted
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Access, Status
+
+from bt_controller.directory import Directory
+from hmrsim.actions import Action, F, G, R, registry
+from hmrsim.errors import GoalRejected, HmrsimError
+from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.builtin_interfaces import Duration
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.interfaces.message import Message
+    from hmrsim_zenoh.action_client import ActionClient
+    from hmrsim_zenoh.goal_handle import GoalHandle
+
+T = TypeVar("T")
+
+GoalSource: TypeAlias = T | Callable[[], T | None] | str
+"""A goal, a function that returns it or None, or the blackboard key under which it will be."""
+
+
+class ActionLeaf(Behaviour, Generic[G, R, F]):
+    """Sends one goal and follows it.
+
+    Args:
+        name: The behaviour's name.
+        action: The action, its name, its full name ``robot/action`` or an alias of that, as the world has it.
+        goal: What to send; looked up anew each time. A leaf without a goal fails.
+        robot: Whose action; None for the robot that the tree is run for.
+        describe: What to say of feedback; None for its plain fields.
+        on_success: What to write on the blackboard when the goal has succeeded, by key.
+
+    Raises:
+        ValueError: There is no action of this name.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        action: Action[G, R, F] | str,
+        goal: GoalSource[G],
+        *,
+        robot: str | None = None,
+        describe: Callable[[F], str] | None = None,
+        on_success: Mapping[str, object] | None = None,
+    ) -> None:
+        super().__init__(name)
+        self._action = _named(action) if isinstance(action, str) and "/" not in action else action
+        self._goal = goal
+        self._robot = robot
+        self._describe = describe or _plain_fields
+        self._on_success = dict(on_success or {})
+        self._client: ActionClient[G, R, F] | None = None
+        self._handle: GoalHandle[R, F] | None = None
+        self._open: list[GoalHandle[R, F]] = []
+        self._wake: Callable[[], None] = _let_be
+        self._blackboard = self.attach_blackboard_client()
+        for key in self._on_success:
+            self._blackboard.register_key(key, Access.WRITE)
+        if isinstance(goal, str):
+            self._blackboard.register_key(goal, Access.READ)
+
+    @property
+    def open_goals(self) -> list[GoalHandle[R, F]]:
+        """The goals that were sent and are not done; more than one where a canceled one has yet to end."""
+        self._open = [handle for handle in self._open if not handle.done]
+        return self._open
+
+    def setup(self, **kwargs: Any) -> None:
+        """Look the action up.
+
+        Args:
+            **kwargs: *client*, a `hmrsim_zenoh.client.Client`; *robot*, whom the tree is run for; *directory*,
+                what the simulator serves (asked for if left out); *wake*, called from any thread when the leaf
+                should be ticked.
+
+        Raises:
+            NotServed: There is no such robot, or it has no such action.
+            NobodyThere: No simulator answers.
+        """
+        client = kwargs["client"]
+        directory = kwargs.get("directory") or Directory.from_info(client.info())
+        wanted = self._action if isinstance(self._action, str) else self._action.name
+        robot, name = directory.resolve(self._robot or kwargs["robot"], wanted)
+        action = _named(name) if isinstance(self._action, str) else self._action
+        self._client = client.action_client(robot, action)
+        self._wake = kwargs.get("wake") or _let_be
+
+    def initialise(self) -> None:
+        """Send the goal."""
+        self._handle = None
+        goal = self._next_goal()
+        if goal is None:
+            self.feedback_message = "no goal to send"
+            return
+        if self._client is None:
+            raise RuntimeError(f"{self.name!r} was ticked before it was set up")
+        try:
+            self._handle = self._client.send_goal(
+                goal, on_feedback=lambda _feedback: self._wake(), on_change=lambda _handle: self._wake()
+            )
+        except HmrsimError as error:
+            self.feedback_message = str(error)
+            return
+        self._open = [*self.open_goals, self._handle]
+        self.feedback_message = "sent goal request"
+
+    def update(self) -> Status:
+        """Return what has become of the goal."""
+        handle = self._handle
+        if handle is None:
+            return Status.FAILURE
+        if not handle.done:
+            if handle.feedback is not None:
+                self.feedback_message = f"feedback: {self._describe(handle.feedback)}"
+            return Status.RUNNING
+        if handle.error is None and handle.status is GoalStatus.SUCCEEDED:
+            for key, value in self._on_success.items():
+                self._blackboard.set(key, value)
+            self.feedback_message = "successfully completed"
+            return Status.SUCCESS
+        self.feedback_message = _verdict(handle)
+        return Status.FAILURE
+
+    def terminate(self, new_status: Status) -> None:
+        """Cancel the goal if the leaf is interrupted."""
+        if new_status is Status.INVALID:
+            self.cancel()
+
+    def cancel(self) -> None:
+        """Cancel what is still under way; returns at once."""
+        for handle in self.open_goals:
+            handle.cancel()
+
+    def _next_goal(self) -> G | None:
+        source = self._goal
+        if isinstance(source, str):
+            return self._blackboard.get(source) if self._blackboard.exists(source) else None
+        return source() if callable(source) else source
+
+
+def _named(name: str) -> Action[Any, Any, Any]:
+    actions = registry()
+    if name not in actions:
+        raise ValueError(f"no action {name!r}; there are {', '.join(actions)}")
+    return actions[name]
+
+
+def _verdict(handle: GoalHandle[Any, Any]) -> str:
+    """Return why a goal that is done has not succeeded."""
+    if handle.error is not None:
+        return f"rejected: {handle.error}" if isinstance(handle.error, GoalRejected) else str(handle.error)
+    why = _error_text(handle.result_message)
+    return f"{handle.status.name.lower()}: {why}" if why else handle.status.name.lower()
+
+
+def _error_text(result: Message | None) -> str:
+    """Return what a result says of an error: in Nav2's field, or in MoveIt's."""
+    text = getattr(result, "error_msg", "") or getattr(getattr(result, "error_code", None), "message", "")
+    return str(text)
+
+
+def _plain_fields(feedback: Message) -> str:
+    """Return the fields of a message that are values, not messages; durations in seconds."""
+    shown = []
+    for name in type(feedback).model_fields:
+        value = getattr(feedback, name)
+        if isinstance(value, Duration):
+            shown.append(f"{name}: {value.to_seconds()} s")
+        elif isinstance(value, (bool, int, float, str)):
+            shown.append(f"{name}: {value}")
+    return ", ".join(shown)
+
+
+def _let_be() -> None:
+    """Do nothing: nobody wants to be woken."""

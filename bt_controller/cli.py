@@ -1,0 +1,232 @@
+"""The command ``bt-controller``."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import re
+import signal
+import sys
+from contextlib import contextmanager, nullcontext
+from typing import TYPE_CHECKING, Final
+
+from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from contextlib import AbstractContextManager
+
+    from bt_controller.display import Display
+    from bt_controller.mailbox import Mailbox
+    from bt_controller.runner import Outcome
+
+# What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
+# ruff: noqa: PLC0415
+
+_DONE: Final = 0
+_FAILED: Final = 1
+_WRONG_USE: Final = 2
+_NOBODY: Final = 3
+_INTERRUPTED: Final = 130
+
+_ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+_EXIT_CODES: Final = """\
+exit codes:
+  0 done; 1 a tree failed, or there is no such robot or action; 2 wrong use, or no such tree;
+  3 no simulator answers; 130 interrupted, and its goals canceled"""
+
+_RUN_EXAMPLES: Final = """\
+examples:
+  bt-controller run bt_controller.examples:go_to_pose --robot wall_e
+  bt-controller run missions:patrol --robot wall_e eve --connect tcp/10.0.0.7:7447
+  bt-controller run missions:patrol --robot wall_e --json | jq -c '[.sim_time, .status]'
+
+TREE is MODULE:FUNCTION; modules are looked for in the current folder, too. The function takes the
+robot's name or nothing, and returns the root of a py_trees tree. Each robot has a tree and a
+blackboard of its own."""
+
+_CHECK_EXAMPLES: Final = """\
+examples:
+  bt-controller check bt_controller.examples:go_to_pose
+  bt-controller check missions:patrol && bt-controller run missions:patrol --robot wall_e"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command and return its exit code."""
+    args = _parser().parse_args(argv)
+    try:
+        code: int = args.command(args)
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        return _INTERRUPTED
+    except BrokenPipeError:
+        # Whoever read our output has gone; Python would complain once more on its way out.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _FAILED
+    except Exception as error:
+        if (known := _exit_code(error)) is None:
+            raise
+        print(f"bt-controller: {error}", file=sys.stderr)
+        return known
+    return code
+
+
+def _exit_code(error: Exception) -> int | None:
+    """Return the exit code of an error whose text is fit to be shown; None for a bug."""
+    from bt_controller.trees import TreeError
+    from hmrsim.errors import HmrsimError
+    from hmrsim_zenoh.errors import BadOptions, NobodyThere, PortTaken, RequestTimeout, SimulatorGone, Unreachable
+
+    if isinstance(error, (TreeError, BadOptions, PortTaken)):
+        return _WRONG_USE
+    if isinstance(error, (NobodyThere, SimulatorGone, Unreachable, RequestTimeout)):
+        return _NOBODY
+    return _FAILED if isinstance(error, HmrsimError) else None
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="bt-controller",
+        description="Drive robots with behaviour trees, as a client of a simulator.",
+        epilog=f"{_RUN_EXAMPLES}\n\n{_EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    run = commands.add_parser(
+        "run",
+        help="run a tree for each robot",
+        description="Run a tree for each robot until all have ended.",
+        epilog=f"{_RUN_EXAMPLES}\n\n{ENVIRONMENT}\n\n{_EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    run.add_argument("tree", metavar="TREE", help="MODULE:FUNCTION")
+    run.add_argument(
+        "--robot",
+        action="extend",
+        nargs="+",
+        required=True,
+        type=_robot,
+        metavar="NAME",
+        help="the robots to drive; repeatable",
+    )
+    run.add_argument(
+        "--name",
+        default="bt_controller",
+        metavar="PARTICIPANT",
+        help="the controller's name (default: %(default)s)",
+    )
+    run.add_argument(
+        "--period",
+        type=_period,
+        default=1.0,
+        metavar="SIM_S",
+        help="tick each SIM_S simulated seconds, besides when something happened (default: %(default)g)",
+    )
+    run.add_argument("--json", action="store_true", help="one line of JSON whenever a tree has changed")
+    run.add_argument(
+        "--confirm",
+        action=argparse.BooleanOptionalAction,
+        help="tick once more after success; otherwise as the tree has it",
+    )
+    add_session_options(run)
+    run.set_defaults(command=_run)
+
+    check = commands.add_parser(
+        "check",
+        help="load and check a tree without running it",
+        description="Load a tree, build it and print it; nothing is sent.",
+        epilog=f"{_CHECK_EXAMPLES}\n\n{_EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    check.add_argument("tree", metavar="TREE", help="MODULE:FUNCTION")
+    check.set_defaults(command=_check)
+    return parser
+
+
+def _robot(text: str) -> str:
+    if not _ROBOT_NAME.fullmatch(text):
+        raise argparse.ArgumentTypeError(f"{text!r} is no robot's name; letters, digits and underscores are expected")
+    return text
+
+
+def _period(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not (seconds > 0 and math.isfinite(seconds)):
+        raise argparse.ArgumentTypeError(f"{text!r} is no period; a number of seconds greater than 0 is expected")
+    return seconds
+
+
+def _check(args: argparse.Namespace) -> int:
+    from bt_controller.mission import Mission
+    from bt_controller.trees import load
+
+    for node in Mission("robot", load(args.tree)).snapshot(None).nodes:
+        print(node.line(status=False))
+    return _DONE
+
+
+def _run(args: argparse.Namespace) -> int:
+    from dataclasses import replace
+
+    from bt_controller.mailbox import Mailbox
+    from bt_controller.mission import Mission
+    from bt_controller.runner import Runner
+    from bt_controller.trees import load
+    from hmrsim_zenoh.client import Client
+
+    plan = load(args.tree)
+    if args.confirm is not None:
+        plan = replace(plan, confirmed=args.confirm)
+    missions = [Mission(robot, plan) for robot in dict.fromkeys(args.robot)]
+    options = session_options(args)
+    mailbox = Mailbox()
+    entered, display = _display(as_json=args.json)
+    with Client(options) as client:
+        client.wait_for_simulator(options.timeout)
+        with entered, _stopping(mailbox):
+            outcome = Runner(client, missions, show=display.show, period=args.period, mailbox=mailbox).run()
+    return _report(outcome, quiet=args.json)
+
+
+def _display(*, as_json: bool) -> tuple[AbstractContextManager[object], Display]:
+    from bt_controller.display import JsonDisplay, PlainDisplay, live_display
+
+    if as_json:
+        return nullcontext(), JsonDisplay(sys.stdout)
+    if sys.stdout.isatty():
+        return live_display()
+    return nullcontext(), PlainDisplay(sys.stdout)
+
+
+@contextmanager
+def _stopping(mailbox: Mailbox) -> Iterator[None]:
+    """End the runner on SIGINT and SIGTERM, so that it cancels its goals."""
+    from bt_controller.mailbox import STOP
+
+    signals = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(each, lambda _number, _frame: mailbox.put(STOP)) for each in signals]
+    try:
+        yield
+    finally:
+        for each, handler in zip(signals, before, strict=True):
+            signal.signal(each, handler)
+
+
+def _report(outcome: Outcome, *, quiet: bool) -> int:
+    """Say how it ended, and return the exit code."""
+    if outcome.interrupted:
+        doubt = f", but those of {', '.join(outcome.left)} have not ended yet" if outcome.left else ""
+        print(f"bt-controller: interrupted; the goals were canceled{doubt}", file=sys.stderr)
+        return _INTERRUPTED
+    if outcome.gone:
+        print("bt-controller: the simulator is gone", file=sys.stderr)
+    if not quiet:
+        for robot, status in outcome.statuses.items():
+            print(f"{robot}: {status.value}")
+    return _DONE if outcome.succeeded else _FAILED

@@ -1,0 +1,70 @@
+"""Which robots a simulator has, and what they can be asked to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.errors import HmrsimError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+
+class NotServed(HmrsimError):
+    """The simulator has no such robot, or the robot no such action; the text says what there is."""
+
+
+@dataclass(frozen=True)
+class Directory:
+    """What the simulator's ``_world/info`` says of its robots.
+
+    Attributes:
+        actions: By robot, the names of its actions.
+        aliases: Further names of actions, ``a/b`` to ``robot/action``.
+    """
+
+    actions: Mapping[str, tuple[str, ...]]
+    aliases: Mapping[str, str]
+
+    @classmethod
+    def from_info(cls, info: Mapping[str, Any]) -> Directory:
+        """Return the robots that the simulator tells of."""
+        return cls(
+            {robot["name"]: tuple(robot.get("actions", ())) for robot in info.get("robots", ())},
+            dict(info.get("aliases", {})),
+        )
+
+    def check_robot(self, robot: str) -> None:
+        """Refuse a robot that isn't there.
+
+        Raises:
+            NotServed: There is no such robot.
+        """
+        if robot not in self.actions:
+            raise NotServed(f"no robot {robot!r}; {_there_are(robot, self.actions)}")
+
+    def resolve(self, robot: str, action: str) -> tuple[str, str]:
+        """Return robot and action of what a leaf asks for.
+
+        *action* is a name, or a full name ``robot/action`` or an alias of that; then *robot* doesn't count.
+
+        Raises:
+            NotServed: There is no such robot, or it has no such action.
+        """
+        if "/" in action:
+            name = action.strip("/")
+            robot, _, action = self.aliases.get(name, name).partition("/")
+        self.check_robot(robot)
+        if action not in self.actions[robot]:
+            raise NotServed(f"robot {robot!r} has no action {action!r}; {_there_are(action, self.actions[robot])}")
+        return robot, action
+
+
+def _there_are(wanted: str, names: Iterable[str]) -> str:
+    """Return what there is instead: what was probably meant, or all of it."""
+    known = sorted(names)
+    if meant := get_close_matches(wanted, known, n=1):
+        return f"did you mean {meant[0]!r}?"
+    return f"there are {', '.join(known)}" if known else "there are none"

@@ -1,0 +1,36 @@
+"""Where other threads and signals say that a runner should look again."""
+
+from __future__ import annotations
+
+from queue import Empty, SimpleQueue
+from typing import Final
+
+CLOCK: Final = "/clock"
+"""A period of simulated time is over."""
+STOP: Final = "/stop"
+"""The user wants an end."""
+
+
+class Mailbox:
+    """Collects why to wake: a robot's name, `CLOCK` or `STOP`.
+
+    Any thread may put, and so may a signal handler that interrupts the thread which waits.
+    """
+
+    def __init__(self) -> None:
+        # A condition would do for threads; but a signal between its test and its wait would be lost.
+        self._queue: SimpleQueue[str] = SimpleQueue()
+
+    def put(self, reason: str) -> None:
+        """Wake whoever waits; returns at once."""
+        self._queue.put(reason)
+
+    def wait(self, timeout: float) -> frozenset[str]:
+        """Return the reasons that came, as soon as there is one; none after *timeout* wall seconds."""
+        try:
+            reasons = {self._queue.get(timeout=timeout)}
+        except Empty:
+            return frozenset()
+        while not self._queue.empty():
+            reasons.add(self._queue.get())
+        return frozenset(reasons)

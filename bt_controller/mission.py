@@ -1,0 +1,111 @@
+"""One tree that is run for one robot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from py_trees.common import Status
+
+from bt_controller.action_leaf import ActionLeaf
+from bt_controller.blackboards import Board
+from bt_controller.snapshot import Snapshot, nodes_of
+from bt_controller.trees import described
+from hmrsim.errors import HmrsimError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from bt_controller.directory import Directory
+    from bt_controller.trees import Plan
+    from hmrsim_zenoh.client import Client
+
+
+class TreeCrashed(HmrsimError):
+    """A behaviour raised an error; the text says which tree, which error and where."""
+
+
+class Mission:
+    """A robot, its tree and its blackboard.
+
+    Args:
+        robot: The robot's name.
+        plan: How its tree is built.
+
+    Raises:
+        TreeError: The tree can't be built.
+    """
+
+    def __init__(self, robot: str, plan: Plan) -> None:
+        self.robot = robot
+        self._board = Board()
+        with self._board.in_use():
+            self.root = plan.build(robot)
+        self._successes_due = 2 if plan.confirmed else 1
+        self._ticks = 0
+        self._over = False
+
+    @property
+    def over(self) -> bool:
+        """Whether the tree needs no further tick."""
+        return self._over
+
+    @property
+    def status(self) -> Status:
+        """The root's status."""
+        return self.root.status
+
+    @property
+    def open_goals(self) -> bool:
+        """Whether a goal of the tree is still under way."""
+        return any(leaf.open_goals for leaf in self._leaves())
+
+    def setup(self, client: Client, directory: Directory, wake: Callable[[], None]) -> None:
+        """Set up all behaviours.
+
+        Raises:
+            NotServed: The simulator lacks the robot or an action.
+        """
+        directory.check_robot(self.robot)
+        with self._board.in_use():
+            for node in self.root.iterate():
+                node.setup(client=client, robot=self.robot, directory=directory, wake=wake)
+
+    def tick(self) -> None:
+        """Tick the tree.
+
+        Raises:
+            TreeCrashed: A behaviour raised an error.
+        """
+        self._ticks += 1
+        try:
+            with self._board.in_use():
+                self.root.tick_once()
+        except Exception as error:
+            raise TreeCrashed(f"the tree of {self.robot!r} broke: {described(error)}") from error
+        if self.status is Status.SUCCESS:
+            self._successes_due -= 1
+            self._over = self._successes_due == 0
+        else:
+            self._over = self.status is not Status.RUNNING
+
+    def interrupt(self) -> None:
+        """Stop the tree where it is, and cancel its goals."""
+        with self._board.in_use():
+            if not self._over:
+                self.root.stop(Status.INVALID)
+            # A tree that broke within a tick does not know of all that it has begun.
+            for leaf in self._leaves():
+                leaf.cancel()
+
+    def shutdown(self) -> None:
+        """Let the behaviours put away what they set up."""
+        with self._board.in_use():
+            for node in self.root.iterate():
+                node.shutdown()
+
+    def snapshot(self, sim_time: float | None) -> Snapshot:
+        """Return what the tree looks like now."""
+        return Snapshot(self.robot, sim_time, self._ticks, nodes_of(self.root))
+
+    def _leaves(self) -> list[ActionLeaf[Any, Any, Any]]:
+        return [node for node in self.root.iterate() if isinstance(node, ActionLeaf)]

@@ -1,0 +1,151 @@
+"""A client without a network: each goal is accepted, fed and ended by the test itself."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from py_trees.blackboard import Blackboard
+
+from hmrsim.goal import GoalStatus
+from hmrsim_zenoh.errors import GoalRejectedError
+from hmrsim_zenoh.goal_handle import GoalHandle
+from hmrsim_zenoh.keys import Keys
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from hmrsim.actions import AnyAction
+    from hmrsim.interfaces.message import Message
+
+INFO = {
+    "robots": [
+        {"name": "wall_e", "actions": ["navigate_to_pose", "pickup", "place", "wait"]},
+        {"name": "eve", "actions": ["navigate_to_pose"]},
+    ],
+    "aliases": {"navigate_to_pose/wall_e": "wall_e/navigate_to_pose"},
+}
+
+
+class FakeGoal(GoalHandle[Any, Any]):
+    """A ticket that does what the test says; it remembers whether it was canceled."""
+
+    def __init__(self, robot: str, action: AnyAction, goal: Message, **callbacks: Any) -> None:
+        super().__init__(f"/{robot}/{action.name}", "1" * 32, **callbacks)
+        self.robot = robot
+        self.action = action
+        self.goal = goal
+        self.canceled = False
+        self.when_canceled: Callable[[], None] | None = None
+
+    def cancel(self) -> None:
+        """Remember it, and let the robot do what it does then."""
+        self.canceled = True
+        if self.when_canceled is not None:
+            self.when_canceled()
+
+    def accept(self) -> None:
+        """Let the robot accept the goal."""
+        self._accept(GoalStatus.ACCEPTED)
+
+    def feed(self, **fields: Any) -> None:
+        """Let the robot send feedback."""
+        self._take_feedback(self.action.feedback(**fields))
+
+    def succeed(self) -> None:
+        """Let the robot reach the goal."""
+        self._end(GoalStatus.SUCCEEDED, self.action.result())
+
+    def abort(self, code: int, message: str) -> None:
+        """Let the robot give up."""
+        self._end(GoalStatus.ABORTED, self.action.failure(code, message))
+
+    def end_canceled(self) -> None:
+        """Let the robot end the goal as it was asked to."""
+        self._end(GoalStatus.CANCELED, self.action.failure(0, "canceled"))
+
+    def reject(self, reason: str, message: str) -> None:
+        """Let the robot refuse the goal."""
+        self._fail(GoalRejectedError(reason, 1, message), rejected=True)
+
+    def fail(self, error: Exception) -> None:
+        """Let the connection fail."""
+        self._fail(error)
+
+
+class FakeActionClient:
+    """Hands out tickets."""
+
+    def __init__(self, client: FakeClient, robot: str, action: AnyAction) -> None:
+        self._client = client
+        self._robot = robot
+        self._action = action
+
+    def send_goal(self, goal: Message, **callbacks: Any) -> FakeGoal:
+        """Return a ticket, and keep it for the test."""
+        if self._client.refuses is not None:
+            raise self._client.refuses
+        sent = FakeGoal(self._robot, self._action, goal, **callbacks)
+        self._client.goals.append(sent)
+        return sent
+
+
+class FakeSubscription:
+    """Nothing to close."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class FakeClient:
+    """What a controller needs of a client.
+
+    Attributes:
+        goals: The tickets of all goals, in order.
+        alive: Whether the simulator is there.
+        refuses: The error with which sending a goal fails; None if it doesn't.
+    """
+
+    def __init__(self) -> None:
+        self.keys = Keys()
+        self.goals: list[FakeGoal] = []
+        self.alive = True
+        self.refuses: Exception | None = None
+        self._listeners: dict[str, Callable[[str, bytes], None]] = {}
+
+    def info(self) -> dict[str, Any]:
+        """Return two robots."""
+        return INFO
+
+    def action_client(self, robot: str, action: AnyAction) -> FakeActionClient:
+        """Return what sends goals."""
+        return FakeActionClient(self, robot, action)
+
+    def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, history: bool) -> FakeSubscription:
+        """Keep the callback; only topics with history are followed."""
+        assert history
+        self._listeners[key] = callback
+        return FakeSubscription()
+
+    def publish(self, key: str, payload: bytes) -> None:
+        """Let the simulator publish something."""
+        self._listeners[key](key, payload)
+
+    def clock(self, now: float) -> None:
+        """Let the simulator tell the time."""
+        sec, nanosec = divmod(round(now * 1e9), 1_000_000_000)
+        self.publish("hmrsim/_world/clock", json.dumps({"clock": {"sec": sec, "nanosec": nanosec}}).encode())
+
+
+@pytest.fixture
+def client() -> FakeClient:
+    """Return a client whose goals wait for the test."""
+    return FakeClient()
+
+
+@pytest.fixture(autouse=True)
+def _clean_blackboard() -> Iterator[None]:
+    """Leave no keys to the next test: py_trees' blackboard belongs to the process."""
+    yield
+    Blackboard.clear()

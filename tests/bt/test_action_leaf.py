@@ -1,0 +1,257 @@
+"""The lifecycle of the leaf that serves every action."""
+
+from __future__ import annotations
+
+import pytest
+from py_trees.blackboard import Blackboard
+from py_trees.common import Status
+
+from bt_controller.action_leaf import ActionLeaf
+from bt_controller.directory import NotServed
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.moveit_msgs import Pickup
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim_zenoh.errors import ClientClosed, SimulatorGone
+
+WAIT = Wait.Goal(time=Duration.from_seconds(3.0))
+
+
+@pytest.fixture
+def leaf(client):
+    """Return a leaf that asks wall_e to wait."""
+    leaf = ActionLeaf("Wait", "wait", WAIT)
+    leaf.setup(client=client, robot="wall_e")
+    return leaf
+
+
+class TestSetup:
+    """What is looked up before the first tick."""
+
+    def test_an_action_of_no_name_is_refused_when_the_tree_is_built(self):
+        """A misspelt action is a mistake in the tree, found without a simulator."""
+        with pytest.raises(ValueError, match=r"no action 'wiat'; there are .*wait"):
+            ActionLeaf("Wait", "wiat", WAIT)
+
+    def test_an_unknown_robot_is_an_error_that_names_the_robots(self, client):
+        """What isn't there is said before the first tick."""
+        with pytest.raises(NotServed, match="no robot 'marvin'; there are eve, wall_e"):
+            ActionLeaf("Wait", "wait", WAIT).setup(client=client, robot="marvin")
+
+    def test_an_action_that_the_robot_lacks_is_an_error(self, client):
+        """Robots differ: eve can't pick anything up."""
+        with pytest.raises(NotServed, match="robot 'eve' has no action 'pickup'; there are navigate_to_pose"):
+            ActionLeaf("Grab", "pickup", Pickup.Goal(target_name="x")).setup(client=client, robot="eve")
+
+    def test_a_leaf_may_name_another_robot_than_the_trees(self, client):
+        """A tree may ask a helper."""
+        leaf = ActionLeaf("Go", "navigate_to_pose", NavigateToPose.Goal(), robot="eve")
+        leaf.setup(client=client, robot="wall_e")
+        leaf.tick_once()
+
+        assert client.goals[0].robot == "eve"
+
+    @pytest.mark.parametrize("name", ["wall_e/navigate_to_pose", "navigate_to_pose/wall_e", "/wall_e/navigate_to_pose"])
+    def test_a_full_name_or_its_alias_means_the_same_action(self, client, name):
+        """The world's remap table gives actions further names."""
+        leaf = ActionLeaf("Go", name, NavigateToPose.Goal())
+        leaf.setup(client=client, robot="eve")
+        leaf.tick_once()
+
+        assert (client.goals[0].robot, client.goals[0].action.name) == ("wall_e", "navigate_to_pose")
+
+    def test_a_tick_without_setup_is_a_mistake(self):
+        """Whoever ticks a tree sets it up first."""
+        with pytest.raises(RuntimeError, match="'Wait' was ticked before it was set up"):
+            ActionLeaf("Wait", "wait", WAIT).tick_once()
+
+
+class TestInitialise:
+    """Sending the goal."""
+
+    def test_the_goal_is_sent_once_however_often_the_leaf_is_ticked(self, client, leaf):
+        """Only the first tick sends."""
+        leaf.tick_once()
+        leaf.tick_once()
+
+        assert [goal.goal for goal in client.goals] == [WAIT]
+        assert (leaf.status, leaf.feedback_message) == (Status.RUNNING, "sent goal request")
+
+    def test_a_leaf_that_is_ticked_again_after_its_end_sends_again(self, client, leaf):
+        """A new round of activity is a new goal."""
+        leaf.tick_once()
+        client.goals[0].succeed()
+        leaf.tick_once()
+        leaf.tick_once()
+
+        assert len(client.goals) == 2
+        assert leaf.status is Status.RUNNING
+
+    def test_the_goal_may_come_from_a_function(self, client):
+        """It is asked anew each time."""
+        leaf = ActionLeaf("Wait", "wait", lambda: WAIT)
+        leaf.setup(client=client, robot="wall_e")
+        leaf.tick_once()
+
+        assert client.goals[0].goal == WAIT
+
+    def test_the_goal_may_come_from_the_blackboard(self, client):
+        """Another behaviour has put it there."""
+        leaf = ActionLeaf("Wait", "wait", "next_goal")
+        leaf.setup(client=client, robot="wall_e")
+        Blackboard.set("next_goal", WAIT)
+        leaf.tick_once()
+
+        assert client.goals[0].goal == WAIT
+
+    @pytest.mark.parametrize("source", ["next_goal", lambda: None])
+    def test_without_a_goal_the_leaf_fails(self, client, source):
+        """Nothing is sent, and the leaf says so."""
+        leaf = ActionLeaf("Wait", "wait", source)
+        leaf.setup(client=client, robot="wall_e")
+        leaf.tick_once()
+
+        assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "no goal to send")
+        assert client.goals == []
+
+    def test_a_goal_that_can_not_be_sent_fails_the_leaf(self, client, leaf):
+        """An error of the client is a FAILURE that says why."""
+        client.refuses = ClientClosed("the client is closed")
+        leaf.tick_once()
+
+        assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "the client is closed")
+
+
+class TestUpdate:
+    """Following the goal."""
+
+    def test_success_is_success(self, client, leaf):
+        """SUCCEEDED is the only way to SUCCESS."""
+        leaf.tick_once()
+        client.goals[0].accept()
+        client.goals[0].succeed()
+        leaf.tick_once()
+
+        assert (leaf.status, leaf.feedback_message) == (Status.SUCCESS, "successfully completed")
+
+    def test_success_is_written_on_the_blackboard(self, client):
+        """Other behaviours can look whether it was done."""
+        leaf = ActionLeaf("Wait", "wait", WAIT, on_success={"waited": True})
+        leaf.setup(client=client, robot="wall_e")
+        leaf.tick_once()
+        client.goals[0].succeed()
+        leaf.tick_once()
+
+        assert Blackboard.get("waited") is True
+
+    def test_failure_is_not_written_on_the_blackboard(self, client):
+        """What was not done is not noted."""
+        leaf = ActionLeaf("Wait", "wait", WAIT, on_success={"waited": True})
+        leaf.setup(client=client, robot="wall_e")
+        leaf.tick_once()
+        client.goals[0].abort(9, "no patience")
+        leaf.tick_once()
+
+        assert Blackboard.exists("waited") is False
+
+    def test_a_rejected_goal_fails_with_the_reason(self, client, leaf):
+        """The robot's words reach the tree."""
+        leaf.tick_once()
+        client.goals[0].reject("not_ready", "battery empty")
+        leaf.tick_once()
+
+        assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "rejected: not_ready: battery empty")
+
+    def test_an_aborted_goal_fails_with_nav2s_error_msg(self, client, leaf):
+        """Nav2's results have the text beside the code."""
+        leaf.tick_once()
+        client.goals[0].abort(208, "no route to (5, 5)")
+        leaf.tick_once()
+
+        assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "aborted: no route to (5, 5)")
+
+    def test_an_aborted_goal_fails_with_moveits_message(self, client):
+        """MoveIt's results have the text within the code."""
+        leaf = ActionLeaf("Grab", "pickup", Pickup.Goal(target_name="anvil"))
+        leaf.setup(client=client, robot="wall_e")
+        leaf.tick_once()
+        client.goals[0].abort(-4, "'anvil' is too heavy")
+        leaf.tick_once()
+
+        assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "aborted: 'anvil' is too heavy")
+
+    def test_a_goal_that_somebody_else_canceled_fails(self, client, leaf):
+        """The tree did not want that."""
+        leaf.tick_once()
+        client.goals[0].end_canceled()
+        leaf.tick_once()
+
+        assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "canceled: canceled")
+
+    def test_a_simulator_that_dies_fails_the_leaf(self, client, leaf):
+        """Nobody waits for an answer that can't come."""
+        leaf.tick_once()
+        client.goals[0].accept()
+        client.goals[0].fail(SimulatorGone("the simulator is gone"))
+        leaf.tick_once()
+
+        assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "the simulator is gone")
+
+    def test_feedback_is_told_field_by_field(self, client, leaf):
+        """An action without words of its own shows its plain fields."""
+        leaf.tick_once()
+        client.goals[0].accept()
+        client.goals[0].feed(time_left=Duration.from_seconds(2.5))
+        leaf.tick_once()
+
+        assert (leaf.status, leaf.feedback_message) == (Status.RUNNING, "feedback: time_left: 2.5 s")
+
+    def test_whatever_changes_wakes_the_runner(self, client):
+        """Acceptance, feedback and the end are each worth a tick."""
+        woken = []
+        leaf = ActionLeaf("Wait", "wait", WAIT)
+        leaf.setup(client=client, robot="wall_e", wake=lambda: woken.append(len(woken)))
+        leaf.tick_once()
+        client.goals[0].accept()
+        client.goals[0].feed()
+        client.goals[0].succeed()
+
+        # Feedback also tells that the goal is being executed.
+        assert woken == [0, 1, 2, 3]
+
+
+class TestTerminate:
+    """Letting go of the goal."""
+
+    def test_an_interrupt_cancels_the_goal(self, client, leaf):
+        """A robot does not go on for a tree that has moved on."""
+        leaf.tick_once()
+        client.goals[0].accept()
+        leaf.stop(Status.INVALID)
+
+        assert client.goals[0].canceled is True
+
+    def test_an_interrupt_cancels_also_before_the_goal_is_accepted(self, client, leaf):
+        """The ticket keeps the wish until it can be sent."""
+        leaf.tick_once()
+        leaf.stop(Status.INVALID)
+
+        assert (client.goals[0].accepted, client.goals[0].canceled) == (None, True)
+
+    def test_a_goal_that_is_done_is_not_canceled(self, client, leaf):
+        """The reset of a finished leaf asks nothing of the robot."""
+        leaf.tick_once()
+        client.goals[0].succeed()
+        leaf.tick_once()
+        leaf.stop(Status.INVALID)
+
+        assert client.goals[0].canceled is False
+
+    def test_a_canceled_goal_stays_open_until_it_has_ended(self, client, leaf):
+        """A session must not be closed on a cancel that is on its way."""
+        leaf.tick_once()
+        leaf.stop(Status.INVALID)
+        leaf.tick_once()
+        before = list(leaf.open_goals)
+        client.goals[0].end_canceled()
+
+        assert (before, leaf.open_goals) == (client.goals, client.goals[1:])

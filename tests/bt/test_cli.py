@@ -1,0 +1,199 @@
+"""The command line: what it prints, and its exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from bt_controller.cli import main
+from hmrsim_zenoh import client as client_module
+
+GO = "bt_controller.examples:go_to_pose"
+
+
+@pytest.fixture
+def simulator(client, monkeypatch):
+    """Put the fake client in the place of the real one; goals succeed at once unless a test says otherwise."""
+
+    class Connected(type(client)):
+        def __init__(self, options):
+            self.__dict__ = client.__dict__
+            self.options = options
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *error):
+            pass
+
+        def wait_for_simulator(self, timeout):
+            pass
+
+        def action_client(self, robot, action):
+            sender = super().action_client(robot, action)
+            send_goal = sender.send_goal
+
+            def send(goal, **callbacks):
+                sent = send_goal(goal, **callbacks)
+                client.then(sent)
+                return sent
+
+            sender.send_goal = send
+            return sender
+
+    client.then = lambda goal: goal.succeed()
+    monkeypatch.setattr(client_module, "Client", Connected)
+    return client
+
+
+class TestRun:
+    """bt-controller run."""
+
+    @pytest.mark.usefixtures("simulator")
+    def test_a_tree_that_succeeds_is_exit_0(self, capsys):
+        """The stages and the verdict are on stdout; the rest is silence."""
+        code = main(["run", GO, "--robot", "wall_e"])
+
+        out, err = capsys.readouterr()
+        assert (code, err) == (0, "")
+        assert "        --> GoToPoseAction [✓] -- successfully completed\n" in out
+        assert "        --> CheckArrived [✓] -- 'arrived' comparison succeeded" in out
+        assert out.endswith("\nwall_e: SUCCESS\n")
+
+    def test_a_tree_that_fails_is_exit_1(self, simulator, capsys):
+        """The tree says why."""
+        simulator.then = lambda goal: goal.abort(208, "no route")
+
+        assert main(["run", GO, "--robot", "wall_e"]) == 1
+        assert "GoToPoseAction [✕] -- aborted: no route" in capsys.readouterr().out
+
+    @pytest.mark.usefixtures("simulator")
+    def test_robots_can_be_given_together_and_repeatedly(self, capsys):
+        """A robot that is named twice is run once."""
+        assert main(["run", GO, "--robot", "wall_e", "eve", "--robot", "wall_e"]) == 0
+        assert capsys.readouterr().out.endswith("\nwall_e: SUCCESS\neve: SUCCESS\n")
+
+    @pytest.mark.usefixtures("simulator")
+    def test_json_is_one_snapshot_a_line(self, capsys):
+        """Nothing else is on stdout."""
+        main(["run", GO, "--robot", "wall_e", "--json"])
+
+        lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+        assert [line["status"] for line in lines] == ["SUCCESS", "SUCCESS"]
+
+    @pytest.mark.usefixtures("simulator")
+    def test_the_last_tick_can_be_left_out(self, capsys):
+        """What the tree has by default, the user can overrule."""
+        main(["run", GO, "--robot", "wall_e", "--json", "--no-confirm"])
+
+        assert len(capsys.readouterr().out.splitlines()) == 1
+
+    @pytest.mark.usefixtures("simulator")
+    def test_an_unknown_robot_is_exit_1(self, capsys):
+        """The error says whom it knows."""
+        assert main(["run", GO, "--robot", "marvin"]) == 1
+        assert capsys.readouterr().err == "bt-controller: no robot 'marvin'; there are eve, wall_e\n"
+
+    @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+    def test_a_signal_cancels_the_goal_and_is_exit_130(self, simulator, capsys, number):
+        """The robot stops before the controller is gone."""
+
+        def then(goal):
+            goal.when_canceled = goal.end_canceled
+            os.kill(os.getpid(), number)
+
+        simulator.then = then
+
+        assert main(["run", GO, "--robot", "wall_e"]) == 130
+        assert simulator.goals[0].canceled is True
+        assert capsys.readouterr().err == "bt-controller: interrupted; the goals were canceled\n"
+
+    def test_the_options_reach_the_session(self, simulator, monkeypatch):
+        """The command line comes before the environment, which comes before the default."""
+        monkeypatch.setenv("HMRSIM_CONNECT", "tcp/a:1,tcp/b:2")
+        monkeypatch.setenv("HMRSIM_PREFIX", "lab")
+        main(["run", GO, "--robot", "wall_e", "--prefix", "mine", "--timeout", "2.5"])
+
+        options = simulator.options
+        assert (options.connect, options.prefix, options.timeout) == (("tcp/a:1", "tcp/b:2"), "mine", 2.5)
+
+    @pytest.mark.parametrize(
+        ("variable", "value", "error"),
+        [
+            (
+                "HMRSIM_TIMEOUT",
+                "soon",
+                "HMRSIM_TIMEOUT: 'soon' is no time; a number of seconds greater than 0 is expected",
+            ),
+            ("HMRSIM_MODE", "peerless", "HMRSIM_MODE: no mode 'peerless'; there are peer, client, router"),
+        ],
+    )
+    def test_a_bad_variable_is_exit_2(self, monkeypatch, capsys, variable, value, error):
+        """The error names the variable."""
+        monkeypatch.setenv(variable, value)
+
+        assert main(["run", GO, "--robot", "wall_e"]) == 2
+        assert capsys.readouterr().err == f"bt-controller: {error}\n"
+
+    @pytest.mark.parametrize(
+        ("arguments", "error"),
+        [
+            (["--robot", "wall-e"], "'wall-e' is no robot's name"),
+            (["--robot", "wall_e", "--period", "0"], "'0' is no period"),
+            ([], "required: --robot"),
+        ],
+    )
+    def test_wrong_use_is_exit_2(self, capsys, arguments, error):
+        """Argparse's own errors."""
+        with pytest.raises(SystemExit, match="2"):
+            main(["run", GO, *arguments])
+
+        assert error in capsys.readouterr().err
+
+    def test_no_simulator_is_exit_3(self, capsys):
+        """Nobody answers in time; the error is one line."""
+        arguments = ["--connect", "tcp/127.0.0.1:1", "--timeout", "0.2"]
+
+        assert main(["run", GO, "--robot", "wall_e", *arguments]) == 3
+        assert capsys.readouterr().err.count("\n") == 1
+
+
+class TestCheck:
+    """bt-controller check."""
+
+    def test_a_good_tree_is_printed(self, capsys):
+        """No simulator is needed."""
+        code = main(["check", GO])
+
+        assert code == 0
+        assert capsys.readouterr().out == (
+            "{-} GoToPoseSequence\n    {o} GoToPoseFallback\n        --> CheckArrived\n        --> GoToPoseAction\n"
+        )
+
+    def test_a_bad_tree_is_exit_2(self, capsys):
+        """One line says what is wrong."""
+        code = main(["check", "bt_controller.examples:go_to_pse"])
+
+        out, err = capsys.readouterr()
+        assert (code, out) == (2, "")
+        assert err == (
+            "bt-controller: bt_controller.examples:go_to_pse: module 'bt_controller.examples' has no 'go_to_pse';"
+            " did you mean 'go_to_pose'?\n"
+        )
+
+
+def test_a_controller_loads_nothing_of_the_engine():
+    """It is an outside client, which could live on another machine."""
+    program = (
+        "import sys, bt_controller.cli, bt_controller.examples, bt_controller.runner\n"
+        "engine = {'simpy', 'networkx', 'hmrsim.simulator', 'hmrsim.dispatcher', 'hmrsim.robot'}\n"
+        "print(sorted(engine & set(sys.modules)))"
+    )
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+
+    assert found.stdout == "[]\n"

@@ -1,0 +1,280 @@
+"""When a runner ticks, and how it ends."""
+
+from __future__ import annotations
+
+import pytest
+from py_trees.behaviour import Behaviour
+from py_trees.behaviours import Failure, Running, Success
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel, Sequence
+
+from bt_controller.action_leaf import ActionLeaf
+from bt_controller.directory import NotServed
+from bt_controller.examples import go_to_pose
+from bt_controller.mailbox import STOP, Mailbox
+from bt_controller.mission import Mission, TreeCrashed
+from bt_controller.runner import Runner
+from bt_controller.trees import Plan
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim_zenoh.errors import SimulatorGone
+
+
+class Stage:
+    """Runs trees; after each tick comes the next step of a script."""
+
+    def __init__(self, client):
+        self.client = client
+        self.mailbox = Mailbox()
+        self.shown = []
+
+    def run(self, function, *steps, robots=("wall_e",), confirmed=False, period=1.0, grace=0.0):
+        """Return the outcome; a step is a function without arguments."""
+        script = iter(steps)
+
+        def show(snapshot):
+            self.shown.append(snapshot)
+            next(script, lambda: None)()
+
+        plan = Plan("test", function, takes_robot=False, confirmed=confirmed)
+        missions = [Mission(robot, plan) for robot in robots]
+        runner = Runner(self.client, missions, show=show, period=period, mailbox=self.mailbox, grace=grace)
+        return runner.run()
+
+    def goal(self, number=0):
+        """Return the ticket of a goal, when it is there."""
+        return self.client.goals[number]
+
+    def stop(self):
+        """Press Ctrl-C."""
+        self.mailbox.put(STOP)
+
+
+@pytest.fixture
+def stage(client):
+    """Return what runs a tree against a script."""
+    return Stage(client)
+
+
+def wait():
+    """Return a tree of one leaf."""
+    return ActionLeaf("Wait", "wait", Wait.Goal())
+
+
+def go():
+    """Return a tree of one leaf that any robot serves."""
+    return ActionLeaf("Go", "navigate_to_pose", NavigateToPose.Goal())
+
+
+class Broken(Behaviour):
+    """Raises an error at its first tick."""
+
+    def update(self):
+        """Break."""
+        raise KeyError("whoops")
+
+
+class TestScenario2:
+    """The four stages of scenario 2's tree."""
+
+    def stages(self, stage):
+        """Return the tree's four stages as text."""
+        stage.run(
+            go_to_pose,
+            lambda: (stage.goal().accept(), stage.goal().feed(distance_remaining=468.8464660644531)),
+            lambda: stage.goal().succeed(),
+            confirmed=True,
+        )
+        return [[node.line() for node in snapshot.nodes] for snapshot in stage.shown]
+
+    def test_first_the_goal_is_sent(self, stage):
+        """Stage 1: not arrived, so go."""
+        assert self.stages(stage)[0] == [
+            "{-} GoToPoseSequence [*]",
+            "    {o} GoToPoseFallback [*]",
+            "        --> CheckArrived [✕] -- 'arrived' comparison failed [v: Status.RUNNING][e: Status.SUCCESS]",
+            "        --> GoToPoseAction [*] -- sent goal request",
+        ]
+
+    def test_then_the_robot_tells_how_far_it_has_to_go(self, stage):
+        """Stage 2: feedback."""
+        assert self.stages(stage)[1] == [
+            "{-} GoToPoseSequence [*]",
+            "    {o} GoToPoseFallback [*]",
+            "        --> CheckArrived [-]",
+            "        --> GoToPoseAction [*] -- feedback: remaining: 468.8464660644531",
+        ]
+
+    def test_then_it_has_arrived(self, stage):
+        """Stage 3: the result."""
+        assert self.stages(stage)[2] == [
+            "{-} GoToPoseSequence [✓]",
+            "    {o} GoToPoseFallback [✓]",
+            "        --> CheckArrived [-]",
+            "        --> GoToPoseAction [✓] -- successfully completed",
+        ]
+
+    def test_at_last_the_check_says_so(self, stage):
+        """Stage 4: one more tick finds nothing left to do, and sends nothing."""
+        assert self.stages(stage)[3:] == [
+            [
+                "{-} GoToPoseSequence [✓]",
+                "    {o} GoToPoseFallback [✓]",
+                "        --> CheckArrived [✓] -- 'arrived' comparison succeeded [v: Status.SUCCESS][e: Status.SUCCESS]",
+                "        --> GoToPoseAction [-]",
+            ]
+        ]
+        assert len(stage.client.goals) == 1
+
+    def test_it_goes_to_450_330(self, stage):
+        """The text's goal, not the listing's."""
+        self.stages(stage)
+
+        position = stage.goal().goal.pose.pose.position
+        assert (position.x, position.y) == (450.0, 330.0)
+
+
+class TestTicks:
+    """When a tree is ticked."""
+
+    def test_a_change_of_the_goal_is_a_tick(self, stage):
+        """The verdict is not kept waiting for the period; no clock is needed."""
+        outcome = stage.run(wait, lambda: stage.goal().succeed())
+
+        assert [snapshot.tick for snapshot in stage.shown] == [1, 2]
+        assert outcome.statuses == {"wall_e": Status.SUCCESS}
+
+    def test_a_period_of_simulated_time_is_a_tick(self, stage):
+        """Conditions that nobody announces are seen each period."""
+        stage.run(
+            lambda: Running("Running"),
+            lambda: (stage.client.clock(10.0), stage.client.clock(12.0)),
+            lambda: (stage.client.clock(13.9), stage.client.clock(14.0)),
+            stage.stop,
+            period=2.0,
+        )
+
+        assert [snapshot.sim_time for snapshot in stage.shown] == [None, 12.0, 14.0]
+
+    def test_only_the_robot_to_which_something_happened_is_ticked(self, stage):
+        """One robot's feedback is no business of the other's tree."""
+        stage.run(
+            go,
+            lambda: None,
+            lambda: stage.goal(1).feed(distance_remaining=1.0),
+            stage.stop,
+            robots=("wall_e", "eve"),
+        )
+
+        assert [(snapshot.robot, snapshot.tick) for snapshot in stage.shown] == [("wall_e", 1), ("eve", 1), ("eve", 2)]
+
+    def test_a_tree_that_has_ended_is_not_ticked_again(self, stage):
+        """A tick would begin it anew."""
+        stage.run(lambda: Success("Success"))
+
+        assert [snapshot.tick for snapshot in stage.shown] == [1]
+
+    def test_a_confirmed_tree_that_fails_is_not_confirmed(self, stage):
+        """Nothing is done, so nothing can be confirmed."""
+        outcome = stage.run(lambda: Failure("Failure"), confirmed=True)
+
+        assert (len(stage.shown), outcome.succeeded) == (1, False)
+
+    def test_a_synchronised_parallel_does_not_send_a_finished_goal_again(self, stage):
+        """One child waits for the other."""
+
+        def both():
+            leaves = [ActionLeaf(name, "wait", Wait.Goal()) for name in ("A", "B")]
+            return Parallel("Both", policy=ParallelPolicy.SuccessOnAll(synchronise=True), children=leaves)
+
+        stage.run(both, lambda: stage.goal(0).succeed(), lambda: stage.goal(1).succeed())
+
+        assert len(stage.client.goals) == 2
+
+
+class TestEnds:
+    """How a run ends."""
+
+    def test_all_trees_have_to_succeed(self, stage):
+        """One failure fails the whole."""
+        outcome = stage.run(
+            go,
+            lambda: stage.goal(0).succeed(),
+            lambda: stage.goal(1).abort(208, "no way"),
+            robots=("wall_e", "eve"),
+        )
+
+        assert outcome.statuses == {"wall_e": Status.SUCCESS, "eve": Status.FAILURE}
+        assert outcome.succeeded is False
+
+    def test_a_robot_that_is_not_there_is_an_error_even_for_a_tree_without_actions(self, stage):
+        """Nobody runs a tree for a robot that does not exist."""
+        with pytest.raises(NotServed, match="no robot 'wally'; did you mean 'wall_e'"):
+            stage.run(lambda: Success("Success"), robots=("wally",))
+
+    def test_an_interrupt_cancels_the_goals_and_waits_for_their_end(self, stage):
+        """The cancel is on its way before the session is closed."""
+
+        def ctrl_c():
+            stage.goal().when_canceled = stage.goal().end_canceled
+            stage.stop()
+
+        outcome = stage.run(wait, ctrl_c, grace=60.0)
+
+        assert (outcome.interrupted, outcome.left, stage.goal().canceled) == (True, (), True)
+
+    def test_a_second_interrupt_does_not_wait_for_the_goals_end(self, stage):
+        """A simulator that does not answer can't hold us."""
+
+        def ctrl_c():
+            stage.goal().when_canceled = stage.stop
+            stage.stop()
+
+        outcome = stage.run(wait, ctrl_c, grace=60.0)
+
+        assert (outcome.interrupted, outcome.left) == (True, ("wall_e",))
+
+    def test_a_simulator_that_dies_under_a_goal_ends_the_tree(self, stage):
+        """The goal fails, so the leaf and the tree do."""
+        outcome = stage.run(wait, lambda: stage.goal().fail(SimulatorGone("the simulator is gone")))
+
+        assert outcome.statuses == {"wall_e": Status.FAILURE}
+
+    def test_a_simulator_that_dies_while_nothing_is_asked_of_it_ends_the_tree(self, stage):
+        """The clock stands still for ever, and nobody else would wake the tree."""
+        stage.client.alive = False
+        outcome = stage.run(lambda: Running("Running"), grace=0.0)
+
+        assert (outcome.gone, outcome.succeeded) == (True, False)
+
+    def test_a_behaviour_that_raises_ends_the_run_and_cancels_the_goals(self, stage):
+        """The error names the robot and the place; no goal is left behind."""
+
+        def tree():
+            policy = ParallelPolicy.SuccessOnAll()
+            children = [Sequence("Inner", memory=True, children=[wait()]), Broken("Broken")]
+            return Parallel("Both", policy=policy, children=children)
+
+        with pytest.raises(TreeCrashed, match=r"the tree of 'wall_e' broke: KeyError: 'whoops' \(.*test_runner\.py:"):
+            stage.run(tree, grace=0.0)
+
+        assert stage.goal().canceled is True
+
+
+class TestBlackboards:
+    """Each robot has its own keys."""
+
+    def test_two_robots_do_not_share_their_keys(self, stage):
+        """That one has arrived does not mean that the other has."""
+        stage.run(
+            go_to_pose,
+            lambda: None,
+            lambda: stage.goal(0).succeed(),
+            lambda: None,
+            stage.stop,
+            robots=("wall_e", "eve"),
+            confirmed=True,
+        )
+
+        statuses = {snapshot.robot: snapshot.nodes[0].status for snapshot in stage.shown}
+        assert statuses == {"wall_e": Status.SUCCESS, "eve": Status.RUNNING}
+        assert len(stage.client.goals) == 2

@@ -1,0 +1,118 @@
+"""Finding trees by name."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from bt_controller.examples import go_to_pose
+from bt_controller.trees import TreeError, load
+
+MODULE = """
+from py_trees.behaviours import Success
+
+def plain():
+    return Success("plain")
+
+def for_robot(robot):
+    return Success(robot)
+
+def for_whom(name):
+    return Success(name)
+
+def with_default(robot="nobody"):
+    return Success(robot)
+
+def with_speed(speed=1.0):
+    return Success(str(speed))
+
+def too_much(robot, map):
+    return Success("no")
+
+def keyword(*, map):
+    return Success("no")
+
+def no_tree():
+    return 42
+
+def broken():
+    return 1 / 0
+
+a_number = 42
+"""
+
+
+@pytest.fixture(autouse=True)
+def missions(tmp_path, monkeypatch):
+    """Make a folder with trees the current one."""
+    (tmp_path / "bt_test_missions.py").write_text(MODULE)
+    (tmp_path / "bt_test_unreadable.py").write_text("def tree(:\n")
+    (tmp_path / "bt_test_importer.py").write_text("import bt_test_nowhere\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    yield
+    for name in [name for name in sys.modules if name.startswith("bt_test_")]:
+        del sys.modules[name]
+
+
+def test_the_example_is_found_by_name():
+    """Scenario 2's tree, which is ticked once more after success."""
+    plan = load("bt_controller.examples:go_to_pose")
+
+    assert (plan.function, plan.confirmed) == (go_to_pose, True)
+
+
+@pytest.mark.parametrize(
+    ("function", "name"),
+    [
+        ("plain", "plain"),
+        ("for_robot", "wall_e"),
+        ("for_whom", "wall_e"),
+        ("with_default", "wall_e"),
+        ("with_speed", "1.0"),
+    ],
+)
+def test_a_function_takes_the_robots_name_or_nothing(function, name):
+    """What it takes is seen from its signature; modules of the current folder are found."""
+    assert load(f"bt_test_missions:{function}").build("wall_e").name == name
+
+
+@pytest.mark.parametrize(
+    ("name", "error"),
+    [
+        ("bt_test_missions", "'bt_test_missions' is no tree; expected MODULE:FUNCTION"),
+        ("tree.xml", "'tree.xml' is no tree; expected MODULE:FUNCTION"),
+        (":plain", "':plain' is no tree; expected MODULE:FUNCTION"),
+        ("bt_test_absent:plain", r"bt_test_absent:plain: no module 'bt_test_absent' here \(.*\) or installed"),
+        (
+            "bt_test_importer:tree",
+            r"ModuleNotFoundError: No module named 'bt_test_nowhere' \(.*bt_test_importer.py:1\)",
+        ),
+        ("bt_test_unreadable:tree", r"SyntaxError: .* \(.*bt_test_unreadable\.py:1\)"),
+        ("bt_test_missions:plane", "module 'bt_test_missions' has no 'plane'; did you mean 'plain'?"),
+        ("bt_test_missions:zzz", "has no 'zzz'; it has plain, for_robot"),
+        ("bt_test_missions:a_number", "is 42; a function that returns the root of a tree is expected"),
+        ("bt_test_missions:too_much", "wants robot, map; a tree's function takes the robot's name, or nothing"),
+        ("bt_test_missions:keyword", "wants map; a tree's function takes the robot's name, or nothing"),
+    ],
+)
+def test_what_is_no_tree_is_refused_in_one_line(name, error):
+    """The error says what would do."""
+    with pytest.raises(TreeError, match=error) as caught:
+        load(name)
+
+    assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("function", "error"),
+    [
+        ("no_tree", "bt_test_missions:no_tree returned 42; the root of a tree is expected, a py_trees Behaviour"),
+        ("broken", r"bt_test_missions:broken: ZeroDivisionError: division by zero \(.*bt_test_missions\.py:29\)"),
+    ],
+)
+def test_what_builds_no_tree_is_refused_in_one_line(function, error):
+    """The user's own mistake is told with its place."""
+    with pytest.raises(TreeError, match=error):
+        load(f"bt_test_missions:{function}").build("wall_e")
