@@ -1,0 +1,8 @@
+"""``python -m hmrsim.cli`` is ``hmrsim``."""
+
+import sys
+
+from hmrsim.cli.entry import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,128 @@
+"""``hmrsim action``: what robots can be asked to do, as ``ros2 action``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, get_args
+
+from hmrsim.cli import names, send_goal
+from hmrsim.cli.connection import connected
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show, show_json, yaml_flow
+from hmrsim.interfaces.message import Primitive
+from hmrsim_zenoh.options import ENVIRONMENT, add_session_options
+
+if TYPE_CHECKING:
+    import argparse
+
+    from pydantic.fields import FieldInfo
+
+    from hmrsim.actions import AnyAction
+    from hmrsim.interfaces.message import Message
+
+_EXAMPLES = f"""\
+examples:
+  hmrsim action list -t
+  hmrsim action info /wall_e/pickup
+  hmrsim action send-goal /wall_e/pickup '{{target_name: medicine}}' --feedback
+
+{ENVIRONMENT}"""
+
+_LIST_EXAMPLES = f"""\
+examples:
+  hmrsim action list
+  hmrsim action list --show-types --connect tcp/10.0.0.7:7447
+  hmrsim action list --json | jq -r '.[].name'
+
+{ENVIRONMENT}"""
+
+_INFO_EXAMPLES = f"""\
+examples:
+  hmrsim action info /wall_e/navigate_to_pose
+  hmrsim action info wall_e/pickup --json
+
+{ENVIRONMENT}"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim action``."""
+    parser.description = "What robots can be asked to do, as `ros2 action`."
+    parser.epilog = _EXAMPLES
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    listing = commands.add_parser(
+        "list",
+        help="list the actions of all robots",
+        description="List the actions of all robots, one a line.",
+        epilog=_LIST_EXAMPLES,
+    )
+    listing.add_argument("-t", "--show-types", action="store_true", help="show the ROS type behind each name")
+    listing.add_argument("--json", action="store_true", help="print one JSON list")
+    listing.set_defaults(function=_list)
+    add_session_options(listing)
+    info = commands.add_parser(
+        "info",
+        help="show what an action takes and gives",
+        description="Show what an action takes and gives.",
+        epilog=_INFO_EXAMPLES,
+    )
+    info.add_argument("name", metavar="NAME", help="/ROBOT/ACTION or an alias")
+    info.add_argument("--json", action="store_true", help="print one JSON object")
+    info.set_defaults(function=_info)
+    add_session_options(info)
+    send_goal.configure(commands.add_parser("send-goal", help="send a goal and follow it to its end"))
+
+
+def _list(args: argparse.Namespace) -> int:
+    with connected(args) as (_, info):
+        found = list(names.actions(info))
+    if args.json:
+        show_json([{"name": one.name, "type": one.ros_type, "robot": one.robot, "action": one.action} for one in found])
+        return ExitCode.DONE
+    for one in found:
+        show(f"{one.name} [{one.ros_type}]" if args.show_types else one.name)
+    return ExitCode.DONE
+
+
+def _info(args: argparse.Namespace) -> int:
+    with connected(args) as (_, info):
+        one = names.find_action(info, args.name)
+        target = f"{one.robot}/{one.action}"
+        also = [f"/{alias}" for alias, meant in names.aliases(info).items() if meant == target]
+    action = one.definition()
+    if args.json:
+        show_json(
+            {"name": f"/{target}", "type": action.ros_type, "robot": one.robot, "aliases": also, **_parts(action)}
+        )
+        return ExitCode.DONE
+    show(f"Action: /{target}\nType: {action.ros_type}\nRobot: {one.robot}")
+    if also:
+        show(f"Aliases: {', '.join(also)}")
+    show("Action servers: 1")
+    for part, fields in _parts(action).items():
+        show("\n".join((f"{part.title()}:", *(f"    {field}: {kind}" for field, kind in fields.items()))))
+    if action.example is not None:
+        goal = yaml_flow(action.example.model_dump(mode="json", exclude_unset=True))
+        show(f"Example: hmrsim action send-goal /{target} '{goal}'")
+    return ExitCode.DONE
+
+
+def _parts(action: AnyAction) -> dict[str, dict[str, str]]:
+    parts = {"goal": action.goal, "result": action.result, "feedback": action.feedback}
+    return {part: _fields(message) for part, message in parts.items()}
+
+
+def _fields(message: type[Message]) -> dict[str, str]:
+    return {name: _ros_type(field) for name, field in message.model_fields.items()}
+
+
+def _ros_type(field: FieldInfo) -> str:
+    """Return the ROS type of a field, such as ``geometry_msgs/msg/PoseStamped[]``."""
+    primitive = next((mark.name for mark in field.metadata if isinstance(mark, Primitive)), None)
+    return primitive or _name_of(field.annotation)
+
+
+def _name_of(annotation: Any) -> str:
+    arguments = get_args(annotation)
+    if not arguments:
+        return getattr(annotation, "ros_type", "") or annotation.__name__
+    primitive = next((mark.name for mark in arguments if isinstance(mark, Primitive)), None)
+    return primitive or f"{_name_of(arguments[0])}[]"

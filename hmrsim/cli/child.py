@@ -1,0 +1,39 @@
+"""A process that ends when the one that started it does, however that ended.
+
+``python -m hmrsim.cli.child PARENT_PID MODULE:FUNCTION ARGUMENT…`` calls a command's main function with the
+arguments. The kernel sends SIGTERM when the parent is gone.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+import os
+import signal
+import sys
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_PR_SET_PDEATHSIG: Final = 1
+_ORPHANED: Final = 1
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run the command and return its exit code.
+
+    Args:
+        argv: The parent's process id, ``module:function``, and the command's own arguments.
+    """
+    parent, target, *arguments = argv
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != int(parent):
+        return _ORPHANED
+    module, _, function = target.partition(":")
+    code: int = getattr(importlib.import_module(module), function)(arguments)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

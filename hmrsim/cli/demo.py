@@ -1,0 +1,191 @@
+"""``hmrsim demo``: a fleet at work in the hospital, simulator and controller as processes of their own."""
+
+from __future__ import annotations
+
+import json
+import queue
+import sys
+import time
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.cli import numbers
+from hmrsim.cli.children import Child
+from hmrsim.cli.demo_screen import Screen
+from hmrsim.cli.demo_story import Story
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show_json
+from hmrsim.cli.signals import on_signals
+from hmrsim.errors import HmrsimError
+from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.session import SessionOptions
+
+if TYPE_CHECKING:
+    import argparse
+
+_EXAMPLES: Final = """\
+examples:
+  hmrsim demo
+  hmrsim demo --real-time-factor 2 --seed 3
+  hmrsim demo --json 2>/dev/null | jq '.robots.eve.distance'"""
+
+_WORLD: Final = "hospital"
+_TREE: Final = "bt_controller.hospital:mission"
+_START_SECONDS: Final = 15.0
+_MISSION_SECONDS: Final = 200.0
+"""Simulated seconds after which the mission is given up; it takes about 100."""
+_FREE_SECONDS: Final = 15.0
+"""Wall seconds that it may take besides."""
+_LOOK: Final = 0.1
+_LAST_EVENTS: Final = 0.3
+_SIGNAL_EXIT: Final = 128
+
+
+class DemoFailed(HmrsimError):
+    """A part of the demo did not do what it should; the text says which, and has what it said."""
+
+
+class _Interrupted(Exception):
+    """The user, or the system, wants the demo to end."""
+
+    def __init__(self, signal: int) -> None:
+        super().__init__(signal)
+        self.signal = signal
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim demo``."""
+    parser.description = (
+        "Watch a fleet do its work in the hospital: a simulator and a controller with behaviour trees, two processes\n"
+        "that talk over Zenoh. Shows what happens as it happens, and what was done at the end."
+    )
+    parser.epilog = _EXAMPLES
+    parser.add_argument("--clock", choices=["realtime"], default="realtime", help="how simulated time moves")
+    parser.add_argument(
+        "--real-time-factor",
+        type=numbers.positive,
+        default=10.0,
+        metavar="X",
+        help="simulated seconds a wall second (default: %(default)g)",
+    )
+    parser.add_argument("--seed", type=int, metavar="N", help="replaces the world's")
+    parser.add_argument("--json", action="store_true", help="print the sum as one JSON object; the rest goes to stderr")
+    parser.set_defaults(function=_demo)
+
+
+def _demo(args: argparse.Namespace) -> int:
+    demo = _Demo(args, Screen(sys.stderr if args.json else sys.stdout))
+    try:
+        with on_signals(lambda number: demo.news.put(_Interrupted(number))):
+            return demo.run()
+    except _Interrupted as interruption:
+        return _SIGNAL_EXIT + interruption.signal
+
+
+class _Demo:
+    """One run of the demo.
+
+    Args:
+        args: The command line.
+        screen: Where to show it.
+    """
+
+    def __init__(self, args: argparse.Namespace, screen: Screen) -> None:
+        self.news: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._args = args
+        self._screen = screen
+
+    def run(self) -> int:
+        """Start everything, follow the mission to its end, and end everything.
+
+        Raises:
+            DemoFailed: The simulator does not start, or the mission takes too long.
+            NobodyThere: The simulator can't be reached.
+        """
+        began = time.monotonic()
+        with ExitStack() as stack:
+            simulator = stack.enter_context(Child("simulator", "hmrsim.cli:main", self._run_arguments(), self._ready))
+            ready = self._await_ready(simulator)
+            options = SessionOptions(connect=(ready["endpoints"][0],))
+            client = stack.enter_context(Client(options))
+            client.wait_for_simulator(_START_SECONDS)
+            info = client.info(_START_SECONDS)
+            story = Story({robot["name"]: robot["type"] for robot in info["robots"]})
+            client.subscribe(client.keys.world("events"), lambda _key, payload: self.news.put(payload))
+            arguments = ["run", _TREE, "--robot", *story.robots, "--json", "--connect", *ready["endpoints"][:1]]
+            controller = stack.enter_context(
+                Child("controller", "bt_controller.cli:main", arguments, lambda line: self.news.put((line,)))
+            )
+            self._screen.say(f"{_WORLD}: {len(story.robots)} robots at {options.connect[0]}; the mission begins")
+            with self._screen.opened():
+                self._follow(story)
+            code = controller.code(_START_SECONDS)
+        self._sum_up(story, code, time.monotonic() - began, info["world"].get("units", "m"))
+        if code:
+            self._screen.say(f"the mission failed; the controller says:\n{controller.complaints}")
+        return ExitCode.DONE if code == 0 else ExitCode.FAILED
+
+    def _run_arguments(self) -> list[str]:
+        arguments = ["run", _WORLD, "--listen", "tcp/127.0.0.1:0", "--json", "--feedback-rate", "2"]
+        arguments += ["--real-time-factor", str(self._args.real_time_factor)]
+        return arguments + ([] if self._args.seed is None else ["--seed", str(self._args.seed)])
+
+    def _ready(self, line: str | None) -> None:
+        self.news.put({} if line is None else json.loads(line))
+
+    def _await_ready(self, simulator: Child) -> dict[str, Any]:
+        ready = self._next(_START_SECONDS)
+        if not ready:
+            simulator.code(_LOOK)
+            raise DemoFailed(f"the simulator does not start; it says:\n{simulator.complaints}")
+        return dict(ready)
+
+    def _follow(self, story: Story) -> None:
+        """Tell what happens until the controller has ended.
+
+        Raises:
+            DemoFailed: It takes too long.
+        """
+        limit = _FREE_SECONDS + _MISSION_SECONDS / self._args.real_time_factor
+        until = time.monotonic() + limit
+        while time.monotonic() < until:
+            item = self._next(_LOOK)
+            self._screen.refresh(story)
+            if item == (None,):
+                # The last events may be on their way still.
+                while (item := self._next(_LAST_EVENTS)) is not None:
+                    self._tell(story, item)
+                return
+            self._tell(story, item)
+        raise DemoFailed(f"the mission takes longer than {limit:.0f} s; the machine may be too slow")
+
+    def _tell(self, story: Story, item: Any) -> None:
+        match item:
+            case bytes():
+                lines = story.happened(json.loads(item))
+            case (str() as tree,):
+                lines = story.ticked(json.loads(tree))
+            case _:
+                return
+        for line in lines:
+            self._screen.tell(line)
+
+    def _next(self, timeout: float) -> Any:
+        """Return the next news; None when there is none in *timeout* wall seconds.
+
+        Raises:
+            _Interrupted: A signal came.
+        """
+        try:
+            item = self.news.get(timeout=timeout)
+        except queue.Empty:
+            return None
+        if isinstance(item, _Interrupted):
+            raise item
+        return item
+
+    def _sum_up(self, story: Story, code: int, wall_seconds: float, units: str) -> None:
+        self._screen.summary(story, wall_seconds, units)
+        if self._args.json:
+            times = {"simulated_seconds": round(story.sim_time, 3), "wall_seconds": round(wall_seconds, 3)}
+            show_json({"succeeded": code == 0, **times, "robots": story.to_json()})

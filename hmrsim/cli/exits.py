@@ -1,0 +1,61 @@
+"""What the exit codes mean, and which error leads to which."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.errors import HmrsimError, WorldError
+from hmrsim_zenoh.errors import (
+    BadOptions,
+    NobodyThere,
+    PortTaken,
+    PrefixTaken,
+    RequestTimeout,
+    SimulatorGone,
+    Unreachable,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+class ExitCode(IntEnum):
+    """What a command tells the shell."""
+
+    DONE = 0
+    FAILED = 1
+    WRONG_USE = 2
+    NOBODY_THERE = 3
+    INTERRUPTED = 130
+
+
+class WrongUse(HmrsimError):
+    """What was typed can't be read; the text says what was expected."""
+
+
+class UnknownName(HmrsimError):
+    """There is no such robot, action or topic; the text says what there is."""
+
+
+_CODES: Final[Mapping[type[HmrsimError], ExitCode]] = {
+    WrongUse: ExitCode.WRONG_USE,
+    WorldError: ExitCode.WRONG_USE,
+    BadOptions: ExitCode.WRONG_USE,
+    PortTaken: ExitCode.WRONG_USE,
+    PrefixTaken: ExitCode.WRONG_USE,
+    NobodyThere: ExitCode.NOBODY_THERE,
+    SimulatorGone: ExitCode.NOBODY_THERE,
+    Unreachable: ExitCode.NOBODY_THERE,
+    RequestTimeout: ExitCode.NOBODY_THERE,
+}
+
+
+def code_of(error: HmrsimError) -> ExitCode:
+    """Return the exit code of a command that ended with *error*; 1 for all that have none of their own."""
+    return next((code for kind, code in _CODES.items() if isinstance(error, kind)), ExitCode.FAILED)
+
+
+def text_of(error: HmrsimError) -> str:
+    """Return what a person is told of *error*; what has a file or a field in front needs no other name there."""
+    return str(error) if isinstance(error, (WorldError, WrongUse)) else f"hmrsim: {error}"

@@ -1,0 +1,52 @@
+"""Goals and results in a few words, whatever their action."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.interfaces.builtin_interfaces import Duration, Time
+from hmrsim.interfaces.geometry_msgs import Pose, PoseStamped
+from hmrsim.interfaces.message import Message
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+_MOST: Final = 3
+
+
+def summary(goal: Message) -> str:
+    """Return what a goal asks for: points, names, durations, and numbers that are not their default."""
+    words = list(_words(goal))
+    rest = [f"and {len(words) - _MOST} more"] if len(words) > _MOST else []
+    return ", ".join([*words[:_MOST], *rest])
+
+
+def error_of(result: Message) -> str:
+    """Return what a result says of an error; empty if none."""
+    return error_in(result.model_dump(include={"error_msg", "error_code"}))
+
+
+def error_in(result: Mapping[str, Any]) -> str:
+    """Return what a result's plain values say of an error, in Nav2's field or in MoveIt's; empty if nothing."""
+    code = result.get("error_code")
+    return str(result.get("error_msg") or (code.get("message", "") if isinstance(code, dict) else ""))
+
+
+def _words(value: object) -> Iterator[str]:
+    if isinstance(value, PoseStamped):
+        yield from _words(value.pose)
+    elif isinstance(value, Pose):
+        yield f"({value.position.x:g}, {value.position.y:g})"
+    elif isinstance(value, Duration):
+        yield f"{value.to_seconds():g} s"
+    elif isinstance(value, list):
+        for item in value:
+            yield from _words(item)
+    elif isinstance(value, Message) and not isinstance(value, Time):
+        for name, field in type(value).model_fields.items():
+            part = getattr(value, name)
+            # Clients send every field, so most are ROS's defaults, which nobody asked for.
+            if isinstance(part, (Pose, PoseStamped)) or part != field.get_default(call_default_factory=True):
+                yield from _words(part)
+    elif isinstance(value, (str, int, float)) and value:
+        yield str(value) if isinstance(value, str) else f"{value:g}"

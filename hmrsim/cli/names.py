@@ -1,0 +1,99 @@
+"""Names as ROS writes them, such as ``/wall_e/odom``, and what they stand for in a running simulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.actions import registry
+from hmrsim.cli.exits import UnknownName, WrongUse
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from hmrsim.actions import AnyAction
+
+Info = dict[str, Any]
+"""What ``_world/info`` says."""
+
+
+@dataclass(frozen=True)
+class ActionName:
+    """One action of one robot, and the name by which it was asked for.
+
+    Attributes:
+        name: Such as ``/wall_e/pickup``, or an alias such as ``/wall_e/grab``.
+        robot: The robot's name.
+        action: The action's name.
+    """
+
+    name: str
+    robot: str
+    action: str
+
+    @property
+    def ros_type(self) -> str:
+        """The ROS name of the action; empty for an action that is not installed here."""
+        known = registry().get(self.action)
+        return known.ros_type if known else ""
+
+    def definition(self) -> AnyAction:
+        """Return the action.
+
+        Raises:
+            UnknownName: The simulator has it, but it is not installed here.
+        """
+        known = registry().get(self.action)
+        if known is None:
+            raise UnknownName(f"action {self.action!r} is not installed here; there are: {', '.join(registry())}")
+        return known
+
+
+def robots(info: Info) -> dict[str, list[str]]:
+    """Return the names of each robot's actions."""
+    return {robot["name"]: list(robot.get("actions", ())) for robot in info.get("robots", ())}
+
+
+def aliases(info: Info) -> Mapping[str, str]:
+    """Return the further names of actions: alias to ``robot/action``."""
+    found: Mapping[str, str] = info.get("aliases", {})
+    return found
+
+
+def actions(info: Info) -> Iterator[ActionName]:
+    """Yield all names of all actions, aliases last."""
+    for robot, names in robots(info).items():
+        for name in names:
+            yield ActionName(f"/{robot}/{name}", robot, name)
+    for alias, target in aliases(info).items():
+        robot, _, action = target.partition("/")
+        yield ActionName(f"/{alias}", robot, action)
+
+
+def find_action(info: Info, name: str) -> ActionName:
+    """Return the action that a name or an alias stands for.
+
+    Raises:
+        WrongUse: *name* is not two words with a slash between.
+        UnknownName: There is no such robot or action.
+    """
+    first, second = split(name)
+    robot, _, action = aliases(info).get(f"{first}/{second}", f"{first}/{second}").partition("/")
+    there = robots(info)
+    if robot not in there:
+        raise UnknownName(f"no robot {robot!r}; there are: {', '.join(there) or 'none'}")
+    if action not in there[robot]:
+        raise UnknownName(f"{robot} has no action {action!r}; it has: {', '.join(there[robot])}")
+    return ActionName(f"/{first}/{second}", robot, action)
+
+
+def split(name: str) -> tuple[str, str]:
+    """Return the two words of a name; the slash before the first may be left out.
+
+    Raises:
+        WrongUse: *name* has another form.
+    """
+    first, slash, second = name.removeprefix("/").partition("/")
+    if not (first and slash and second) or "/" in second:
+        raise WrongUse(f"{name!r} is no action's name; expected /ROBOT/ACTION, such as /wall_e/navigate_to_pose")
+    return first, second

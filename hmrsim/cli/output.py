@@ -1,0 +1,61 @@
+"""Messages as text: YAML for people, JSON for programs."""
+
+from __future__ import annotations
+
+import json
+import sys
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.message import Message
+
+
+def values(message: Message) -> dict[str, Any]:
+    """Return a message as plain values."""
+    return message.model_dump(mode="json")
+
+
+def yaml_text(data: object) -> str:
+    """Return plain values as YAML, a field a line, with a line break at the end."""
+    text: str = yaml.dump(
+        data, Dumper=_Dumper, sort_keys=False, default_flow_style=False, allow_unicode=True, width=120
+    )
+    return text
+
+
+def yaml_flow(data: object) -> str:
+    """Return plain values as YAML on one line, as goals are written on the command line."""
+    text: str = yaml.dump(
+        data, Dumper=_Dumper, sort_keys=False, default_flow_style=True, allow_unicode=True, width=10**6
+    )
+    return text.strip()
+
+
+def indented(text: str) -> str:
+    """Return a text four columns to the right, as ROS 2 shows feedback and results."""
+    return textwrap.indent(text, "    ")
+
+
+def show_json(data: object) -> None:
+    """Print one JSON value on a line of its own, at once."""
+    show(json.dumps(data, allow_nan=False))
+
+
+def show(text: str) -> None:
+    """Print a result, at once: whoever reads it may be a program that waits for it."""
+    print(text, flush=True)
+
+
+def warn(text: str) -> None:
+    """Print what is no result."""
+    print(text, file=sys.stderr, flush=True)
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes equal values out again rather than as anchors."""
+
+    def ignore_aliases(self, _data: Any) -> bool:
+        return True

@@ -1,0 +1,183 @@
+"""``hmrsim run``: serve a world until Ctrl-C, SIGTERM or the end of its time."""
+
+from __future__ import annotations
+
+import logging
+import math
+import shlex
+import sys
+import traceback
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.cli import numbers
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show, show_json, warn
+from hmrsim.cli.problems import line_of
+from hmrsim.cli.run_log import GoalLog, LogLines
+from hmrsim.cli.run_table import RobotTable
+from hmrsim.cli.signals import on_signals
+from hmrsim.world import load_world
+from hmrsim_zenoh.envelopes import MAX_PAYLOAD
+from hmrsim_zenoh.errors import BadOptions
+from hmrsim_zenoh.host import Host, HostSettings
+from hmrsim_zenoh.keys import Keys
+from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Iterator
+
+    from hmrsim.world import LoadedWorld
+    from hmrsim_zenoh.session import SessionOptions
+
+_EXAMPLES: Final = f"""\
+examples:
+  hmrsim run scenario1
+  hmrsim run hospital --real-time-factor 10 --seed 3
+  hmrsim run my_map.yaml --robot wall_e@3,4:fetcher --item medicine@9,2.3:0.2
+  hmrsim run hospital --listen tcp/0.0.0.0:7447 --duration 600 --json
+
+{ENVIRONMENT}"""
+
+_LOOK: Final = 0.1
+"""Wall seconds between looks: Python sees a signal only when a wait is over."""
+
+_log = logging.getLogger(__name__)
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim run``."""
+    parser.description = (
+        "Serve a world over Zenoh until Ctrl-C. Prints `ready ENDPOINT …` once clients can connect; a table of the\n"
+        "robots (on a terminal) or a log goes to stderr."
+    )
+    parser.epilog = _EXAMPLES
+    parser.add_argument("world", metavar="WORLD", help="a world file of any format, or the name of a shipped world")
+    _add_world_options(parser)
+    _add_time_options(parser)
+    _add_server_options(parser)
+    add_session_options(parser)
+    parser.add_argument("--json", action="store_true", help="say that it is ready as one JSON object")
+    parser.set_defaults(function=_run)
+
+
+def _add_world_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("world")
+    group.add_argument(
+        "--robot", action="append", default=[], metavar="NAME@X,Y[:TYPE]", help="add a robot; repeatable"
+    )
+    group.add_argument("--item", action="append", default=[], metavar="NAME@X,Y[:KG]", help="add an item; repeatable")
+    group.add_argument("--seed", type=int, metavar="N", help="replaces the world's")
+
+
+def _add_time_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("time")
+    group.add_argument("--clock", choices=["realtime"], default="realtime", help="how simulated time moves")
+    group.add_argument(
+        "--real-time-factor",
+        type=numbers.not_negative,
+        default=1.0,
+        metavar="X",
+        help="simulated seconds a wall second; 0: as fast as possible (default: %(default)g)",
+    )
+    group.add_argument(
+        "--duration", type=numbers.positive, default=math.inf, metavar="SIM_S", help="end after so much simulated time"
+    )
+
+
+def _add_server_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("server")
+    for topic in ("feedback", "odom", "clock"):
+        group.add_argument(
+            f"--{topic}-rate",
+            type=numbers.positive,
+            default=10.0,
+            metavar="HZ",
+            help=f"samples of {topic} a simulated second (default: %(default)g)",
+        )
+    group.add_argument(
+        "--result-timeout",
+        type=numbers.number,
+        default=900.0,
+        metavar="S",
+        help="wall seconds that a result is kept; -1: for ever (default: %(default)g)",
+    )
+    group.add_argument(
+        "--keep-results", type=numbers.count, default=1000, metavar="N", help="… and how many a robot (default: 1000)"
+    )
+    group.add_argument(
+        "--max-payload",
+        type=numbers.count,
+        default=MAX_PAYLOAD,
+        metavar="BYTES",
+        help="refuse requests that are larger (default: %(default)s)",
+    )
+
+
+def _run(args: argparse.Namespace) -> int:
+    signals: list[int] = []
+    with on_signals(signals.append):
+        options = _checked(session_options(args))
+        loaded = load_world(args.world, add_robots=args.robot, add_items=args.item)
+        for problem in loaded.warnings:
+            warn(line_of(problem))
+        host = Host(loaded, options, _settings(args))
+        with host, _shown(host, loaded) as table:
+            host.start()
+            _tell_ready(loaded, host, options, as_json=args.json)
+            while not signals and not host.wait(_LOOK):
+                if table is not None:
+                    table.refresh()
+            host.stop()
+    if host.error is not None:
+        traceback.print_exception(host.error)
+        return ExitCode.FAILED
+    return ExitCode.DONE
+
+
+def _checked(options: SessionOptions) -> SessionOptions:
+    try:
+        Keys(options.prefix)
+    except ValueError as error:
+        raise BadOptions(f"--prefix: {error}") from None
+    return options
+
+
+def _settings(args: argparse.Namespace) -> HostSettings:
+    return HostSettings(
+        real_time_factor=args.real_time_factor,
+        duration=args.duration,
+        seed=args.seed,
+        feedback_rate=args.feedback_rate,
+        odom_rate=args.odom_rate,
+        clock_rate=args.clock_rate,
+        result_timeout=args.result_timeout,
+        keep_results=args.keep_results,
+        max_payload=args.max_payload,
+    )
+
+
+def _tell_ready(loaded: LoadedWorld, host: Host, options: SessionOptions, *, as_json: bool) -> None:
+    world = loaded.world
+    if as_json:
+        ready = {"ready": True, "endpoints": list(host.endpoints), "prefix": options.prefix}
+        show_json({**ready, "world": {"name": world.name, "hash": loaded.hash}, "robots": list(world.robots)})
+        return
+    where = host.endpoints or options.connect
+    show(" ".join(("ready", *where, f"world={shlex.quote(world.name)}", f"robots={len(world.robots)}")))
+
+
+@contextmanager
+def _shown(host: Host, loaded: LoadedWorld) -> Iterator[RobotTable | None]:
+    """Show what happens on stderr: a table that wants to be refreshed on a terminal, log lines elsewhere."""
+    if sys.stderr.isatty():
+        with RobotTable(host, loaded.world.name) as table, LogLines(table.print):
+            host.attach(table)
+            yield table
+        return
+    with LogLines():
+        host.attach(GoalLog(host.simulator))
+        _log.info("sim %.3f | %s begins", host.simulator.now, loaded.world.name)
+        yield None
+        _log.info("sim %.3f | %s ends", host.simulator.now, loaded.world.name)

@@ -1,0 +1,119 @@
+"""What a simulator logs: which goals came and how they ended."""
+
+from __future__ import annotations
+
+import logging
+import os
+import queue
+import sys
+import threading
+from typing import TYPE_CHECKING, Final, Self
+
+from hmrsim.cli.goal_summary import error_of, summary
+from hmrsim.gateway import GoalChanged, Topic
+from hmrsim.goal import GoalStatus
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim.gateway import Event
+    from hmrsim.interfaces.message import Message
+    from hmrsim.simulator import Simulator
+
+_FORMAT: Final = "[%(levelname)s] %(asctime)s | %(message)s"
+_TIME_FORMAT: Final = "%H:%M:%S"
+
+_MOST_WAITING: Final = 10_000
+_LAST_WORDS: Final = 0.5
+
+_log = logging.getLogger(__name__)
+
+
+class GoalLog:
+    """A sink that logs goals when they are accepted and when they end.
+
+    Args:
+        simulator: Whose events these are.
+    """
+
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+
+    def wants(self, _topic: Topic) -> bool:
+        """Return False: goals' changes come unasked."""
+        return False
+
+    def emit(self, event: Event) -> None:
+        """Log what concerns people."""
+        if not isinstance(event, GoalChanged):
+            return
+        text = ""
+        if event.status is GoalStatus.ACCEPTED:
+            text = f"accepted {summary(self._goal(event))}"
+        elif event.status.terminal and event.result is not None:
+            why = error_of(event.result) if event.status is GoalStatus.ABORTED else ""
+            text = f"{event.status.name}{f': {why}' if why else ''}"
+        if text:
+            _log.info("sim %.3f | %s %s %s", self._simulator.now, event.robot, event.action, text)
+
+    def _goal(self, event: GoalChanged) -> Message:
+        # To be replaced by a field of GoalChanged, should it get one.
+        server = self._simulator.dispatcher._servers[event.robot][event.action]  # noqa: SLF001
+        return server.goals[event.goal_id].message
+
+
+class LogLines(logging.Handler):
+    """Takes all log lines while it is open, and writes them in a thread of its own.
+
+    Whoever logs never waits, not even when nobody reads our stderr: that could stop the simulation. Lines that
+    pile up are dropped, the latest first.
+
+    Args:
+        write: Where lines go; straight to stderr if None.
+    """
+
+    def __init__(self, write: Callable[[str], None] | None = None) -> None:
+        super().__init__()
+        self.setFormatter(logging.Formatter(_FORMAT, _TIME_FORMAT))
+        self._write = write or _to_stderr
+        self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._run, name="hmrsim-log", daemon=True)
+
+    def __enter__(self) -> Self:
+        """Take the root logger's lines from now on."""
+        self._thread.start()
+        root = logging.getLogger()
+        root.addHandler(self)
+        self._levels = root.level, logging.getLogger("hmrsim.cli").level
+        root.setLevel(logging.WARNING)
+        logging.getLogger("hmrsim.cli").setLevel(logging.INFO)
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        """Write what is left, if that does not take long."""
+        root = logging.getLogger()
+        root.removeHandler(self)
+        for logger, level in zip((root, logging.getLogger("hmrsim.cli")), self._levels, strict=True):
+            logger.setLevel(level)
+        self._lines.put(None)
+        self._thread.join(_LAST_WORDS)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Put a line in the queue."""
+        if self._lines.qsize() < _MOST_WAITING:
+            self._lines.put(self.format(record))
+
+    def _run(self) -> None:
+        while (line := self._lines.get()) is not None:
+            self._write(line)
+
+
+def _to_stderr(line: str) -> None:
+    """Write a line past Python's buffers, whose locks a thread that is stuck here would hold for ever."""
+    data = f"{line}\n".encode(errors="replace")
+    try:
+        while data:
+            data = data[os.write(sys.__stderr__.fileno() if sys.__stderr__ else 2, data) :]
+    except OSError:
+        # Nobody will ever read it.
+        return

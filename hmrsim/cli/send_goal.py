@@ -1,0 +1,173 @@
+"""``hmrsim action send-goal``: send a goal and follow it to its end; Ctrl-C cancels it."""
+
+from __future__ import annotations
+
+import queue
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.cli import names
+from hmrsim.cli.connection import connected
+from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.goal_text import read_goal, read_yaml
+from hmrsim.cli.output import indented, show, show_json, values, warn, yaml_text
+from hmrsim.cli.signals import on_signals
+from hmrsim.errors import HmrsimError
+from hmrsim.goal import GoalStatus, parse_goal_id
+from hmrsim_zenoh.errors import GoalRejectedError, RequestError
+from hmrsim_zenoh.options import ENVIRONMENT, add_session_options
+
+if TYPE_CHECKING:
+    import argparse
+
+    from hmrsim.interfaces.message import Message
+    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.goal_handle import GoalHandle
+
+_EXAMPLES: Final = f"""\
+examples:
+  hmrsim action send-goal /wall_e/navigate_to_pose '{{pose: {{pose: {{position: {{x: 512, y: 215}}}}}}}}' --feedback
+  hmrsim action send-goal wall_e/pickup moveit_msgs/action/Pickup '{{target_name: medicine}}'
+  hmrsim action send-goal /wall_e/wait '{{time: {{sec: 3}}}}' --json
+
+{ENVIRONMENT}"""
+
+_LOOK: Final = 1.0
+_LAST_WORDS: Final = 0.05
+_CANCEL_WAIT: Final = 2.0
+_SIGNAL_EXIT: Final = 128
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim action send-goal``."""
+    parser.description = "Send a goal and follow it to its end; Ctrl-C cancels it."
+    parser.epilog = _EXAMPLES
+    parser.add_argument("name", metavar="NAME", help="/ROBOT/ACTION or an alias")
+    parser.add_argument(
+        "type", metavar="TYPE", nargs="?", help="the action's ROS type, as `ros2 action send_goal` wants it"
+    )
+    parser.add_argument("goal", metavar="GOAL", help="the goal as YAML; what is left out has its ROS default")
+    parser.add_argument("-f", "--feedback", action="store_true", help="show feedback, too")
+    parser.add_argument(
+        "--json", action="store_true", help="print the outcome as one JSON object, after one a line for each feedback"
+    )
+    parser.add_argument("--goal-id", metavar="HEX", help="32 hex digits, hyphens optional; made if not given")
+    parser.set_defaults(function=_send_goal)
+    add_session_options(parser)
+
+
+def _send_goal(args: argparse.Namespace) -> int:
+    data = read_yaml(args.goal)
+    goal_id = _goal_id(args.goal_id)
+    with connected(args) as (client, info):
+        name = names.find_action(info, args.name)
+        action = name.definition()
+        if args.type is not None and args.type != action.ros_type:
+            raise WrongUse(f"{name.name} is a {action.ros_type}, not a {args.type}")
+        goal = read_goal(data, action.goal)
+        return _follow(client, name, goal, goal_id=goal_id, report=_Report(as_json=args.json, feedback=args.feedback))
+
+
+def _goal_id(text: str | None) -> str | None:
+    try:
+        return None if text is None else parse_goal_id(text)
+    except ValueError as error:
+        raise WrongUse(f"--goal-id: {error}") from None
+
+
+@dataclass
+class _Report:
+    """What is printed of a goal, in the order in which it happens.
+
+    Attributes:
+        as_json: Print JSON in place of YAML.
+        feedback: Print feedback, too.
+    """
+
+    as_json: bool
+    feedback: bool
+    _accepted: bool = field(default=False, init=False)
+
+    def accept(self, goal_id: str) -> None:
+        """Tell that the goal was accepted, once."""
+        if not (self._accepted or self.as_json):
+            show(f"Goal accepted with ID: {goal_id}\n")
+        self._accepted = True
+
+    def show_feedback(self, goal_id: str, message: Message) -> None:
+        """Tell how the goal is doing."""
+        if self.as_json:
+            show_json({"goal_id": goal_id, "feedback": values(message)})
+        else:
+            show(f"Feedback:\n{indented(yaml_text(values(message)))}")
+
+    def reject(self, goal_id: str, error: GoalRejectedError) -> None:
+        """Tell that the goal was rejected."""
+        warn(f"Goal was rejected: {error}")
+        if self.as_json:
+            show_json(
+                {
+                    "accepted": False,
+                    "goal_id": goal_id,
+                    "reason": error.reason,
+                    "error_code": error.error_code,
+                    "error_msg": error.message,
+                }
+            )
+
+    def end(self, goal_id: str, status: GoalStatus, result: Message) -> None:
+        """Tell how the goal ended."""
+        if self.as_json:
+            outcome = {"accepted": True, "goal_id": goal_id, "status": int(status), "status_name": status.name}
+            show_json({**outcome, "result": values(result)})
+        else:
+            show(f"Result:\n{indented(yaml_text(values(result)))}\nGoal finished with status: {status.name}")
+
+
+def _follow(client: Client, name: names.ActionName, goal: Message, *, goal_id: str | None, report: _Report) -> int:
+    """Send a goal and report on it until it has ended; a signal cancels it."""
+    news: queue.SimpleQueue[Message | int | None] = queue.SimpleQueue()
+    with on_signals(news.put):
+        handle: GoalHandle[Any, Any] = client.action_client(name.robot, name.definition()).send_goal(
+            goal,
+            goal_id=goal_id,
+            on_feedback=news.put if report.feedback else None,
+            on_change=lambda _handle: news.put(None),
+        )
+        while True:
+            try:
+                item = news.get(timeout=_LAST_WORDS if handle.done else _LOOK)
+            except queue.Empty:
+                if handle.done:
+                    return _ended(handle, report)
+                continue
+            if isinstance(item, int):
+                return _cancel(handle, item)
+            if handle.accepted:
+                report.accept(handle.goal_id)
+            if item is not None:
+                report.show_feedback(handle.goal_id, item)
+
+
+def _ended(handle: GoalHandle[Any, Any], report: _Report) -> int:
+    if isinstance(handle.error, GoalRejectedError):
+        report.reject(handle.goal_id, handle.error)
+        return ExitCode.FAILED
+    if isinstance(handle.error, RequestError):
+        lines = [f"goal: {item.get('field', '')}: {item.get('message', '')}" for item in handle.error.details]
+        raise WrongUse("\n".join(lines) or f"goal: {handle.error}")
+    result = handle.result()
+    report.end(handle.goal_id, handle.status, result)
+    return ExitCode.DONE if handle.status is GoalStatus.SUCCEEDED else ExitCode.FAILED
+
+
+def _cancel(handle: GoalHandle[Any, Any], signal: int) -> int:
+    """Cancel the goal and wait a little for its end."""
+    warn("Canceling goal…")
+    handle.cancel()
+    try:
+        handle.result(timeout=_CANCEL_WAIT)
+        warn(f"Goal finished with status: {handle.status.name}")
+    except HmrsimError as error:
+        warn(str(error))
+    return _SIGNAL_EXIT + signal

@@ -1,0 +1,27 @@
+"""Ctrl-C and SIGTERM as calls."""
+
+from __future__ import annotations
+
+import signal
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
+
+
+@contextmanager
+def on_signals(call: Callable[[int], None]) -> Iterator[None]:
+    """Call with the signal's number on SIGINT and SIGTERM; in the main thread only.
+
+    The call comes in the middle of whatever the main thread does, so it must take no lock:
+    ``list.append`` and ``SimpleQueue.put`` are safe, ``Event.set`` is not.
+    """
+    before = {number: signal.signal(number, lambda number, _frame: call(number)) for number in _SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,133 @@
+"""``hmrsim topic``: what is published, as ``ros2 topic``."""
+
+from __future__ import annotations
+
+import json
+import queue
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.cli import topic_hz
+from hmrsim.cli.connection import connected, look_for_simulator
+from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.output import show, show_json, yaml_text
+from hmrsim.cli.signals import on_signals
+from hmrsim.cli.topics import find_topic, topics
+from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Iterator
+
+    from hmrsim.cli.topics import Topic
+    from hmrsim_zenoh.client import Client
+
+_EXAMPLES: Final = f"""\
+examples:
+  hmrsim topic list -t
+  hmrsim topic echo /wall_e/odom --once
+
+{ENVIRONMENT}"""
+
+_LIST_EXAMPLES: Final = f"""\
+examples:
+  hmrsim topic list
+  hmrsim topic list --json | jq -r '.[] | select(.latched).name'
+
+{ENVIRONMENT}"""
+
+_ECHO_EXAMPLES: Final = f"""\
+examples:
+  hmrsim topic echo /wall_e/odom
+  hmrsim topic echo /_world/info --once
+  hmrsim topic echo /wall_e/navigate_to_pose/_action/status --json | jq '.status_list[-1].status'
+
+{ENVIRONMENT}"""
+
+_LOOK: Final = 0.5
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim topic``."""
+    parser.description = "What is published, as `ros2 topic`."
+    parser.epilog = _EXAMPLES
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    listing = commands.add_parser(
+        "list", help="list all topics", description="List all topics, one a line.", epilog=_LIST_EXAMPLES
+    )
+    listing.add_argument("-t", "--show-types", action="store_true", help="show the ROS type behind each name")
+    listing.add_argument("--json", action="store_true", help="print one JSON list")
+    listing.set_defaults(function=_list)
+    add_session_options(listing)
+    echo = commands.add_parser(
+        "echo",
+        help="print what a topic publishes",
+        description="Print what a topic publishes until Ctrl-C; first the latest, where the simulator keeps it.",
+        epilog=_ECHO_EXAMPLES,
+    )
+    echo.add_argument("name", metavar="NAME", help="such as /wall_e/odom")
+    echo.add_argument("--once", action="store_true", help="print one message and end")
+    echo.add_argument("--json", action="store_true", help="print one JSON object a line, in place of YAML")
+    echo.set_defaults(function=_echo)
+    add_session_options(echo)
+    topic_hz.configure(commands.add_parser("hz", help="measure how often a topic is published"))
+
+
+def _list(args: argparse.Namespace) -> int:
+    with connected(args) as (_, info):
+        found = list(topics(info))
+    if args.json:
+        show_json([{"name": one.name, "type": one.ros_type, "latched": one.latched} for one in found])
+        return ExitCode.DONE
+    for one in found:
+        show(f"{one.name} [{one.ros_type}]" if args.show_types else one.name)
+    return ExitCode.DONE
+
+
+def _echo(args: argparse.Namespace) -> int:
+    samples: queue.SimpleQueue[bytes | int] = queue.SimpleQueue()
+    with on_signals(samples.put), connected(args) as (client, info):
+        topic = find_topic(info, args.name)
+        key = topic.key(client.keys)
+        with client.subscribe(key, lambda _key, payload: samples.put(payload)):
+            for payload in _payloads(client, topic, samples, timeout=session_options(args).timeout):
+                _print(payload, as_json=args.json)
+                if args.once:
+                    break
+    return ExitCode.DONE
+
+
+def _payloads(
+    client: Client, topic: Topic, samples: queue.SimpleQueue[bytes | int], *, timeout: float
+) -> Iterator[bytes]:
+    """Yield the latest of a topic, if it is latched, then what is published; ends with a signal.
+
+    Raises:
+        SimulatorGone: The simulator has been out of reach for too long.
+    """
+    latest = client.get(topic.key(client.keys), timeout) if topic.latched else None
+    if latest is not None:
+        yield latest
+    look = look_for_simulator(client)
+    while True:
+        try:
+            sample = samples.get(timeout=_LOOK)
+        except queue.Empty:
+            look()
+            continue
+        if isinstance(sample, int):
+            return
+        # What was published between the subscription and the question comes twice.
+        if sample != latest:
+            yield sample
+        latest = None
+
+
+def _print(payload: bytes, *, as_json: bool) -> None:
+    try:
+        data: Any = json.loads(payload)
+    except ValueError as error:
+        raise WrongUse(f"what is published is no JSON: {error}") from None
+    if as_json:
+        show_json(data)
+    else:
+        show(f"{yaml_text(data)}---")

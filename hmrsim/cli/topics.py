@@ -1,0 +1,86 @@
+"""The topics of a running simulation, by the names that ROS gives them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.cli.exits import UnknownName
+from hmrsim.cli.names import ActionName, aliases, robots
+from hmrsim_zenoh.keys import WORLD, Verb
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hmrsim.cli.names import Info
+    from hmrsim_zenoh.keys import Keys
+
+_OF_THE_WORLD: Final = {
+    "clock": ("rosgraph_msgs/msg/Clock", True),
+    "events": ("hmrsim/Event", False),
+    "info": ("hmrsim/WorldInfo", True),
+    "route_graph": ("hmrsim/RouteGraph", True),
+}
+_OF_ROBOTS: Final = {"odom": ("nav_msgs/msg/Odometry", True)}
+_OF_ACTIONS: Final = {
+    Verb.FEEDBACK: ("{action}_FeedbackMessage", False),
+    Verb.STATUS: ("action_msgs/msg/GoalStatusArray", True),
+}
+"""Their types, and whether a ``get`` answers with the latest."""
+
+
+@dataclass(frozen=True)
+class Topic:
+    """Something that is published.
+
+    Attributes:
+        name: As in ROS, such as ``/wall_e/odom`` or ``/wall_e/wait/_action/status``.
+        ros_type: The type of its messages.
+        latched: Whether the simulator answers with the latest.
+    """
+
+    name: str
+    ros_type: str
+    latched: bool
+
+    def key(self, keys: Keys) -> str:
+        """Return its key."""
+        return f"{keys.prefix}{self.name}"
+
+
+def topics(info: Info) -> Iterator[Topic]:
+    """Yield all topics: each robot's, its actions', and the world's."""
+    for robot, actions in robots(info).items():
+        for topic, (ros_type, latched) in _OF_ROBOTS.items():
+            yield Topic(f"/{robot}/{topic}", ros_type, latched)
+        for action in actions:
+            yield from _of_action(robot, action)
+    for topic, (ros_type, latched) in _OF_THE_WORLD.items():
+        yield Topic(f"/{WORLD}/{topic}", ros_type, latched)
+
+
+def find_topic(info: Info, name: str) -> Topic:
+    """Return the topic of a name; the first slash may be left out, and an action may go by its alias.
+
+    Raises:
+        UnknownName: There is no such robot or topic.
+    """
+    words = name.removeprefix("/").split("/")
+    if len(words) > 2:  # noqa: PLR2004 - an action's name has two words
+        words[:2] = aliases(info).get("/".join(words[:2]), "/".join(words[:2])).split("/")
+    wanted = "/" + "/".join(words)
+    found = {topic.name: topic for topic in topics(info)}
+    if wanted in found:
+        return found[wanted]
+    owner = words[0]
+    there = [*robots(info), WORLD]
+    if owner not in there:
+        raise UnknownName(f"no topic {name!r}: there is no robot {owner!r}; there are: {', '.join(there)}")
+    names = ", ".join(topic for topic in found if topic.startswith(f"/{owner}/"))
+    raise UnknownName(f"no topic {name!r}; {owner} has: {names}")
+
+
+def _of_action(robot: str, action: str) -> Iterator[Topic]:
+    ros_type = ActionName("", robot, action).ros_type
+    for verb, (pattern, latched) in _OF_ACTIONS.items():
+        yield Topic(f"/{robot}/{action}/_action/{verb.value}", pattern.format(action=ros_type), latched)

@@ -1,0 +1,118 @@
+"""What a demo tells of its mission."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.cli.demo_story import Story
+
+
+def event(kind, sec=2, robot="eve", **fields):
+    """Return an event as it is published."""
+    return {"stamp": {"sec": sec, "nanosec": 500_000_000}, "kind": kind, "robot": robot, **fields}
+
+
+def tree(*statuses, root="RUNNING"):
+    """Return a tree of one root and some leaves, as the controller shows it."""
+    leaves = [
+        {"depth": 1, "name": f"leaf {i}", "status": status, "message": "why"} for i, status in enumerate(statuses)
+    ]
+    nodes = [{"depth": 0, "name": "root", "status": root, "message": ""}, *leaves]
+    return {"robot": "eve", "sim_time": 3.0, "status": root, "nodes": nodes}
+
+
+@pytest.fixture
+def story():
+    """Return the story of one robot."""
+    return Story({"eve": "courier"})
+
+
+@pytest.mark.parametrize(
+    ("what", "text"),
+    [
+        (event("status", action="wait", status=1), "wait accepted"),
+        (event("status", action="wait", status=4), "wait SUCCEEDED"),
+        (event("status", action="wait", status=6, result={"error_msg": "no"}), "wait ABORTED: no"),
+        (event("picked", item="linen"), "picked up linen"),
+        (event("placed", item="linen", at=[1.0, 2.5]), "put linen down at (1, 2.5)"),
+    ],
+)
+def test_events_are_told(what, text, story):
+    """What happens is told with time and robot."""
+    (line,) = story.happened(what)
+
+    assert str(line) == f"    2.500 | world | eve      | {text}"
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        event("status", action="wait", status=2),
+        event("motion", **{"from": [0, 0, 0], "to": [1, 0, 0]}),
+        event("picked", robot="hal", item="linen"),
+        event("reset", robot=""),
+    ],
+)
+def test_what_is_not_told(what, story):
+    """Steps in between and strangers are passed over."""
+    assert list(story.happened(what)) == []
+
+
+def test_goals_are_counted(story):
+    """Goals that succeeded and that did not are counted apart."""
+    for status in (1, 2, 4, 4, 5, 6):
+        list(story.happened(event("status", action="wait", status=status)))
+
+    assert (story.robots["eve"].succeeded, story.robots["eve"].failed) == (2, 2)
+
+
+def test_distance_is_what_was_driven(story):
+    """A piece of a route that was broken off counts as far as it was driven."""
+    list(story.happened(event("motion", **{"from": [0.0, 0.0, 0.0], "to": [3.0, 4.0, 0.0]})))
+    list(story.happened(event("motion", **{"from": [3.0, 4.0, 0.0], "to": [3.0, 14.0, 0.0]})))
+    list(story.happened(event("stopped", at=[3.0, 6.0])))
+
+    assert story.robots["eve"].distance == 7.0
+
+
+def test_items_are_moved_once_they_lie(story):
+    """An item that is carried has not been moved yet."""
+    list(story.happened(event("picked", item="linen")))
+    carried = story.robots["eve"].carries, list(story.robots["eve"].moved)
+    list(story.happened(event("placed", item="linen", at=[1.0, 2.0])))
+
+    assert carried == ("linen", [])
+    assert (story.robots["eve"].carries, story.robots["eve"].moved) == ("", ["linen"])
+
+
+def test_a_behaviour_is_told_when_it_begins_and_ends(story):
+    """A tree that is shown again tells only what is new, and of leaves only."""
+    told = [
+        [line.text for line in story.ticked(one)]
+        for one in (
+            tree("RUNNING", "INVALID"),
+            tree("RUNNING", "INVALID"),
+            tree("SUCCESS", "RUNNING"),
+            tree("SUCCESS", "FAILURE", root="FAILURE"),
+        )
+    ]
+
+    assert told == [["leaf 0 begun"], [], ["leaf 0 done", "leaf 1 begun"], ["leaf 1 failed: why"]]
+
+
+def test_what_a_robot_does(story):
+    """The running behaviour is what the robot does; at the end its mission is done."""
+    list(story.ticked(tree("RUNNING")))
+    meanwhile = story.robots["eve"].does
+    list(story.ticked(tree("SUCCESS", root="SUCCESS")))
+
+    assert (meanwhile, story.robots["eve"].does) == ("leaf 0", "mission done")
+
+
+def test_sum(story):
+    """The sum is there for programs, too."""
+    list(story.happened(event("status", action="wait", status=4)))
+
+    assert story.to_json() == {
+        "eve": {"type": "courier", "succeeded": 1, "failed": 0, "distance": 0.0, "items_moved": []}
+    }

@@ -1,0 +1,175 @@
+"""From a command line to an exit code."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from hmrsim import __version__
+from hmrsim.cli import entry, main
+from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse, code_of, text_of
+from hmrsim.errors import HmrsimError, Problem, WorldError
+from hmrsim_zenoh.errors import (
+    BadOptions,
+    GoalRejectedError,
+    NobodyThere,
+    PortTaken,
+    PrefixTaken,
+    RequestTimeout,
+    SimulatorGone,
+    Unreachable,
+)
+
+COMMANDS = (
+    ["run"],
+    ["demo"],
+    ["action"],
+    ["action", "list"],
+    ["action", "info"],
+    ["action", "send-goal"],
+    ["topic"],
+    ["topic", "list"],
+    ["topic", "echo"],
+    ["topic", "hz"],
+    ["map"],
+    ["map", "validate"],
+)
+
+
+@pytest.fixture
+def broken_command(monkeypatch):
+    """Return the function that makes ``hmrsim map`` raise an error."""
+
+    def make(error):
+        def fail(_args):
+            raise error
+
+        command = SimpleNamespace(configure=lambda parser: parser.set_defaults(function=fail))
+        monkeypatch.setattr(entry.importlib, "import_module", lambda _name: command)
+
+    return make
+
+
+def test_version(capsys):
+    """``--version`` tells the version and succeeds."""
+    code = main(["--version"])
+
+    assert (code, capsys.readouterr().out) == (0, f"hmrsim {__version__}\n")
+
+
+def test_help_names_every_command(capsys):
+    """``--help`` lists the commands and the exit codes."""
+    code = main(["--help"])
+
+    out = capsys.readouterr().out
+    assert code == 0
+    assert all(f"\n    {name} " in out for name in ("run", "demo", "action", "topic", "map"))
+    assert "130  Ctrl-C" in out
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
+def test_every_command_has_examples(command, capsys):
+    """The help of every command ends with examples."""
+    code = main([*command, "--help"])
+
+    assert code == 0
+    assert f"examples:\n  hmrsim {command[0]}" in capsys.readouterr().out
+
+
+def test_help_loads_nothing_slow():
+    """``hmrsim --help`` is quick because it loads neither Zenoh nor pydantic."""
+    program = (
+        "import sys; from hmrsim.cli import main; main(['--help']); "
+        "print([name for name in ('zenoh', 'pydantic', 'rich', 'yaml') if name in sys.modules], file=sys.stderr)"
+    )
+
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+
+    assert done.stderr == "[]\n"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["frobnicate"],
+        ["run"],
+        ["run", "scenario1", "--real-time-factor", "-1"],
+        ["run", "scenario1", "--duration", "0"],
+        ["run", "scenario1", "--keep-results", "1.5"],
+        ["run", "scenario1", "--feedback-rate", "nan"],
+        ["action", "send-goal", "/wall_e/wait"],
+        ["map", "validate", "hospital", "--jso"],
+    ],
+    ids=" ".join,
+)
+def test_wrong_use_is_2(arguments, capsys):
+    """What argparse refuses ends with 2 and a usage line on stderr."""
+    code = main(arguments)
+
+    captured = capsys.readouterr()
+    assert (code, captured.out) == (2, "")
+    assert "error: " in captured.err
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (HmrsimError("x"), 1),
+        (UnknownName("x"), 1),
+        (GoalRejectedError("busy", 1, "x"), 1),
+        (WrongUse("x"), 2),
+        (WorldError([Problem("a.yaml", "", "is empty")]), 2),
+        (BadOptions("x"), 2),
+        (PortTaken("x"), 2),
+        (PrefixTaken("x"), 2),
+        (NobodyThere("x"), 3),
+        (SimulatorGone("x"), 3),
+        (RequestTimeout("x"), 3),
+        (Unreachable("x"), 3),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_each_error_has_its_exit_code(error, code):
+    """An error's type decides the exit code."""
+    assert code_of(error) == code
+
+
+def test_errors_name_the_program():
+    """What has no file in front is said to come from hmrsim."""
+    assert text_of(NobodyThere("nobody answers")) == "hmrsim: nobody answers"
+
+
+def test_errors_of_files_begin_with_the_file():
+    """What is wrong with a file reads as compilers write it."""
+    assert text_of(WorldError([Problem("a.yaml", "seed", "no", 3)])) == "a.yaml:3: seed: no"
+
+
+def test_a_known_error_is_one_line(broken_command, capsys):
+    """A known error ends the command with its code and one line, no traceback."""
+    broken_command(NobodyThere("nobody answers"))
+
+    code = main(["map"])
+
+    assert (code, capsys.readouterr().err) == (ExitCode.NOBODY_THERE, "hmrsim: nobody answers\n")
+
+
+def test_interrupted(broken_command):
+    """Ctrl-C that nobody handles is 130."""
+    broken_command(KeyboardInterrupt())
+
+    assert main(["map"]) == 130
+
+
+def test_reader_that_has_seen_enough_is_no_failure():
+    """``hmrsim … | head -1`` ends without complaint."""
+    program = "from hmrsim.cli import main; raise SystemExit(main(['map', 'validate', 'nosuch', '--json']))"
+
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.close()
+        complaint = process.stderr.read()
+
+    assert (process.returncode, complaint) == (0, b"")

@@ -1,0 +1,47 @@
+"""Goals and results in a few words."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.cli.goal_summary import error_of, summary
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
+from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, Pickup
+from hmrsim.interfaces.nav2_msgs import FollowWaypoints, NavigateToPose, Wait
+
+
+def pose(x, y):
+    """Return a pose at a point."""
+    return PoseStamped(pose=Pose(position=Point(x=x, y=y)))
+
+
+@pytest.mark.parametrize(
+    ("goal", "words"),
+    [
+        (NavigateToPose.Goal(pose=pose(512.0, 215.5)), "(512, 215.5)"),
+        (NavigateToPose.Goal(), "(0, 0)"),
+        (Pickup.Goal(target_name="medicine"), "medicine"),
+        (Wait.Goal(time=Duration(sec=2, nanosec=500_000_000)), "2.5 s"),
+        (FollowWaypoints.Goal(poses=[pose(float(i), 0.0) for i in range(5)]), "(0, 0), (1, 0), (2, 0), and 2 more"),
+        (Pickup.Goal.model_validate_json(Pickup.Goal(target_name="linen").model_dump_json()), "linen"),
+    ],
+)
+def test_summary(goal, words):
+    """A goal is told by what was asked for, not by its defaults."""
+    assert summary(goal) == words
+
+
+def test_error_of_nav2():
+    """Nav2's results have a text beside the code."""
+    assert error_of(NavigateToPose.Result(error_code=208, error_msg="no way")) == "no way"
+
+
+def test_error_of_moveit():
+    """MoveIt's have it inside the code."""
+    assert error_of(Pickup.Result(error_code=MoveItErrorCodes(val=-1, message="too far"))) == "too far"
+
+
+def test_no_error():
+    """A result without an error says nothing."""
+    assert error_of(Wait.Result()) == ""

@@ -1,0 +1,91 @@
+"""``hmrsim map``."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hmrsim.cli import main
+
+BROKEN = """\
+waypoints: {a: [0, 0], b: [1, 0]}
+lanes: [[a, b], [a, c]]
+robots: {wall_e: {at: nowhere}}
+"""
+
+
+@pytest.fixture
+def broken(tmp_path):
+    """Return a world file with two errors."""
+    path = tmp_path / "broken.yaml"
+    path.write_text(BROKEN)
+    return path
+
+
+def test_shipped_world_is_right(capsys):
+    """A world without errors ends with 0 and says so."""
+    code = main(["map", "validate", "hospital"])
+
+    assert code == 0
+    assert capsys.readouterr().out.endswith("0 errors, 0 warnings\n")
+
+
+def test_every_error_is_listed_with_file_and_line(broken, capsys):
+    """A world with errors ends with 1; each error names file, line and field."""
+    code = main(["map", "validate", str(broken)])
+
+    lines = capsys.readouterr().out.splitlines()
+    assert code == 1
+    assert lines[0].startswith(f"{broken}:2: lanes.1.to: ")
+    assert lines[1].startswith(f"{broken}:3: robots.wall_e.at: ")
+    assert lines[2] == "2 errors, 0 warnings"
+
+
+def test_errors_as_json(broken, capsys):
+    """For programs there is one JSON list."""
+    code = main(["map", "validate", str(broken), "--json"])
+
+    problems = json.loads(capsys.readouterr().out)
+    assert code == 1
+    assert [(one["line"], one["path"], one["severity"]) for one in problems] == [
+        (2, "lanes.1.to", "error"),
+        (3, "robots.wall_e.at", "error"),
+    ]
+
+
+def test_what_is_odd_is_a_warning(tmp_path, capsys):
+    """A world that only looks odd ends with 0, and the warning says what it is behind its place."""
+    path = tmp_path / "odd.yaml"
+    path.write_text("waypoints: {a: [0, 0]}\n")
+
+    code = main(["map", "validate", str(path)])
+
+    lines = capsys.readouterr().out.splitlines()
+    assert code == 0
+    assert lines[0].startswith(f"{path}:1: warning: waypoints.a: ")
+    assert lines[-1] == "0 errors, 1 warning"
+
+
+@pytest.mark.parametrize(
+    "content", [None, "", "{", "just words", "\xff"], ids=["missing", "empty", "cut", "text", "bytes"]
+)
+def test_what_cannot_be_read_is_2(content, tmp_path, capsys):
+    """A file that is not there or of no format ends with 2, naming it."""
+    path = tmp_path / "world.yaml"
+    if content is not None:
+        path.write_bytes(content.encode("latin-1"))
+
+    code = main(["map", "validate", str(path)])
+
+    assert code == 2
+    assert capsys.readouterr().out.startswith(str(path))
+
+
+def test_running_a_broken_world_is_2(broken, capsys):
+    """`run` refuses a world with errors and lists them on stderr."""
+    code = main(["run", str(broken)])
+
+    captured = capsys.readouterr()
+    assert (code, captured.out) == (2, "")
+    assert captured.err.startswith(f"{broken}:2: lanes.1.to: ")

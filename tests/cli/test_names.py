@@ -1,0 +1,92 @@
+"""Names of actions and topics."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.cli.exits import UnknownName, WrongUse
+from hmrsim.cli.names import actions, find_action
+from hmrsim.cli.topics import find_topic, topics
+from hmrsim_zenoh.keys import Keys
+
+INFO = {
+    "robots": [{"name": "wall_e", "actions": ["pickup", "wait"]}, {"name": "eve", "actions": ["dance"]}],
+    "aliases": {"wall_e/grab": "wall_e/pickup", "wait/wall_e": "wall_e/wait"},
+}
+
+
+@pytest.mark.parametrize("name", ["/wall_e/pickup", "wall_e/pickup", "/wall_e/grab", "wall_e/grab"])
+def test_names_of_one_action(name):
+    """The first slash may be left out, and an alias means its target."""
+    found = find_action(INFO, name)
+
+    assert (found.robot, found.action, found.ros_type) == ("wall_e", "pickup", "moveit_msgs/action/Pickup")
+
+
+@pytest.mark.parametrize("name", ["", "/", "wall_e", "/wall_e/", "wall_e/pickup/x", "//pickup"])
+def test_a_name_has_two_words(name):
+    """What is not two words is no action's name."""
+    with pytest.raises(WrongUse, match="expected /ROBOT/ACTION"):
+        find_action(INFO, name)
+
+
+def test_unknown_robot():
+    """For a robot that isn't there, those that are there are told."""
+    with pytest.raises(UnknownName, match="no robot 'hal'; there are: wall_e, eve"):
+        find_action(INFO, "/hal/pickup")
+
+
+def test_unknown_action():
+    """For an action that a robot lacks, those that it has are told."""
+    with pytest.raises(UnknownName, match="wall_e has no action 'fly'; it has: pickup, wait"):
+        find_action(INFO, "/wall_e/fly")
+
+
+def test_action_that_is_not_installed_here():
+    """An action of the simulator's that we don't have can't be read or written."""
+    with pytest.raises(UnknownName, match="'dance' is not installed here"):
+        find_action(INFO, "/eve/dance").definition()
+
+
+def test_actions_have_all_their_names():
+    """Aliases come after the names that robots' actions have anyway."""
+    names = [action.name for action in actions(INFO)]
+
+    assert names == ["/wall_e/pickup", "/wall_e/wait", "/eve/dance", "/wall_e/grab", "/wait/wall_e"]
+
+
+def test_topics_of_robots_actions_and_world():
+    """Everything that is published is listed."""
+    names = [topic.name for topic in topics(INFO)]
+
+    assert "/wall_e/odom" in names
+    assert "/wall_e/pickup/_action/feedback" in names
+    assert "/_world/clock" in names
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "latched"),
+    [
+        ("/wall_e/odom", "hmrsim/wall_e/odom", True),
+        ("_world/events", "hmrsim/_world/events", False),
+        ("/wait/wall_e/_action/status", "hmrsim/wall_e/wait/_action/status", True),
+        ("wall_e/wait/_action/feedback", "hmrsim/wall_e/wait/_action/feedback", False),
+    ],
+)
+def test_key_of_a_topic(name, key, latched):
+    """A topic's name leads to its key, by an alias, too."""
+    topic = find_topic(INFO, name)
+
+    assert (topic.key(Keys()), topic.latched) == (key, latched)
+
+
+def test_topic_of_unknown_robot():
+    """For a robot that isn't there, those that are there are told."""
+    with pytest.raises(UnknownName, match="no robot 'hal'; there are: wall_e, eve, _world"):
+        find_topic(INFO, "/hal/odom")
+
+
+def test_unknown_topic():
+    """For a topic that isn't there, those of its robot are told."""
+    with pytest.raises(UnknownName, match="no topic '/eve/smell'; eve has: /eve/odom, /eve/dance/_action/feedback"):
+        find_topic(INFO, "/eve/smell")

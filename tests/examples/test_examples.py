@@ -1,0 +1,55 @@
+"""Every example runs, and prints what the file beside it says."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hmrsim.world import load_world
+from hmrsim_zenoh.host import Host, HostSettings
+from hmrsim_zenoh.session import SessionOptions
+
+pytestmark = pytest.mark.system
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = sorted(ROOT.glob("examples/*.py"))
+
+
+@pytest.fixture
+def endpoint():
+    """Return where scenario 1 is served."""
+    options = SessionOptions(listen=("tcp/127.0.0.1:0",))
+    with Host(load_world("scenario1"), options, HostSettings(real_time_factor=2.0)) as host:
+        host.start()
+        yield host.endpoints[0]
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
+def test_it_prints_what_it_should(example, endpoint):
+    """The output is compared, line by line."""
+    done = subprocess.run([sys.executable, example, endpoint], capture_output=True, text=True, timeout=100, check=False)
+
+    assert (example.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)
+
+
+BLOCKS = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+
+
+@pytest.mark.parametrize("block", BLOCKS, ids=range(len(BLOCKS)))
+def test_the_code_in_the_readme_runs(block, endpoint):
+    """As it stands there, but for the endpoint."""
+    code = block.replace("tcp/127.0.0.1:7447", endpoint)
+    code = code.replace("Client()", f"Client(__import__('hmrsim_zenoh').SessionOptions(connect=('{endpoint}',)))")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=100, check=False)
+
+    assert ("", 0) == (done.stderr, done.returncode)
+
+
+def test_there_are_examples_and_blocks():
+    """Neither list is empty by accident."""
+    assert 3 <= len(EXAMPLES)
+    assert 2 == len(BLOCKS)

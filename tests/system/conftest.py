@@ -1,0 +1,94 @@
+"""Real processes that talk over Zenoh on loopback."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PATIENCE = 60.0
+"""Wall seconds after which a process that should have ended is a failure."""
+
+
+class Started:
+    """A process of ours, with what it has written."""
+
+    def __init__(self, arguments, *, env=None, cwd=ROOT):
+        self.process = subprocess.Popen(
+            arguments,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            stdin=subprocess.DEVNULL,
+            text=True,
+            cwd=cwd,
+            env={**os.environ, "PYTHONUNBUFFERED": "1", **(env or {})},
+        )
+
+    def line(self):
+        """Return the next line of its standard output."""
+        return self.process.stdout.readline().rstrip("\n")
+
+    def line_with(self, text):
+        """Return the next line of its standard output that contains *text*."""
+        for line in self.process.stdout:
+            if text in line:
+                return line.rstrip("\n")
+        raise AssertionError(f"no line with {text!r}; standard error: {self.process.stderr.read()}")
+
+    def end(self, number=None):
+        """Send a signal if one is given, wait for the end, and return exit code, output and errors."""
+        if number is not None:
+            self.process.send_signal(number)
+        out, err = self.process.communicate(timeout=PATIENCE)
+        return self.process.returncode, out, err
+
+
+@pytest.fixture
+def start():
+    """Return the function that starts one of our commands; what still runs at the end of the test is killed."""
+    started = []
+
+    def run(command, *arguments, env=None, cwd=ROOT):
+        script = Path(sys.executable).with_name(command)
+        started.append(Started([str(script), *map(str, arguments)], env=env, cwd=cwd))
+        return started[-1]
+
+    yield run
+    for one in started:
+        if one.process.poll() is None:
+            one.process.kill()
+        one.process.communicate()
+
+
+@pytest.fixture
+def serve(start):
+    """Return the function that serves a world on a free port: the process and its endpoint."""
+
+    def run(world, *arguments):
+        process = start("hmrsim", "run", world, "--listen", "tcp/127.0.0.1:0", *arguments)
+        ready = process.line().split()
+        if ready[:1] != ["ready"]:
+            raise AssertionError(f"not ready: {process.end()}")
+        return process, ready[1]
+
+    return run
+
+
+@pytest.fixture
+def command(start):
+    """Return the function that runs a command to its end: exit code, output, errors."""
+
+    def run(name, *arguments, endpoint=None, env=None):
+        settings = {"HMRSIM_CONNECT": endpoint} if endpoint else {}
+        return start(name, *arguments, env={**settings, **(env or {})}).end()
+
+    return run
+
+
+INTERRUPT = signal.SIGINT
+TERMINATE = signal.SIGTERM

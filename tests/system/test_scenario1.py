@@ -1,0 +1,108 @@
+"""Driving, grabbing and dropping by commands from a terminal: on our world and on the original's drawing."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.system
+
+DRAWING = Path(__file__).parents[3] / "shared" / "data" / "drawio" / "place_with_walls.drawio"
+
+OURS = [
+    ("/wall_e/navigate_to_pose", "{pose: {pose: {position: {x: 512, y: 215, z: 1}}}}"),
+    ("/wall_e/pickup", "{target_name: medicine}"),
+    ("/wall_e/navigate_to_pose", "{pose: {pose: {position: {x: 100, y: 180, z: 1}}}}"),
+    ("/wall_e/place", "{attached_object_name: medicine}"),
+]
+ORIGINALS = [
+    ("navigate_to_pose/wall_e", "{pose: { pose: { position: {x: 512, y: 215, z: 1} } } }"),
+    ("wall_e/grab", "{ target_name: 'medicine' }"),
+    ("navigate_to_pose/wall_e", "{pose: { pose: { position: {x: 100, y: 180, z: 1} } } }"),
+    ("wall_e/drop", "{attached_object_name: 'medicine'}"),
+]
+TYPES = {
+    "navigate_to_pose": "nav2_msgs/action/NavigateToPose",
+    "grab": "moveit_msgs/action/Pickup",
+    "drop": "moveit_msgs/action/Place",
+}
+
+
+def follow(command, endpoint, orders, *, typed=False):
+    """Send each order, and return the last feedback distance of each that drives."""
+    distances = []
+    for name, goal in orders:
+        kind = [next(ros for word, ros in TYPES.items() if word in name)] if typed else []
+        code, out, err = command(
+            "hmrsim", "action", "send-goal", name, *kind, goal, "--feedback", "--json", endpoint=endpoint
+        )
+        assert 0 == code, (out, err)
+        lines = [json.loads(line) for line in out.splitlines()]
+        assert "SUCCEEDED" in out.splitlines()[-1]
+        feedback = [line["feedback"] for line in lines if "feedback" in line]
+        if "navigate" in name:
+            distances.append([item["distance_remaining"] for item in feedback])
+    return distances
+
+
+def placed(command, endpoint):
+    """Return where the robot stands."""
+    _, out, _ = command("hmrsim", "topic", "echo", "/wall_e/odom", "--once", "--json", endpoint=endpoint)
+    position = json.loads(out)["pose"]["pose"]["position"]
+    return position["x"], position["y"]
+
+
+@pytest.mark.parametrize("orders", [OURS, ORIGINALS], ids=["our names", "the original's names"])
+def test_the_four_commands_succeed_on_our_world(serve, command, orders):
+    """Feedback falls to exactly 0, and the robot ends at its goal."""
+    _, endpoint = serve("scenario1", "--real-time-factor", "10")
+
+    for distances in follow(command, endpoint, orders):
+        assert 0.0 == distances[-1]
+        assert sorted(distances, reverse=True) == distances
+    assert (100.0, 180.0) == placed(command, endpoint)
+
+
+@pytest.mark.skipif(not DRAWING.exists(), reason="the original's drawing is not committed to the project")
+def test_the_four_commands_succeed_on_the_original_s_drawing(serve, command, tmp_path):
+    """The same, on the imported map, with the original's names through a world that includes it."""
+    world = tmp_path / "original.yaml"
+    (tmp_path / DRAWING.name).write_bytes(DRAWING.read_bytes())
+    world.write_text(
+        f"units: px\ninclude: [{DRAWING.name}]\n"
+        "remap: {navigate_to_pose/wall_e: wall_e/navigate_to_pose, wall_e/grab: wall_e/pickup, wall_e/drop: wall_e/place}\n"
+    )
+    _, endpoint = serve(world, "--real-time-factor", "10")
+
+    for distances in follow(command, endpoint, ORIGINALS, typed=True):
+        assert 0.0 == distances[-1]
+    assert (100.0, 180.0) == placed(command, endpoint)
+
+
+def test_the_medicine_ends_at_the_robot_s_centre(serve, start, command):
+    """The world's events tell where it was put."""
+    _, endpoint = serve("scenario1", "--real-time-factor", "10")
+    events = start("hmrsim", "topic", "echo", "/_world/events", "--json", env={"HMRSIM_CONNECT": endpoint})
+    # Sent until the listener is known to be there: events are not kept for those who come late.
+    while True:
+        command("hmrsim", "action", "send-goal", "/wall_e/wait", "{time: {sec: 0}}", endpoint=endpoint)
+        line = json.loads(events.line())
+        if line["kind"] == "status":
+            break
+    follow(command, endpoint, OURS)
+
+    dropped = json.loads(events.line_with('"placed"'))
+    assert ("wall_e", "medicine", [100.0, 180.0]) == (dropped["robot"], dropped["item"], dropped["at"])
+
+
+def test_the_simulator_tells_what_goes_on(serve, command):
+    """A line for each goal received and each end, as the original had."""
+    simulator, endpoint = serve("scenario1", "--real-time-factor", "10")
+    follow(command, endpoint, OURS)
+    code, _, log = simulator.end(15)
+
+    assert 0 == code
+    for words in ("navigate_to_pose accepted (512, 215)", "pickup accepted medicine", "navigate_to_pose SUCCEEDED", "place SUCCEEDED"):
+        assert words in log

@@ -1,0 +1,92 @@
+"""A behaviour tree in a process of its own drives a robot: the four stages."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+pytestmark = pytest.mark.system
+
+
+def test_the_tree_goes_through_its_four_stages(serve, command):
+    """Sent, under way with a falling distance, arrived, and confirmed by the check."""
+    _, endpoint = serve("scenario2", "--real-time-factor", "2")
+    code, out, err = command(
+        "bt-controller", "run", "bt_controller.examples:go_to_pose", "--robot", "wall_e", endpoint=endpoint
+    )
+
+    assert 0 == code, err
+    stages = [
+        r"GoToPoseSequence \[\*\]\n.*GoToPoseFallback \[\*\]\n"
+        r".*CheckArrived \[✕\] -- 'arrived' comparison failed \[v: Status.RUNNING\]\[e: Status.SUCCESS\]\n"
+        r".*GoToPoseAction \[\*\] -- sent goal request",
+        r"GoToPoseAction \[\*\] -- feedback: remaining: \d+\.\d+",
+        r"GoToPoseSequence \[✓\]\n.*GoToPoseFallback \[✓\]\n.*\n.*GoToPoseAction \[✓\] -- successfully completed",
+        r"CheckArrived \[✓\] -- 'arrived' comparison succeeded \[v: Status.SUCCESS\]\[e: Status.SUCCESS\]",
+    ]
+    at = 0
+    for stage in stages:
+        found = re.compile(stage).search(out, at)
+        assert found, (stage, out)
+        at = found.end()
+    remaining = [float(number) for number in re.findall(r"remaining: ([\d.]+)", out)]
+    assert sorted(set(remaining), reverse=True) == list(dict.fromkeys(remaining))
+
+
+def test_the_original_s_name_of_the_action_is_there(serve, command):
+    """The world's remap serves ``navigate_to_pose/wall_e``."""
+    _, endpoint = serve("scenario2", "--real-time-factor", "10")
+    code, out, _ = command(
+        "hmrsim", "action", "send-goal", "navigate_to_pose/wall_e",
+        "{pose: {pose: {position: {x: 450, y: 330}}}}", endpoint=endpoint,
+    )
+
+    assert 0 == code
+    assert "Goal finished with status: SUCCEEDED" in out
+
+
+def test_a_controller_whose_simulator_dies_ends_and_says_so(serve, start):
+    """The leaf fails, the root fails, exit code 1; no endless wait."""
+    simulator, endpoint = serve("scenario2", "--real-time-factor", "0.05")
+    controller = start(
+        "bt-controller", "run", "bt_controller.examples:go_to_pose", "--robot", "wall_e",
+        env={"HMRSIM_CONNECT": endpoint},
+    )
+    controller.line_with("sent goal request")
+    simulator.process.kill()
+    code, out, err = controller.end()
+
+    assert 1 == code
+    assert "simulator" in out + err
+    assert "Traceback" not in err
+
+
+def test_a_simulator_whose_controller_dies_goes_on(serve, start, command):
+    """The goal runs on, and others are served."""
+    _, endpoint = serve("scenario2", "--real-time-factor", "2")
+    controller = start(
+        "bt-controller", "run", "bt_controller.examples:go_to_pose", "--robot", "wall_e",
+        env={"HMRSIM_CONNECT": endpoint},
+    )
+    controller.line_with("sent goal request")
+    controller.process.kill()
+    code, out, _ = command("hmrsim", "action", "send-goal", "/wall_e/wait", "{time: {sec: 1}}", endpoint=endpoint)
+
+    assert 0 == code
+    assert "SUCCEEDED" in out
+
+
+def test_an_interrupted_controller_cancels_its_goal(serve, start, command):
+    """Ctrl-C: exit code 130, and the robot's goal is CANCELED."""
+    simulator, endpoint = serve("scenario2", "--real-time-factor", "0.05")
+    controller = start(
+        "bt-controller", "run", "bt_controller.examples:go_to_pose", "--robot", "wall_e",
+        env={"HMRSIM_CONNECT": endpoint},
+    )
+    controller.line_with("sent goal request")
+    code, _, _ = controller.end(2)
+    _, _, log = simulator.end(2)
+
+    assert 130 == code
+    assert "navigate_to_pose CANCELED" in log

@@ -1,0 +1,87 @@
+"""The wheel: installed in an empty environment, it runs from anywhere."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.system
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """Return the folder of the commands of a fresh environment in which the wheel is installed."""
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder), str(ROOT)]
+    subprocess.run(build, check=True, capture_output=True)
+    (wheel,) = folder.glob("*.whl")
+    venv.create(folder / "env", with_pip=True)
+    binaries = folder / "env" / "bin"
+    subprocess.run([binaries / "python", "-m", "pip", "install", "--quiet", wheel], check=True, capture_output=True)
+    return binaries
+
+
+@pytest.mark.timeout(300)
+def test_the_demo_runs_from_elsewhere(installed, tmp_path):
+    """Maps and schemas are in the wheel; the mission ends well."""
+    done = subprocess.run(
+        [installed / "hmrsim", "demo"], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+    )
+
+    assert 0 == done.returncode, done.stdout + done.stderr
+
+
+@pytest.mark.timeout(300)
+def test_shipped_worlds_are_found_by_name(installed, tmp_path):
+    """From any folder."""
+    for world in ("scenario1", "scenario2", "hospital"):
+        done = subprocess.run(
+            [installed / "hmrsim", "map", "validate", world], cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+
+        assert 0 == done.returncode, done.stdout + done.stderr
+
+
+@pytest.mark.timeout(300)
+def test_an_action_of_another_package_is_served(installed, tmp_path):
+    """Installed beside ours, found by its entry point: in the list of actions and in the schemas."""
+    (tmp_path / "dance.py").write_text(
+        '"""Dance."""\n'
+        "from dataclasses import replace\n"
+        "from hmrsim.actions.wait import ACTION as WAIT\n"
+        'ACTION = replace(WAIT, name="dance")\n'
+    )
+    (tmp_path / "pyproject.toml").write_text(
+        '[build-system]\nrequires = ["hatchling"]\nbuild-backend = "hatchling.build"\n'
+        '[project]\nname = "dancing"\nversion = "1"\n'
+        '[project.entry-points."hmrsim.actions"]\ndance = "dance"\n'
+        '[tool.hatch.build.targets.wheel]\ninclude = ["dance.py"]\n'
+    )
+    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(tmp_path), str(tmp_path)]
+    subprocess.run(build, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("dancing*.whl")
+    pip = [installed / "python", "-m", "pip", "install", "--quiet", "--no-deps", wheel]
+    subprocess.run(pip, check=True, capture_output=True)
+    simulator = subprocess.Popen(
+        [installed / "hmrsim", "run", "scenario1", "--listen", "tcp/127.0.0.1:0"],
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=tmp_path,
+    )
+    try:
+        endpoint = simulator.stdout.readline().split()[1]
+        sent = subprocess.run(
+            [installed / "hmrsim", "action", "send-goal", "/wall_e/dance", "{time: {sec: 0}}", "--connect", endpoint],
+            capture_output=True, text=True, timeout=60, check=False,
+        )
+    finally:
+        simulator.terminate()
+        simulator.communicate(timeout=30)
+    subprocess.run([installed / "python", "-m", "hmrsim_zenoh.schemas", tmp_path / "schemas"], check=True)
+
+    assert "Goal finished with status: SUCCEEDED" in sent.stdout
+    assert (tmp_path / "schemas" / "actions" / "dance.schema.json").exists()
