@@ -83,21 +83,22 @@ class Pacing:
         else:
             self._run_free()
 
-    def _take_commands(self) -> bool:
-        """Submit what waits in the inbox; return whether there was any."""
+    def _take_command(self) -> bool:
+        """Submit the next command in the inbox; return whether there was one.
+
+        Only one: the next may come of its answer, and is later than this one.
+        """
         command = self.inbox.poll()
         if command is None:
             return False
         self.retention.apply(self.simulator)
-        while command is not None:
-            self.simulator.submit(command)
-            command = self.inbox.poll()
+        self.simulator.submit(command)
         return True
 
     def _run_free(self) -> None:
         simulator = self.simulator
         while not self.inbox.closed:
-            if self._take_commands():
+            if self._take_command():
                 continue
             if simulator.next_event == math.inf:
                 simulator.settle()
@@ -128,11 +129,23 @@ class Pacing:
                 simulator.advance(self.duration)
                 return
             if self.inbox.waiting:
-                simulator.advance(max(target, simulator.now))
-                self._take_commands()
+                self._take_waiting(target)
             elif simulator.next_due > target:
                 wake = min(simulator.next_due, self.duration) / factor + anchor
                 self.inbox.wait(None if wake == math.inf else max(0.0, wake - time.monotonic()))
+
+    def _take_waiting(self, target: float) -> None:
+        """Submit the next command at the time of its arrival; when time lags, some commands at the time that it is.
+
+        What is overdue does not come before them all, as there may be no end to it.
+        """
+        if self.simulator.next_due > target:
+            self.simulator.advance(max(target, self.simulator.now))
+            self._take_command()
+            return
+        for _ in range(_EVENTS_BETWEEN_POLLS):
+            if not self._take_command():
+                return
 
     def _take_due(self, target: float) -> None:
         """Take some of what is due, so that commands are looked for in between."""

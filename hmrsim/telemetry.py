@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -25,12 +25,13 @@ class _Sampler:
     period: float
     take: Callable[[], None]
     stopped: bool = False
-    taken: int = field(default=0)
 
     def due_after(self, now: float) -> float:
         """Return the first sampling time after *now*."""
-        self.taken = max(self.taken, math.floor((now - self.start) / self.period)) + 1
-        return self.start + self.taken * self.period
+        number = math.floor((now - self.start) / self.period)
+        while self.start + number * self.period <= now:
+            number += 1
+        return self.start + number * self.period
 
 
 class Telemetry:

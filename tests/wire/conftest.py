@@ -66,8 +66,9 @@ class Heard:
 
     def on_sample(self, sample: zenoh.Sample) -> None:
         """Take a sample."""
-        body = json.loads(sample.payload.to_string()) if sample.kind == zenoh.SampleKind.PUT and sample.payload else None
-        self.add(Reply(sample.kind == zenoh.SampleKind.PUT, str(sample.key_expr), body, str(sample.encoding)))
+        put = sample.kind == zenoh.SampleKind.PUT
+        body = json.loads(sample.payload.to_string()) if put and sample.payload else None
+        self.add(Reply(put, str(sample.key_expr), body, str(sample.encoding)))
 
     @property
     def bodies(self) -> list[Any]:

@@ -136,13 +136,13 @@ def test_a_canceled_robot_stops_where_it_is(live, go):
 
 
 def test_a_cancel_right_behind_its_goal_does_not_overtake_it(serve):
-    """Two requests without waiting for the answer, many times, while the clock keeps the simulation busy."""
-    tester = serve(ROBOTS, real_time_factor=50.0)
+    """Two requests without waiting for the answer, many times, while samples keep the simulation busy."""
+    tester = serve(ROBOTS, real_time_factor=100_000.0)
     tester.hear("_world/clock")
     pending = []
-    for number in range(1, 601):
+    for number in range(1, 301):
         goal_id = f"{number:032x}"
-        tester.begin("one/wait/_action/send_goal", {"goal_id": goal_id, "goal": {"time": {"sec": 100_000}}})
+        tester.begin("one/wait/_action/send_goal", {"goal_id": goal_id, "goal": {"time": {"sec": 100_000_000}}})
         pending.append(tester.begin("one/wait/_action/cancel_goal", {"goal_info": {"goal_id": goal_id}}))
 
-    assert [0] * 600 == [replies.one()["return_code"] for replies in pending]
+    assert [0] * 300 == [replies.one()["return_code"] for replies in pending]

@@ -21,7 +21,10 @@ def test_info_tells_what_the_world_is(shared):
     info = reply.body
     assert "application/json;hmrsim/WorldInfo" == reply.encoding
     assert (1, "0.1.0", "realtime", 0) == (
-        info["contract"], info["hmrsim"], info["clock"], info["real_time_factor"],
+        info["contract"],
+        info["hmrsim"],
+        info["clock"],
+        info["real_time_factor"],
     )
     assert ("small", 64) == (info["world"]["name"], len(info["world"]["hash"]))
     assert {"name": "cart", "type": "carrier", "components": [], "actions": ["navigate_to_pose", "wait"]} == {
@@ -48,7 +51,8 @@ def test_the_route_graph_is_that_of_nav2(shared):
     ]
     assert ("application/json;hmrsim/RouteGraph", "FeatureCollection") == (reply.encoding, reply.body["type"])
     assert {"home", "door", "shelf", "far", "island"} == set(nodes.values())
-    assert [("home", "door"), ("door", "home"), ("door", "shelf"), ("shelf", "door"), ("far", "island")] == lanes
+    assert [("home", "door"), ("door", "home"), ("door", "shelf"), ("shelf", "door")] == lanes[:4]
+    assert [("far", "island"), ("island", "far")] == lanes[4:]
 
 
 def test_the_clock_and_the_odometry_can_be_got(fast, wait):
@@ -94,7 +98,10 @@ def test_a_get_of_everything_is_answered(shared):
     keys = {reply.key for reply in shared.ask("**")}
 
     assert {
-        "hmrsim/_world/info", "hmrsim/_world/clock", "hmrsim/cart/odom", "hmrsim/wall_e/grab/_action/status",
+        "hmrsim/_world/info",
+        "hmrsim/_world/clock",
+        "hmrsim/cart/odom",
+        "hmrsim/wall_e/grab/_action/status",
     } <= keys
 
 

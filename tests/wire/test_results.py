@@ -98,7 +98,9 @@ def test_a_preempted_wait_has_waits_own_code(live, wait):
 
     answer = live.result(WAIT, A)
     assert (6, 740, f"preempted by goal {B}") == (
-        answer["status"], answer["result"]["error_code"], answer["result"]["error_msg"],
+        answer["status"],
+        answer["result"]["error_code"],
+        answer["result"]["error_msg"],
     )
 
 
@@ -154,7 +156,8 @@ def test_something_else_than_what_is_held_can_not_be_placed(fast):
     answer = fast.do("wall_e/place", {"attached_object_name": "parcel"})
 
     assert (-19, "the claw holds 'letter', not 'parcel'") == (
-        answer["result"]["error_code"]["val"], answer["result"]["error_code"]["message"],
+        answer["result"]["error_code"]["val"],
+        answer["result"]["error_code"]["message"],
     )
 
 
@@ -209,7 +212,9 @@ def test_a_canceled_pickup_is_preempted_in_moveits_words(serve):
 
     answer = tester.result("wall_e/pickup", A)
     assert (5, -7, "canceled") == (
-        answer["status"], answer["result"]["error_code"]["val"], answer["result"]["error_code"]["message"],
+        answer["status"],
+        answer["result"]["error_code"]["val"],
+        answer["result"]["error_code"]["message"],
     )
 
 
@@ -222,7 +227,9 @@ def test_a_preempted_pickup_has_code_preempted(serve, wait):
 
     answer = tester.result("wall_e/pickup", A)
     assert (6, -7, f"preempted by goal {B}") == (
-        answer["status"], answer["result"]["error_code"]["val"], answer["result"]["error_code"]["message"],
+        answer["status"],
+        answer["result"]["error_code"]["val"],
+        answer["result"]["error_code"]["message"],
     )
 
 

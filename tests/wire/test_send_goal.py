@@ -24,6 +24,14 @@ def test_the_stamp_is_simulated_time(fast, go, wait):
     assert {"sec": 7, "nanosec": 0} == fast.send(NAVIGATE, go(9, 2))["stamp"]
 
 
+def test_what_is_sent_after_an_answer_is_accepted_later(live, wait):
+    """Time passes between an answer and what comes of it, so that no two of these stamps are the same."""
+    stamps = [live.send("wall_e/wait", wait(1000))["stamp"] for _ in range(100)]
+
+    times = [(stamp["sec"], stamp["nanosec"]) for stamp in stamps]
+    assert sorted(set(times)) == times
+
+
 def test_a_goal_without_id_gets_one(fast, go):
     """32 lower-case hex digits, by which its result can be asked for."""
     answer = fast.send(NAVIGATE, go(5, 2))
@@ -73,7 +81,10 @@ def test_a_goal_that_can_be_read_but_not_served_is_not_accepted(shared, name, go
     (reply,) = shared.ask(f"{name}/_action/send_goal", {"goal_id": goal_id, "goal": goal})
 
     assert (True, False, reason, code) == (
-        reply.ok, reply.body["accepted"], reply.body["reason"], reply.body["error_code"],
+        reply.ok,
+        reply.body["accepted"],
+        reply.body["reason"],
+        reply.body["error_code"],
     )
     assert text in reply.body["error_msg"]
     assert goal_id == reply.body["goal_id"]
@@ -104,7 +115,10 @@ def test_the_id_of_a_goal_that_runs_is_refused(live, wait):
     again = live.send("wall_e/wait", wait(1000), A)
 
     assert (False, "duplicate_goal_id", 2, first["stamp"]) == (
-        again["accepted"], again["reason"], again["status"], again["stamp"],
+        again["accepted"],
+        again["reason"],
+        again["status"],
+        again["stamp"],
     )
     assert [(A, 2)] == live.status("wall_e/wait")
 
@@ -117,14 +131,19 @@ def test_the_id_of_a_goal_that_ended_is_refused(fast, wait):
     again = fast.send("wall_e/wait", wait(3), A)
 
     assert (False, "duplicate_goal_id", 4, 1) == (
-        again["accepted"], again["reason"], again["status"], again["error_code"],
+        again["accepted"],
+        again["reason"],
+        again["status"],
+        again["error_code"],
     )
     assert {"clock": {"sec": 3, "nanosec": 0}} == fast.one("_world/clock")
 
 
 def test_the_same_id_may_go_to_another_action(fast, go, wait):
     """Each action of each robot is a server of its own, as in ROS."""
-    answers = [fast.send("wall_e/wait", wait(1), A), fast.send(NAVIGATE, go(5, 2), A), fast.send("eve/wait", wait(1), A)]
+    goals = {"wall_e/wait": wait(1), NAVIGATE: go(5, 2), "eve/wait": wait(1)}
+
+    answers = [fast.send(name, goal, A) for name, goal in goals.items()]
 
     assert [True, True, True] == [answer["accepted"] for answer in answers]
 
@@ -147,7 +166,9 @@ def test_a_goal_is_answered_busy_when_too_many_wait(crowded, wait):
     busy = next(answer for answer in answers if not answer["accepted"])
 
     assert ("busy", 1, "too many requests are waiting; try again later") == (
-        busy["reason"], busy["error_code"], busy["error_msg"],
+        busy["reason"],
+        busy["error_code"],
+        busy["error_msg"],
     )
 
 
