@@ -104,7 +104,7 @@ class Dispatcher:
         feedback_rate: Samples of feedback a second of simulated time.
     """
 
-    def __init__(  # noqa: PLR0913 - all that the dispatcher touches is here
+    def __init__(
         self,
         env: simpy.Environment,
         actions: Mapping[str, AnyAction],
@@ -236,7 +236,9 @@ class Dispatcher:
             self._end(goal, GoalEvent.ABORT, action.failure(action.codes.busy, f"{name} is busy with {running}"))
             return
         if holder:
-            self._halt(holder, GoalEvent.ABORT, holder.server.action.codes.preempted, f"preempted by goal {goal.goal_id}")
+            self._halt(
+                holder, GoalEvent.ABORT, holder.server.action.codes.preempted, f"preempted by goal {goal.goal_id}"
+            )
         if action.holds_base:
             self._holders[name] = goal
         goal.process = self._env.process(self._pursue(goal))
@@ -246,6 +248,8 @@ class Dispatcher:
         action = goal.server.action
         try:
             result = yield from action.process(goal.server.robot, goal.message, _Report(self, goal))
+            if not isinstance(result, action.result):
+                raise TypeError(f"{action.name} returned {result!r} and no {action.result.ros_type}")  # noqa: TRY301
         except Interrupt:
             return
         except GoalAborted as aborted:
@@ -290,10 +294,15 @@ class Dispatcher:
 
     def _publish(self, goal: _Goal) -> None:
         server = goal.server
-        result = goal.result if goal.status.terminal else None
         self._emit(
             GoalChanged(
-                stamp(self._env.now), server.robot.name, server.action.name, goal.goal_id, goal.status, result
+                stamp(self._env.now),
+                server.robot.name,
+                server.action.name,
+                goal.goal_id,
+                goal.status,
+                goal=goal.message if goal.status is GoalStatus.ACCEPTED else None,
+                result=goal.result,
             )
         )
         if self._wants(Topic.STATUS):
@@ -370,6 +379,8 @@ class Dispatcher:
     def stop(self, reason: str) -> None:
         """Abort every goal that runs, saying why; nothing may run afterwards."""
         for goal in list(self._active()):
+            # It may be what the simulation dies of, and the other goals need their verdicts, too.
+            goal.sample = None
             self._halt(goal, GoalEvent.ABORT, goal.server.action.codes.unknown, reason)
 
     # --- small things ---------------------------------------------------------------------------------------------
@@ -388,7 +399,7 @@ class Dispatcher:
             self._answer(command.reply_to, Refused(field_, getattr(command, field_), str(error)))
             return None
 
-    def _answer(self, reply_to: Any, answer: Any) -> None:  # noqa: ANN401 - any answer of gateway.py
+    def _answer(self, reply_to: Any, answer: Any) -> None:
         if reply_to is not None:
             self._emit(Answered(reply_to, answer))
 

@@ -1,6 +1,6 @@
 """The seam between the simulation and everything outside: commands in, events out, both plain frozen values.
 
-A command waits in an `Inbox` until the simulation's own thread takes it; what comes of it goes to the `Sink`\\ s.
+A command waits in an `Inbox` until the simulation's own thread takes it; what comes of it goes to every `Sink`.
 ``reply_to`` is whatever the sender wants back with the answer; the simulation only hands it on.
 Times are whole nanoseconds of simulated time.
 """
@@ -190,13 +190,14 @@ class Answered:
 
 @dataclass(frozen=True, slots=True)
 class GoalChanged:
-    """One goal has another status; *result* is there once the status is terminal."""
+    """One goal has another status; *goal* is there when it is accepted, *result* once the status is terminal."""
 
     stamp: int
     robot: str
     action: str
     goal_id: str
     status: GoalStatus
+    goal: Message | None = None
     result: Message | None = None
 
 

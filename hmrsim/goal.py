@@ -26,6 +26,7 @@ ZERO_ID: Final = "0" * 32
 """The goal id that stands for "all goals" in a cancel request."""
 
 _GOAL_ID = re.compile(r"[0-9a-f]{32}")
+_MOST_SHOWN = 200
 
 
 class GoalStatus(IntEnum):
@@ -75,7 +76,7 @@ TRANSITIONS: Final = MappingProxyType(
 """All legal transitions; what is not here is illegal."""
 
 
-class IllegalTransition(RuntimeError):  # noqa: N818 - named after what happened, as in rcl_action
+class IllegalTransition(RuntimeError):
     """An event met a goal in a status that it can't change; the status stays as it was."""
 
 
@@ -101,5 +102,5 @@ def parse_goal_id(text: str) -> str:
     """
     goal_id = text.replace("-", "").lower()
     if not _GOAL_ID.fullmatch(goal_id):
-        raise ValueError(f"goal id {text!r} is not a UUID of 32 hex digits")
+        raise ValueError(f"goal id {text[:_MOST_SHOWN]!r} is not a UUID of 32 hex digits")
     return goal_id

@@ -51,9 +51,7 @@ class Log:
 
     def answers(self, reply_to: object) -> list[object]:
         """Return what was answered to a command, in order."""
-        return [
-            event.answer for _, event in self.events if isinstance(event, Answered) and event.reply_to == reply_to
-        ]
+        return [event.answer for _, event in self.events if isinstance(event, Answered) and event.reply_to == reply_to]
 
     def answer(self, reply_to: object) -> object:
         """Return the one answer to a command."""

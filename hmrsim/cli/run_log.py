@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from hmrsim.gateway import Event
-    from hmrsim.interfaces.message import Message
     from hmrsim.simulator import Simulator
 
 _FORMAT: Final = "[%(levelname)s] %(asctime)s | %(message)s"
@@ -49,17 +48,12 @@ class GoalLog:
             return
         text = ""
         if event.status is GoalStatus.ACCEPTED:
-            text = f"accepted {summary(self._goal(event))}"
+            text = f"accepted {summary(event.goal)}" if event.goal else "accepted"
         elif event.status.terminal and event.result is not None:
             why = error_of(event.result) if event.status is GoalStatus.ABORTED else ""
             text = f"{event.status.name}{f': {why}' if why else ''}"
         if text:
             _log.info("sim %.3f | %s %s %s", self._simulator.now, event.robot, event.action, text)
-
-    def _goal(self, event: GoalChanged) -> Message:
-        # To be replaced by a field of GoalChanged, should it get one.
-        server = self._simulator.dispatcher._servers[event.robot][event.action]  # noqa: SLF001
-        return server.goals[event.goal_id].message
 
 
 class LogLines(logging.Handler):

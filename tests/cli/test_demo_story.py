@@ -41,7 +41,7 @@ def test_events_are_told(what, text, story):
     """What happens is told with time and robot."""
     (line,) = story.happened(what)
 
-    assert str(line) == f"    2.500 | world | eve      | {text}"
+    assert f"    2.500 | world | eve      | {text}" == str(line)
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_events_are_told(what, text, story):
 )
 def test_what_is_not_told(what, story):
     """Steps in between and strangers are passed over."""
-    assert list(story.happened(what)) == []
+    assert [] == list(story.happened(what))
 
 
 def test_goals_are_counted(story):
@@ -63,7 +63,7 @@ def test_goals_are_counted(story):
     for status in (1, 2, 4, 4, 5, 6):
         list(story.happened(event("status", action="wait", status=status)))
 
-    assert (story.robots["eve"].succeeded, story.robots["eve"].failed) == (2, 2)
+    assert (2, 2) == (story.robots["eve"].succeeded, story.robots["eve"].failed)
 
 
 def test_distance_is_what_was_driven(story):
@@ -72,7 +72,7 @@ def test_distance_is_what_was_driven(story):
     list(story.happened(event("motion", **{"from": [3.0, 4.0, 0.0], "to": [3.0, 14.0, 0.0]})))
     list(story.happened(event("stopped", at=[3.0, 6.0])))
 
-    assert story.robots["eve"].distance == 7.0
+    assert 7.0 == story.robots["eve"].distance
 
 
 def test_items_are_moved_once_they_lie(story):
@@ -81,8 +81,8 @@ def test_items_are_moved_once_they_lie(story):
     carried = story.robots["eve"].carries, list(story.robots["eve"].moved)
     list(story.happened(event("placed", item="linen", at=[1.0, 2.0])))
 
-    assert carried == ("linen", [])
-    assert (story.robots["eve"].carries, story.robots["eve"].moved) == ("", ["linen"])
+    assert ("linen", []) == carried
+    assert ("", ["linen"]) == (story.robots["eve"].carries, story.robots["eve"].moved)
 
 
 def test_a_behaviour_is_told_when_it_begins_and_ends(story):
@@ -97,7 +97,7 @@ def test_a_behaviour_is_told_when_it_begins_and_ends(story):
         )
     ]
 
-    assert told == [["leaf 0 begun"], [], ["leaf 0 done", "leaf 1 begun"], ["leaf 1 failed: why"]]
+    assert [["leaf 0 begun"], [], ["leaf 0 done", "leaf 1 begun"], ["leaf 1 failed: why"]] == told
 
 
 def test_what_a_robot_does(story):
@@ -106,13 +106,13 @@ def test_what_a_robot_does(story):
     meanwhile = story.robots["eve"].does
     list(story.ticked(tree("SUCCESS", root="SUCCESS")))
 
-    assert (meanwhile, story.robots["eve"].does) == ("leaf 0", "mission done")
+    assert ("leaf 0", "mission done") == (meanwhile, story.robots["eve"].does)
 
 
 def test_sum(story):
     """The sum is there for programs, too."""
     list(story.happened(event("status", action="wait", status=4)))
 
-    assert story.to_json() == {
+    assert {
         "eve": {"type": "courier", "succeeded": 1, "failed": 0, "distance": 0.0, "items_moved": []}
-    }
+    } == story.to_json()

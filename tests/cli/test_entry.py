@@ -57,7 +57,7 @@ def test_version(capsys):
     """``--version`` tells the version and succeeds."""
     code = main(["--version"])
 
-    assert (code, capsys.readouterr().out) == (0, f"hmrsim {__version__}\n")
+    assert (0, f"hmrsim {__version__}\n") == (code, capsys.readouterr().out)
 
 
 def test_help_names_every_command(capsys):
@@ -65,7 +65,7 @@ def test_help_names_every_command(capsys):
     code = main(["--help"])
 
     out = capsys.readouterr().out
-    assert code == 0
+    assert 0 == code
     assert all(f"\n    {name} " in out for name in ("run", "demo", "action", "topic", "map"))
     assert "130  Ctrl-C" in out
 
@@ -75,7 +75,7 @@ def test_every_command_has_examples(command, capsys):
     """The help of every command ends with examples."""
     code = main([*command, "--help"])
 
-    assert code == 0
+    assert 0 == code
     assert f"examples:\n  hmrsim {command[0]}" in capsys.readouterr().out
 
 
@@ -88,7 +88,7 @@ def test_help_loads_nothing_slow():
 
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
 
-    assert done.stderr == "[]\n"
+    assert "[]\n" == done.stderr
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_wrong_use_is_2(arguments, capsys):
     code = main(arguments)
 
     captured = capsys.readouterr()
-    assert (code, captured.out) == (2, "")
+    assert (2, "") == (code, captured.out)
     assert "error: " in captured.err
 
 
@@ -135,17 +135,17 @@ def test_wrong_use_is_2(arguments, capsys):
 )
 def test_each_error_has_its_exit_code(error, code):
     """An error's type decides the exit code."""
-    assert code_of(error) == code
+    assert code == code_of(error)
 
 
 def test_errors_name_the_program():
     """What has no file in front is said to come from hmrsim."""
-    assert text_of(NobodyThere("nobody answers")) == "hmrsim: nobody answers"
+    assert "hmrsim: nobody answers" == text_of(NobodyThere("nobody answers"))
 
 
 def test_errors_of_files_begin_with_the_file():
     """What is wrong with a file reads as compilers write it."""
-    assert text_of(WorldError([Problem("a.yaml", "seed", "no", 3)])) == "a.yaml:3: seed: no"
+    assert "a.yaml:3: seed: no" == text_of(WorldError([Problem("a.yaml", "seed", "no", 3)]))
 
 
 def test_a_known_error_is_one_line(broken_command, capsys):
@@ -154,14 +154,14 @@ def test_a_known_error_is_one_line(broken_command, capsys):
 
     code = main(["map"])
 
-    assert (code, capsys.readouterr().err) == (ExitCode.NOBODY_THERE, "hmrsim: nobody answers\n")
+    assert (ExitCode.NOBODY_THERE, "hmrsim: nobody answers\n") == (code, capsys.readouterr().err)
 
 
 def test_interrupted(broken_command):
     """Ctrl-C that nobody handles is 130."""
     broken_command(KeyboardInterrupt())
 
-    assert main(["map"]) == 130
+    assert 130 == main(["map"])
 
 
 def test_reader_that_has_seen_enough_is_no_failure():
@@ -172,4 +172,4 @@ def test_reader_that_has_seen_enough_is_no_failure():
         process.stdout.close()
         complaint = process.stderr.read()
 
-    assert (process.returncode, complaint) == (0, b"")
+    assert (0, b"") == (process.returncode, complaint)

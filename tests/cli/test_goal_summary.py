@@ -29,19 +29,19 @@ def pose(x, y):
 )
 def test_summary(goal, words):
     """A goal is told by what was asked for, not by its defaults."""
-    assert summary(goal) == words
+    assert words == summary(goal)
 
 
 def test_error_of_nav2():
     """Nav2's results have a text beside the code."""
-    assert error_of(NavigateToPose.Result(error_code=208, error_msg="no way")) == "no way"
+    assert "no way" == error_of(NavigateToPose.Result(error_code=208, error_msg="no way"))
 
 
 def test_error_of_moveit():
     """MoveIt's have it inside the code."""
-    assert error_of(Pickup.Result(error_code=MoveItErrorCodes(val=-1, message="too far"))) == "too far"
+    assert "too far" == error_of(Pickup.Result(error_code=MoveItErrorCodes(val=-1, message="too far")))
 
 
 def test_no_error():
     """A result without an error says nothing."""
-    assert error_of(Wait.Result()) == ""
+    assert "" == error_of(Wait.Result())

@@ -19,7 +19,7 @@ def test_integers_will_do_for_floats():
     """A coordinate may be written without a point."""
     position = goal("{pose: {pose: {position: {x: 512, y: 215}}}}").pose.pose.position
 
-    assert (position.x, position.y, position.z) == (512.0, 215.0, 0.0)
+    assert (512.0, 215.0, 0.0) == (position.x, position.y, position.z)
 
 
 @pytest.mark.parametrize(
@@ -27,17 +27,17 @@ def test_integers_will_do_for_floats():
 )
 def test_numbers_of_yaml_1_2(text, value):
     """Numbers are read as YAML 1.2 has them, unlike PyYAML by itself."""
-    assert goal(f"{{pose: {{pose: {{position: {{x: {text}}}}}}}}}").pose.pose.position.x == value
+    assert value == goal(f"{{pose: {{pose: {{position: {{x: {text}}}}}}}}}").pose.pose.position.x
 
 
 def test_no_is_a_name():
     """An item may be called `no`."""
-    assert goal("{target_name: no}", Pickup.Goal).target_name == "no"
+    assert "no" == goal("{target_name: no}", Pickup.Goal).target_name
 
 
 def test_nothing_given_is_the_default():
     """`{}` is the goal with all of ROS's defaults."""
-    assert goal("{}") == NavigateToPose.Goal()
+    assert NavigateToPose.Goal() == goal("{}")
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_a_mistake_is_named_with_its_field(text, line):
     with pytest.raises(WrongUse) as caught:
         goal(text)
 
-    assert str(caught.value) == line
+    assert line == str(caught.value)
 
 
 def test_unknown_field_in_a_list():
@@ -73,7 +73,7 @@ def test_every_mistake_is_told():
     with pytest.raises(WrongUse) as caught:
         goal("{pose: {pose: {position: {x: a, y: b}}}}")
 
-    assert len(str(caught.value).splitlines()) == 2
+    assert 2 == len(str(caught.value).splitlines())
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ def test_shipped_world_is_right(capsys):
     """A world without errors ends with 0 and says so."""
     code = main(["map", "validate", "hospital"])
 
-    assert code == 0
+    assert 0 == code
     assert capsys.readouterr().out.endswith("0 errors, 0 warnings\n")
 
 
@@ -36,10 +36,10 @@ def test_every_error_is_listed_with_file_and_line(broken, capsys):
     code = main(["map", "validate", str(broken)])
 
     lines = capsys.readouterr().out.splitlines()
-    assert code == 1
+    assert 1 == code
     assert lines[0].startswith(f"{broken}:2: lanes.1.to: ")
     assert lines[1].startswith(f"{broken}:3: robots.wall_e.at: ")
-    assert lines[2] == "2 errors, 0 warnings"
+    assert "2 errors, 0 warnings" == lines[2]
 
 
 def test_errors_as_json(broken, capsys):
@@ -47,24 +47,24 @@ def test_errors_as_json(broken, capsys):
     code = main(["map", "validate", str(broken), "--json"])
 
     problems = json.loads(capsys.readouterr().out)
-    assert code == 1
-    assert [(one["line"], one["path"], one["severity"]) for one in problems] == [
+    assert 1 == code
+    assert [
         (2, "lanes.1.to", "error"),
         (3, "robots.wall_e.at", "error"),
-    ]
+    ] == [(one["line"], one["path"], one["severity"]) for one in problems]
 
 
 def test_what_is_odd_is_a_warning(tmp_path, capsys):
     """A world that only looks odd ends with 0, and the warning says what it is behind its place."""
     path = tmp_path / "odd.yaml"
-    path.write_text("waypoints: {a: [0, 0]}\n")
+    path.write_text("waypoints: {a: [0, 0], b: [1, 0], c: [2, 0]}\nlanes: [[a, b]]\n")
 
     code = main(["map", "validate", str(path)])
 
     lines = capsys.readouterr().out.splitlines()
-    assert code == 0
-    assert lines[0].startswith(f"{path}:1: warning: waypoints.a: ")
-    assert lines[-1] == "0 errors, 1 warning"
+    assert 0 == code
+    assert lines[0].startswith(f"{path}:1: warning: waypoints.c: ")
+    assert "0 errors, 1 warning" == lines[-1]
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_what_cannot_be_read_is_2(content, tmp_path, capsys):
 
     code = main(["map", "validate", str(path)])
 
-    assert code == 2
+    assert 2 == code
     assert capsys.readouterr().out.startswith(str(path))
 
 
@@ -87,5 +87,5 @@ def test_running_a_broken_world_is_2(broken, capsys):
     code = main(["run", str(broken)])
 
     captured = capsys.readouterr()
-    assert (code, captured.out) == (2, "")
+    assert (2, "") == (code, captured.out)
     assert captured.err.startswith(f"{broken}:2: lanes.1.to: ")

@@ -20,7 +20,7 @@ def test_names_of_one_action(name):
     """The first slash may be left out, and an alias means its target."""
     found = find_action(INFO, name)
 
-    assert (found.robot, found.action, found.ros_type) == ("wall_e", "pickup", "moveit_msgs/action/Pickup")
+    assert ("wall_e", "pickup", "moveit_msgs/action/Pickup") == (found.robot, found.action, found.ros_type)
 
 
 @pytest.mark.parametrize("name", ["", "/", "wall_e", "/wall_e/", "wall_e/pickup/x", "//pickup"])
@@ -52,7 +52,7 @@ def test_actions_have_all_their_names():
     """Aliases come after the names that robots' actions have anyway."""
     names = [action.name for action in actions(INFO)]
 
-    assert names == ["/wall_e/pickup", "/wall_e/wait", "/eve/dance", "/wall_e/grab", "/wait/wall_e"]
+    assert ["/wall_e/pickup", "/wall_e/wait", "/eve/dance", "/wall_e/grab", "/wait/wall_e"] == names
 
 
 def test_topics_of_robots_actions_and_world():
@@ -77,7 +77,7 @@ def test_key_of_a_topic(name, key, latched):
     """A topic's name leads to its key, by an alias, too."""
     topic = find_topic(INFO, name)
 
-    assert (topic.key(Keys()), topic.latched) == (key, latched)
+    assert (key, latched) == (topic.key(Keys()), topic.latched)
 
 
 def test_topic_of_unknown_robot():

@@ -96,9 +96,7 @@ def test_its_messages_survive_json(action):
 def test_its_schema_takes_its_example_and_refuses_an_unknown_field(action):
     """The schema says what the server does."""
     schema = action_schema(action)
-    validator = jsonschema.Draft202012Validator(
-        {"$defs": schema["$defs"], **schema["properties"]["send_goal"]}
-    )
+    validator = jsonschema.Draft202012Validator({"$defs": schema["$defs"], **schema["properties"]["send_goal"]})
     goal = action.example.model_dump(mode="json")
 
     validator.validate({"goal": goal})

@@ -55,7 +55,9 @@ class TestNavigateToPose:
         log = run((0.0, go(9.0, 2.0)))
         _, feedback = next((t, f) for t, f in log.feedback(A) if math.isclose(t, 2.0))
 
-        assert (3.0, 2.0) == pytest.approx((feedback.current_pose.pose.position.x, feedback.current_pose.pose.position.y))
+        assert (3.0, 2.0) == pytest.approx(
+            (feedback.current_pose.pose.position.x, feedback.current_pose.pose.position.y)
+        )
         assert "map" == feedback.current_pose.header.frame_id
         assert [2.0, 6.0, 6.0] == pytest.approx(
             [
@@ -116,7 +118,9 @@ class TestWait:
 
     def test_a_negative_time_is_over_at_once(self, run):
         """There is nothing to wait for."""
-        assert (0.0, "SUCCEEDED") == run((0.0, SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=-5)), A))).changes(A)[-1]
+        assert (0.0, "SUCCEEDED") == run(
+            (0.0, SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=-5)), A))
+        ).changes(A)[-1]
 
 
 class TestPickup:
@@ -149,13 +153,19 @@ class TestPickup:
         """A second is INVALID_ROBOT_STATE."""
         log = run((0.0, pickup("letter")), (0.1, pickup("parcel", goal_id=B)))
 
-        assert (-17, "the claw holds 'letter' already") == (log.result(B).error_code.val, log.result(B).error_code.message)
+        assert (-17, "the claw holds 'letter' already") == (
+            log.result(B).error_code.val,
+            log.result(B).error_code.message,
+        )
 
     def test_an_item_that_is_carried_already_is_refused(self, make_run):
         """MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE, and the text says by whom."""
         log = make_run(_pair(0))((0.0, pickup("letter", robot="eve")), (1.0, pickup("letter", goal_id=B)))
 
-        assert (-3, "'letter' is carried by eve already") == (log.result(B).error_code.val, log.result(B).error_code.message)
+        assert (-3, "'letter' is carried by eve already") == (
+            log.result(B).error_code.val,
+            log.result(B).error_code.message,
+        )
 
     def test_of_two_that_reach_for_one_item_the_faster_gets_it(self, make_run):
         """The other is told when its claw closes."""
@@ -193,7 +203,10 @@ class TestPickup:
 def _pair(handling_time):
     """Return a world with two robots beside a letter, whose claws take so long."""
     robot = {"type": "fetcher", "at": [0, 0], "components": {"claw": {"handling_time": handling_time}}}
-    return {"items": {"letter": {"at": [0, 0.5]}, "parcel": {"at": [0, 0.2]}}, "robots": {"wall_e": robot, "eve": robot}}
+    return {
+        "items": {"letter": {"at": [0, 0.5]}, "parcel": {"at": [0, 0.2]}},
+        "robots": {"wall_e": robot, "eve": robot},
+    }
 
 
 class TestPlace:
@@ -201,7 +214,12 @@ class TestPlace:
 
     def test_it_lies_at_the_robot_s_centre(self, run):
         """Where the robot has driven to, and it stays there."""
-        run((0.0, pickup("letter")), (0.0, go(5.0, 2.0, goal_id=B)), (9.0, place("letter", goal_id=C)), (9.0, go(1.0, 2.0)))
+        run(
+            (0.0, pickup("letter")),
+            (0.0, go(5.0, 2.0, goal_id=B)),
+            (9.0, place("letter", goal_id=C)),
+            (9.0, go(1.0, 2.0)),
+        )
 
         assert (5.0, 2.0) == run.simulator.items["letter"].position
 
@@ -215,7 +233,10 @@ class TestPlace:
 
     def test_no_location_within_reach_is_aborted(self, run):
         """PLANNING_FAILED; the item stays in the claw."""
-        log = run((0.0, pickup("letter")), (1.0, place("letter", goal_id=B, place_locations=[PlaceLocation(place_pose=stamped(9.0, 2.0))])))
+        log = run(
+            (0.0, pickup("letter")),
+            (1.0, place("letter", goal_id=B, place_locations=[PlaceLocation(place_pose=stamped(9.0, 2.0))])),
+        )
 
         assert (-1, "none of 1 place locations is within reach, which is 0.9 m") == (
             log.result(B).error_code.val,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 
 import pytest
@@ -87,7 +88,12 @@ class TestAccept:
             (go(goal_id="0" * 32), "invalid_goal_id", 1, "zero"),
             (go(goal_id="no id"), "invalid_goal_id", 1, "'no id' is not a UUID"),
             (go(robot="nobody"), "unknown_robot", 1, "no robot 'nobody'; there are: wall_e, eve, cart"),
-            (grab(robot="cart"), "unknown_action", 99999, "cart has no action 'pickup'; it has: navigate_to_pose, wait"),
+            (
+                grab(robot="cart"),
+                "unknown_action",
+                99999,
+                "cart has no action 'pickup'; it has: navigate_to_pose, wait",
+            ),
             (SendGoal("wall_e", "fly", None, A, A), "unknown_action", 1, "wall_e has no action 'fly'"),
             (go(frame="odom"), "invalid_goal", 1, "unknown frame_id 'odom'; use 'map'"),
         ],
@@ -127,7 +133,10 @@ class TestDuplicate:
 
         answer = log.answer("again")
         assert (False, "duplicate_goal_id", GoalStatus.EXECUTING, 1) == (
-            answer.accepted, answer.reason, answer.status, answer.stamp,
+            answer.accepted,
+            answer.reason,
+            answer.status,
+            answer.stamp,
         )
 
     def test_an_ended_goal_s_id_is_refused_with_its_status(self, run):
@@ -269,7 +278,11 @@ class TestCancel:
     def test_a_stamp_cancels_what_was_accepted_at_or_before(self, make_slow):
         """Goals at 1, 2 and 3 s: a stamp of 2 s takes two of them."""
         run = make_slow()
-        log = run(*[(t, slow(i)) for t, i in ((1.0, A), (2.0, B), (3.0, C))], (4.0, cancel(stamp=2 * NANO, action="slow")), until=5.0)
+        log = run(
+            *[(t, slow(i)) for t, i in ((1.0, A), (2.0, B), (3.0, C))],
+            (4.0, cancel(stamp=2 * NANO, action="slow")),
+            until=5.0,
+        )
 
         assert [A, B] == [g.goal_id for g in log.answer("cancel").goals_canceling]
 
@@ -282,7 +295,9 @@ class TestCancel:
     def test_id_and_stamp_cancel_the_union(self, make_slow):
         """The id, and all up to the stamp."""
         run = make_slow()
-        log = run(*[(t, slow(i)) for t, i in ((1.0, A), (2.0, B), (3.0, C))], (4.0, cancel(C, NANO, action="slow")), until=5.0)
+        log = run(
+            *[(t, slow(i)) for t, i in ((1.0, A), (2.0, B), (3.0, C))], (4.0, cancel(C, NANO, action="slow")), until=5.0
+        )
 
         assert [A, C] == [g.goal_id for g in log.answer("cancel").goals_canceling]
 
@@ -328,7 +343,9 @@ class TestResult:
         ask = [(1.0, GetResult("wall_e", "navigate_to_pose", A, who)) for who in ("one", "two")]
         log = run((0.0, go()), *ask)
 
-        kinds = [type(event).__name__ for time, event in log.events if time == 8.0 and type(event).__name__ != "Sampled"]
+        kinds = [
+            type(event).__name__ for time, event in log.events if time == 8.0 and type(event).__name__ != "Sampled"
+        ]
         assert ["FeedbackSent", "GoalChanged", "StatusChanged", "Answered", "Answered"] == kinds
         assert GoalStatus.SUCCEEDED == log.answer("one").status == log.answer("two").status
 
@@ -344,7 +361,10 @@ class TestResult:
         """Never an error, never a wait."""
         log = run((0.0, GetResult("wall_e", "navigate_to_pose", B, "result")))
 
-        assert (GoalStatus.UNKNOWN, NavigateToPose.Result()) == (log.answer("result").status, log.answer("result").result)
+        assert (GoalStatus.UNKNOWN, NavigateToPose.Result()) == (
+            log.answer("result").status,
+            log.answer("result").result,
+        )
 
     def test_a_forgotten_result_is_status_0(self, run):
         """As if the goal had never been."""
@@ -372,7 +392,9 @@ class TestResult:
         answer = run((0.0, GetResult("nobody", "wait", A, "result"))).answer("result")
 
         assert ("robot", "nobody", "no robot 'nobody'; there are: wall_e, eve, cart") == (
-            answer.field, answer.value, answer.message,
+            answer.field,
+            answer.value,
+            answer.message,
         )
 
 
@@ -401,7 +423,7 @@ class TestEnd:
     def test_a_bug_in_an_action_aborts_its_goal_and_leaves_the_run(self, make_run):
         """ABORTED is sent first, then the exception comes out."""
 
-        def broken(robot, goal, report):
+        def broken(robot, _goal, _report):
             yield from robot.hold(1.0)
             raise ZeroDivisionError("oops")
 
@@ -416,11 +438,9 @@ class TestEnd:
     def test_an_action_that_ignores_an_interrupt_does_not_change_the_verdict(self, make_run):
         """CANCELED stays CANCELED."""
 
-        def stubborn(robot, goal, report):
-            try:
+        def stubborn(robot, _goal, _report):
+            with suppress(BaseException):
                 yield from robot.hold(5.0)
-            except BaseException:  # noqa: BLE001 - as stubborn as can be
-                pass
             return Wait.Result()
 
         run = make_run(actions={"wait": replace(all_actions()["wait"], process=stubborn)})
@@ -452,7 +472,7 @@ class TestFeedback:
         """The action is not even asked."""
         asked = []
 
-        def counting(robot, goal, report):
+        def counting(robot, _goal, report):
             report.sample(lambda: asked.append(robot.now))
             yield from robot.hold(5.0)
             return Wait.Result()
@@ -473,11 +493,21 @@ _ROBOTS = ["wall_e", "eve", "cart", "nobody"]
 _COMMANDS = st.one_of(
     st.builds(
         lambda robot, x, y: ("go", robot, x, y),
-        st.sampled_from(_ROBOTS), st.sampled_from([1.0, 3.3, 5.0, 9.0, 15.0, 30.0]), st.sampled_from([2.0, 2.5, 5.0]),
+        st.sampled_from(_ROBOTS),
+        st.sampled_from([1.0, 3.3, 5.0, 9.0, 15.0, 30.0]),
+        st.sampled_from([2.0, 2.5, 5.0]),
     ),
     st.builds(lambda robot, s: ("wait", robot, s), st.sampled_from(_ROBOTS), st.integers(0, 3)),
-    st.builds(lambda robot, item: ("grab", robot, item), st.sampled_from(_ROBOTS), st.sampled_from(["letter", "parcel", "ghost"])),
-    st.builds(lambda robot, action: ("cancel", robot, action), st.sampled_from(_ROBOTS), st.sampled_from(["wait", "navigate_to_pose", "pickup"])),
+    st.builds(
+        lambda robot, item: ("grab", robot, item),
+        st.sampled_from(_ROBOTS),
+        st.sampled_from(["letter", "parcel", "ghost"]),
+    ),
+    st.builds(
+        lambda robot, action: ("cancel", robot, action),
+        st.sampled_from(_ROBOTS),
+        st.sampled_from(["wait", "navigate_to_pose", "pickup"]),
+    ),
 )
 
 

@@ -40,7 +40,15 @@ def test_the_table_has_no_row_beyond_rcl_action():
 
 @pytest.mark.parametrize(
     ("status", "number"),
-    [("UNKNOWN", 0), ("ACCEPTED", 1), ("EXECUTING", 2), ("CANCELING", 3), ("SUCCEEDED", 4), ("CANCELED", 5), ("ABORTED", 6)],
+    [
+        ("UNKNOWN", 0),
+        ("ACCEPTED", 1),
+        ("EXECUTING", 2),
+        ("CANCELING", 3),
+        ("SUCCEEDED", 4),
+        ("CANCELED", 5),
+        ("ABORTED", 6),
+    ],
 )
 def test_statuses_have_the_numbers_of_action_msgs(status, number):
     """The numbers are those of action_msgs/msg/GoalStatus."""

@@ -145,7 +145,9 @@ class TestOffTheLanes:
 
     def test_a_goal_outside_the_bounds_is_outside_the_map(self):
         """204, and the text names the goal and the bounds."""
-        with pytest.raises(NoRoute, match=r"\(21, 5\) is outside the map, which spans \(0, 0\) to \(20, 10\)") as caught:
+        with pytest.raises(
+            NoRoute, match=r"\(21, 5\) is outside the map, which spans \(0, 0\) to \(20, 10\)"
+        ) as caught:
             graph(**ROOM).plan((1, 2), (21, 5), 1.0)
         assert 204 == caught.value.code
 

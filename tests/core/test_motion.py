@@ -42,7 +42,9 @@ def test_turning_takes_no_time_without_a_turning_rate():
 
 def test_a_turning_rate_turns_in_place_the_short_way():
     """A quarter before, none between, a quarter back after: pi/2 rad at 0.5 rad/s is pi seconds."""
-    made = pieces(Pose(0, 0, math.pi / 2), [leg((0, 0), (1, 0)), leg((1, 0), (2, 0))], math.pi / 2, speed=1.0, turning_rate=0.5)
+    made = pieces(
+        Pose(0, 0, math.pi / 2), [leg((0, 0), (1, 0)), leg((1, 0), (2, 0))], math.pi / 2, speed=1.0, turning_rate=0.5
+    )
 
     assert [math.pi, 1.0, 1.0, math.pi] == [piece.duration for piece in made]
     assert Pose(0, 0, math.pi / 4) == made[0].pose(math.pi / 2)

@@ -1,0 +1,43 @@
+"""Simulators for commands to talk to."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+FREE_PORT = ("--listen", "tcp/127.0.0.1:0")
+
+
+@pytest.fixture(autouse=True)
+def _own_settings(monkeypatch):
+    """Keep the settings of whoever runs the tests away."""
+    for name in list(os.environ):
+        if name.startswith("HMRSIM_"):
+            monkeypatch.delenv(name)
+
+
+@pytest.fixture
+def start():
+    """Return the function that starts hmrsim as a process; what still runs at the end of the test is killed."""
+    started = []
+
+    def run(*arguments):
+        process = subprocess.Popen(
+            [sys.executable, "-m", "hmrsim.cli", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        started.append(process)
+        return process
+
+    yield run
+    for process in started:
+        with process:
+            process.kill()
+
+
+@pytest.fixture
+def endpoint(start):
+    """Return where a simulator of scenario 1 listens."""
+    return start("run", "scenario1", "--real-time-factor", "10", *FREE_PORT).stdout.readline().split()[1]

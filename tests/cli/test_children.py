@@ -1,0 +1,119 @@
+"""Processes that a command starts."""
+
+from __future__ import annotations
+
+import os
+import queue
+import select
+import signal
+import subprocess
+import sys
+from unittest.mock import MagicMock
+
+import pytest
+
+from hmrsim.cli import child
+from hmrsim.cli.children import Child
+
+PATIENCE = 20.0
+
+PROGRAMS = """\
+import os, signal, sys, time
+
+def greet(arguments):
+    print("hello", *arguments, sorted(name for name in os.environ if name.startswith("HMRSIM_")), flush=True)
+    print("a complaint", file=sys.stderr, flush=True)
+    return 7
+
+def stubborn(arguments):
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    print("ready", flush=True)
+    time.sleep(1000)
+
+def wait(arguments):
+    print(os.getpid(), flush=True)
+    time.sleep(1000)
+"""
+
+
+@pytest.fixture
+def start(tmp_path, monkeypatch):
+    """Return the function that starts one of our programs, and the lines that it writes."""
+    (tmp_path / "programs.py").write_text(PROGRAMS)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
+    monkeypatch.setenv("HMRSIM_CONNECT", "tcp/nowhere:1")
+    lines = queue.SimpleQueue()
+
+    def run(name, *arguments):
+        return Child(name, f"programs:{name}", arguments, lines.put), lines
+
+    return run
+
+
+def test_lines_and_exit_code(start):
+    """A child's lines come as it writes them, then its end; our settings are not its own."""
+    process, lines = start("greet", "world")
+    with process:
+        code = process.code(PATIENCE)
+
+    assert ["hello world []", None] == [lines.get(timeout=PATIENCE) for _ in range(2)]
+    assert (7, "a complaint") == (code, process.complaints)
+
+
+def test_a_child_that_will_not_end_is_killed(start, monkeypatch):
+    """Who ignores SIGTERM is killed in the end."""
+    monkeypatch.setattr("hmrsim.cli.children._PATIENCE", 0.2)
+    process, lines = start("stubborn")
+    lines.get(timeout=PATIENCE)
+    process.stop()
+
+    assert -signal.SIGKILL == process.code(PATIENCE)
+
+
+def test_a_child_that_takes_too_long_is_ended(start):
+    """Waiting for a child has an end."""
+    process, lines = start("wait")
+    lines.get(timeout=PATIENCE)
+
+    with process:
+        assert -signal.SIGTERM == process.code(0.1)
+
+
+@pytest.mark.usefixtures("start")
+def test_a_child_ends_with_its_parent():
+    """When the parent is killed, the kernel ends the child."""
+    program = (
+        "import sys; from hmrsim.cli.children import Child; "
+        "Child('wait', 'programs:wait', [], lambda line: print(line, flush=True)); sys.stdin.read()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as parent:
+        descriptor = os.pidfd_open(int(parent.stdout.readline()))
+        parent.kill()
+        parent.stdout.read()
+
+    with os.fdopen(descriptor, "rb") as ended:
+        assert select.select([ended], [], [], PATIENCE)[0] == [ended]
+
+
+def test_an_orphan_does_not_begin():
+    """A child whose parent was gone before it could ask to be told ends at once."""
+    done = subprocess.run(
+        [sys.executable, "-m", "hmrsim.cli.child", "1", "hmrsim.cli:main", "--version"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert (1, "") == (done.returncode, done.stdout)
+
+
+def test_child_calls_the_main_function(capsys, monkeypatch):
+    """The function gets the arguments that are its own, and its code is the process's."""
+    monkeypatch.setattr(child.ctypes, "CDLL", MagicMock())
+
+    code = child.main([str(os.getppid()), "hmrsim.cli:main", "--version"])
+
+    assert 0 == code
+    assert capsys.readouterr().out.startswith("hmrsim ")

@@ -1,0 +1,103 @@
+"""What a simulator logs."""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+
+import pytest
+
+from hmrsim.cli.run_log import GoalLog, LogLines
+from hmrsim.gateway import GoalChanged, SendGoal, Topic
+from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.moveit_msgs import Pickup
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.simulator import Simulator
+from hmrsim.world import load_world
+
+MEDICINE_ROOM = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": 512.0, "y": 215.0}}}})
+
+
+@pytest.fixture
+def simulator():
+    """Return a simulation of scenario 1."""
+    return Simulator(load_world("scenario1").world)
+
+
+def test_goals_are_logged_with_target_and_end(simulator, caplog):
+    """A goal that comes and one that arrives are a line each, with the simulated time."""
+    simulator.attach(GoalLog(simulator))
+
+    with caplog.at_level(logging.INFO):
+        simulator.submit(SendGoal("wall_e", "navigate_to_pose", MEDICINE_ROOM))
+        simulator.run()
+
+    assert [
+        "sim 0.000 | wall_e navigate_to_pose accepted (512, 215)",
+        "sim 1.773 | wall_e navigate_to_pose SUCCEEDED",
+    ] == caplog.messages
+
+
+def test_an_aborted_goal_is_logged_with_the_reason(simulator, caplog):
+    """The reason is that of the result."""
+    simulator.attach(GoalLog(simulator))
+
+    with caplog.at_level(logging.INFO):
+        simulator.submit(SendGoal("wall_e", "pickup", Pickup.Goal(target_name="moon")))
+        simulator.run()
+
+    assert "sim 0.000 | wall_e pickup ABORTED: no item 'moon'; there are: medicine" == caplog.messages[-1]
+
+
+def test_the_log_makes_the_simulation_compute_nothing(simulator):
+    """Whoever only logs wants no samples."""
+    assert not any(GoalLog(simulator).wants(topic) for topic in Topic)
+
+
+def test_other_events_are_not_logged(simulator, caplog):
+    """Executing and canceling are steps in between."""
+    log = GoalLog(simulator)
+
+    with caplog.at_level(logging.INFO):
+        log.emit(GoalChanged(1, "wall_e", "wait", "0" * 32, GoalStatus.CANCELING))
+        log.emit(GoalChanged(1, "wall_e", "wait", "0" * 32, GoalStatus.CANCELED, result=Wait.Result(error_msg="canceled")))
+
+    assert ["sim 0.000 | wall_e wait CANCELED"] == caplog.messages
+
+
+def test_log_lines_have_level_and_time():
+    """Lines of our own commands and warnings of all are written."""
+    lines = []
+
+    with LogLines(lines.append):
+        logging.getLogger("hmrsim.cli.run").info("sim %.3f | hospital begins", 0)
+        logging.getLogger("hmrsim_zenoh.server").info("nobody wants to know")
+        logging.getLogger("hmrsim_zenoh.server").warning("slow")
+
+    assert ["[INFO", "[WARNING"] == [line.partition("] ")[0] for line in lines]
+    assert lines[0].endswith(" | sim 0.000 | hospital begins")
+
+
+def test_whoever_logs_never_waits():
+    """Nobody reads our stderr, but neither logging nor the end of it takes long."""
+    stuck = threading.Event()
+
+    with LogLines(lambda _line: stuck.wait()):
+        for i in range(20_000):
+            logging.getLogger("hmrsim.cli.run").info("line %d", i)
+
+    stuck.set()
+    assert logging.getLogger().getEffectiveLevel() >= logging.WARNING
+
+
+def test_lines_go_to_stderr_itself(monkeypatch):
+    """Without a terminal lines are written past Python's buffers."""
+    reading, writing = os.pipe()
+    with os.fdopen(reading) as reader, os.fdopen(writing, "w") as writer:
+        monkeypatch.setattr("sys.__stderr__", writer)
+        with LogLines():
+            logging.getLogger("hmrsim.cli.run").info("hello")
+        line = reader.readline()
+
+    assert line.endswith("| hello\n")

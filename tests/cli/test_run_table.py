@@ -1,0 +1,116 @@
+"""The live table of a simulator's robots."""
+
+from __future__ import annotations
+
+import io
+from types import SimpleNamespace
+
+import pytest
+from rich.console import Console
+
+from hmrsim.cli.run_table import RobotTable
+from hmrsim.gateway import SendGoal, Topic
+from hmrsim.interfaces.moveit_msgs import Pickup
+from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim.simulator import Simulator
+from hmrsim.world import load_world
+
+MEDICINE_ROOM = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": 512.0, "y": 215.0}}}})
+
+
+@pytest.fixture
+def host():
+    """Return what a table sees of a host."""
+    return SimpleNamespace(
+        simulator=Simulator(load_world("scenario1").world), pacing=SimpleNamespace(real_time_factor=2.0, lag=0.0)
+    )
+
+
+def drawn(host):
+    """Return the table as text."""
+    console = Console(file=io.StringIO(), width=120, height=30)
+    console.print(RobotTable(host, "scenario 1", console).table())
+    return console.file.getvalue()
+
+
+def test_table_of_a_robot_that_stands(host):
+    """A robot at rest is shown where it stands."""
+    text = drawn(host)
+
+    assert "scenario 1   0.0 s   at 2 x" in text
+    assert [
+        *("wall_e", "carrier", "515.00", "80.00", "0.00", "-", "", ""),
+    ] == [cell.strip() for cell in text.splitlines()[4].split("│")[1:-1]]
+
+
+def test_table_of_a_robot_that_drives(host):
+    """A robot that drives is shown with its action and what remains."""
+    host.simulator.submit(SendGoal("wall_e", "navigate_to_pose", MEDICINE_ROOM))
+    host.simulator.advance(1.0)
+
+    (row,) = [line for line in drawn(host).splitlines() if "wall_e" in line]
+    assert "navigate_to_pose" in row
+    assert "232.00" in row
+
+
+def test_table_shows_what_is_carried(host):
+    """An item in the claw is named."""
+    host.simulator.submit(SendGoal("wall_e", "navigate_to_pose", MEDICINE_ROOM))
+    host.simulator.run()
+    host.simulator.submit(SendGoal("wall_e", "pickup", Pickup.Goal(target_name="medicine")))
+    host.simulator.run()
+
+    assert "│ medicine" in drawn(host)
+
+
+def test_table_tells_the_lag_and_a_free_clock(host):
+    """Time that was lost is in the title; so is a clock that follows no wall."""
+    host.pacing.real_time_factor, host.pacing.lag = 0.0, 3.21
+
+    assert "as fast as possible   3.2 s behind" in drawn(host)
+
+
+def test_table_is_no_longer_than_the_terminal():
+    """Of a large fleet the first are shown, and how many more there are."""
+    robots = [f"r{i}@{i},0" for i in range(100)]
+    simulator = Simulator(load_world("scenario1", add_robots=robots).world)
+    host = SimpleNamespace(simulator=simulator, pacing=SimpleNamespace(real_time_factor=1.0, lag=0.0))
+
+    text = drawn(host)
+    assert len(text.splitlines()) <= 30
+    assert "and 77 more" in text
+
+
+def test_table_looks_again_when_the_robot_moved_meanwhile(host):
+    """A look that falls between two pieces of a route is made again."""
+    robot = host.simulator.robots["wall_e"]
+    answers = iter([AttributeError, robot.pose()])
+
+    def pose():
+        answer = next(answers)
+        if answer is AttributeError:
+            raise answer
+        return answer
+
+    robot.pose = pose
+
+    assert "515.00" in drawn(host)
+
+
+def test_table_wants_the_clock(host):
+    """Time moves on between events for whoever looks at it."""
+    table = RobotTable(host, "scenario 1", Console(file=io.StringIO()))
+
+    assert [Topic.CLOCK] == [topic for topic in Topic if table.wants(topic)]
+
+
+def test_live_table(host):
+    """Lines stand above the table, and the last table stays."""
+    console = Console(file=io.StringIO(), width=120, force_terminal=True)
+
+    with RobotTable(host, "scenario 1", console) as table:
+        table.refresh()
+        table.print("[INFO] hello")
+
+    text = console.file.getvalue()
+    assert text.index("[INFO] hello") < text.rindex("wall_e")

@@ -1,0 +1,241 @@
+"""``hmrsim action send-goal``, without a network."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+from contextlib import contextmanager
+
+import pytest
+
+from hmrsim.actions import registry
+from hmrsim.cli import main, send_goal
+from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim_zenoh.errors import GoalRejectedError, NobodyThere, RequestError, SimulatorGone
+from hmrsim_zenoh.goal_handle import GoalHandle
+
+INFO = {"robots": [{"name": "wall_e", "actions": ["wait"]}], "aliases": {"wall_e/rest": "wall_e/wait"}}
+GOAL_ID = "0123456789abcdef" * 2
+
+
+class FakeGoal(GoalHandle):
+    """A ticket whose robot does what the test says."""
+
+    def cancel(self):
+        """Cancel it at once."""
+        self._end(GoalStatus.CANCELED, Wait.Result())
+
+    def accept(self):
+        """Let the robot accept it."""
+        self._accept(GoalStatus.ACCEPTED)
+
+    def feed(self, seconds):
+        """Let the robot say how it is doing."""
+        self._take_feedback(Wait.Feedback(time_left=Duration(sec=seconds)))
+
+    def end(self, status=GoalStatus.SUCCEEDED):
+        """Let it end."""
+        self._end(status, Wait.Result(error_code=0 if status is GoalStatus.SUCCEEDED else 701))
+
+    def fail(self, error):
+        """Let it fail without a status."""
+        self._fail(error, rejected=isinstance(error, GoalRejectedError))
+
+
+class FakeClient:
+    """A client whose goals end as the test says; remembers the goals."""
+
+    def __init__(self):
+        self.goals = []
+        self.then = FakeGoal.end
+
+    def action_client(self, robot, action):
+        """Return what sends goals: ourselves."""
+        assert ("wall_e", registry()["wait"]) == (robot, action)
+        return self
+
+    def send_goal(self, goal, *, goal_id, on_feedback, on_change):
+        """Take a goal."""
+        self.goals.append(goal)
+        handle = FakeGoal("/wall_e/wait", goal_id or GOAL_ID, on_feedback=on_feedback, on_change=on_change)
+        self.then(handle)
+        return handle
+
+
+@pytest.fixture
+def client(monkeypatch):
+    """Return the client that the command is connected with."""
+    fake = FakeClient()
+
+    @contextmanager
+    def connected(_args):
+        yield fake, INFO
+
+    monkeypatch.setattr(send_goal, "connected", connected)
+    return fake
+
+
+def send(*arguments):
+    """Run the command and return its exit code."""
+    return main(["action", "send-goal", "/wall_e/wait", *arguments])
+
+
+def test_a_goal_that_succeeds(client, capsys):
+    """It is told as `ros2 action send_goal` does."""
+    code = send("{time: {sec: 2}}")
+
+    out = capsys.readouterr().out
+    assert 0 == code
+    assert [Wait.Goal(time=Duration(sec=2))] == client.goals
+    assert out.startswith(f"Goal accepted with ID: {GOAL_ID}\n\nResult:\n    total_elapsed_time:\n")
+    assert out.endswith("\n\nGoal finished with status: SUCCEEDED\n")
+
+
+def test_feedback_comes_between_acceptance_and_result(client, capsys):
+    """With --feedback all of it is shown, in order, the last, too."""
+
+    def then(goal):
+        goal.accept()
+        goal.feed(2)
+        goal.feed(0)
+        goal.end()
+
+    client.then = then
+    send("{}", "--feedback")
+
+    out = capsys.readouterr().out
+    headings = [line for line in out.splitlines() if line and not line.startswith(" ")]
+    assert ["Feedback:", "Feedback:", "Result:", "Goal finished with status: SUCCEEDED"] == headings[1:]
+    assert "Feedback:\n    time_left:\n      sec: 2\n      nanosec: 0\n\n" in out
+
+
+def test_without_the_option_there_is_no_feedback(client, capsys):
+    """Nobody subscribes to feedback that nobody asked for."""
+    client.then = lambda goal: (goal.accept(), goal.feed(2), goal.end())
+    send("{}")
+
+    assert "Feedback" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("status", [GoalStatus.ABORTED, GoalStatus.CANCELED])
+def test_any_other_end_is_1(client, status, capsys):
+    """A goal that does not succeed is told in the same way, and ends with 1."""
+    client.then = lambda goal: goal.end(status)
+    code = send("{}")
+
+    out = capsys.readouterr().out
+    assert 1 == code
+    assert "error_code: 701" in out
+    assert out.endswith(f"Goal finished with status: {status.name}\n")
+
+
+def test_a_rejected_goal_is_1(client, capsys):
+    """The reason is on stderr."""
+    client.then = lambda goal: goal.fail(GoalRejectedError("not_ready", 1, "no planner"))
+    code = send("{}")
+
+    captured = capsys.readouterr()
+    assert (1, "") == (code, captured.out)
+    assert "Goal was rejected: not_ready: no planner\n" == captured.err
+
+
+def test_a_goal_that_the_simulator_cannot_read_is_2(client, capsys):
+    """Each mistake that it finds is a line."""
+    error = RequestError("goal.time.sec: no", [{"field": "goal.time.sec", "message": "no", "value": 1}])
+    client.then = lambda goal: goal.fail(error)
+    code = send("{}")
+
+    assert (2, "goal: goal.time.sec: no\n") == (code, capsys.readouterr().err)
+
+
+@pytest.mark.parametrize("error", [SimulatorGone("it is gone"), NobodyThere("nobody answers")])
+def test_a_simulator_that_is_not_there_is_3(client, error, capsys):
+    """Also when it was there before."""
+    client.then = lambda goal: goal.fail(error)
+    code = send("{}")
+
+    assert (3, f"hmrsim: {error}\n") == (code, capsys.readouterr().err)
+
+
+def test_outcome_as_json(client, capsys):
+    """For programs the outcome is one JSON object, after one a line for each feedback."""
+    client.then = lambda goal: (goal.accept(), goal.feed(1), goal.end())
+    code = send("{}", "--feedback", "--json")
+
+    feedback, outcome = map(json.loads, capsys.readouterr().out.splitlines())
+    assert 0 == code
+    assert {"goal_id": GOAL_ID, "feedback": {"time_left": {"sec": 1, "nanosec": 0}}} == feedback
+    assert (True, 4, "SUCCEEDED") == (outcome["accepted"], outcome["status"], outcome["status_name"])
+    assert 0 == outcome["result"]["error_code"]
+
+
+def test_rejection_as_json(client, capsys):
+    """A rejection has the fields of send_goal's answer."""
+    client.then = lambda goal: goal.fail(GoalRejectedError("busy", 1, "try later"))
+    send("{}", "--json")
+
+    assert {
+        "accepted": False,
+        "goal_id": GOAL_ID,
+        "reason": "busy",
+        "error_code": 1,
+        "error_msg": "try later",
+    } == json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_cancels_the_goal(client, number, code, capsys):
+    """Ctrl-C cancels the goal, waits for its end and exits with 130."""
+
+    def then(goal):
+        goal.accept()
+        os.kill(os.getpid(), number)
+
+    client.then = then
+
+    assert code == send("{}")
+    assert "Canceling goal…\nGoal finished with status: CANCELED\n" == capsys.readouterr().err
+
+
+def test_the_handlers_of_signals_are_put_back(client):
+    """After the command Ctrl-C is Python's again."""
+    before = signal.getsignal(signal.SIGINT)
+    client.then = FakeGoal.end
+    send("{}")
+
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_type_and_alias(capsys, client):
+    """The type may be named as for ros2, and the action by an alias."""
+    code = main(["action", "send-goal", "wall_e/rest", "nav2_msgs/action/Wait", "{}"])
+
+    assert (0, 1) == (code, len(client.goals))
+    assert "SUCCEEDED" in capsys.readouterr().out
+
+
+def test_goal_id_of_the_user(client, capsys):
+    """A goal's id may be given, with hyphens."""
+    send("{}", "--goal-id", "00000000-0000-0000-0000-0000000000AB")
+
+    assert f"ID: {'0' * 30}ab\n" in capsys.readouterr().out
+    assert 1 == len(client.goals)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["{time: {sec: x}}"], "goal: time.sec: expected a whole number, got 'x'"),
+        (["nav2_msgs/action/Spin", "{}"], "/wall_e/wait is a nav2_msgs/action/Wait, not a nav2_msgs/action/Spin"),
+        (["{}", "--goal-id", "xyz"], "--goal-id: goal id 'xyz' is not a UUID of 32 hex digits"),
+    ],
+)
+def test_nothing_is_sent_after_a_mistake(client, arguments, line, capsys):
+    """What is wrong with the command line is told in one line, with exit code 2."""
+    code = send(*arguments)
+
+    assert (2, []) == (code, client.goals)
+    assert f"{line}\n" == capsys.readouterr().err
