@@ -6,6 +6,7 @@ A point is ``(x, y)`` in the world's unit. Nothing here cares which way y points
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -107,7 +108,7 @@ class Obstacles:
 
     def __init__(self, walls: Iterable[Sequence[Point]], solids: Iterable[Sequence[Point]]) -> None:
         self._solids = [tuple(outline) for outline in solids]
-        self._segments = [pair for wall in walls for pair in zip(wall, wall[1:], strict=False)]
+        self._segments = [pair for wall in walls for pair in pairwise(wall)]
         self._segments += [
             pair for outline in self._solids for pair in zip(outline, (*outline[1:], outline[0]), strict=True)
         ]

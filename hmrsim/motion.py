@@ -109,7 +109,9 @@ class Piece:
         if elapsed >= self.duration:
             return self.end
         if self.leg is None:
-            return Pose(*self.start.point, self.start.yaw + turn(self.start.yaw, self.end.yaw) * elapsed / self.duration)
+            return Pose(
+                *self.start.point, self.start.yaw + turn(self.start.yaw, self.end.yaw) * elapsed / self.duration
+            )
         return Pose(*between(self.start.point, self.end.point, self.driven(elapsed) / self.length), self.start.yaw)
 
 
@@ -170,4 +172,3 @@ def _stretches(legs: Sequence[Leg]) -> list[list[Leg]]:
 def _continues(before: Leg, leg: Leg) -> bool:
     bend = turn(heading(before.start, before.end), heading(leg.start, leg.end))
     return before.speed_limit == leg.speed_limit and abs(bend) <= _SAME_HEADING
-

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from hmrsim.components import registry as components
 from hmrsim.geometry import Pose, distance
-from hmrsim.sim_time import stamp
 from hmrsim.interfaces import geometry_msgs as ros
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim.motion import Piece, pieces
+from hmrsim.sim_time import stamp
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping
@@ -39,7 +39,7 @@ class Robot:
         happened: Tells that something happened: the kind, and what gives the fields if anybody wants them.
     """
 
-    def __init__(  # noqa: PLR0913 - all that a robot touches is here, and nothing is looked up
+    def __init__(
         self,
         env: simpy.Environment,
         name: str,

@@ -70,7 +70,7 @@ class Simulator:
         keep_results: Most ended goals that a robot remembers.
     """
 
-    def __init__(  # noqa: PLR0913 - the settings of a run
+    def __init__(
         self,
         world: World,
         sinks: Sequence[Sink] = (),
@@ -104,7 +104,11 @@ class Simulator:
             robot = self.robots[name] = Robot(self.env, name, spec, world, self.graph, self.items, self._happened)
             self.dispatcher.add(robot)
             self.telemetry.start(
-                robot, Topic.ODOM, 0.0, odom_rate, lambda robot=robot: self._emit(self._odom(robot))  # type: ignore[misc]  # binds the loop's robot
+                robot,
+                Topic.ODOM,
+                0.0,
+                odom_rate,
+                lambda robot=robot: self._emit(self._odom(robot)),  # type: ignore[misc]  # binds the loop's robot
             )
         self.telemetry.start("clock", Topic.CLOCK, 0.0, clock_rate, lambda: self._emit(self._clock()))
 

@@ -132,7 +132,7 @@ def plain(envelope: type[BaseModel]) -> TypeAdapter[Any]:
     return TypeAdapter(envelope)
 
 
-def read(reader: TypeAdapter[Any], payload: bytes, *, max_payload: int = MAX_PAYLOAD) -> Any:  # noqa: ANN401
+def read(reader: TypeAdapter[Any], payload: bytes, *, max_payload: int = MAX_PAYLOAD) -> Any:
     """Return the model that *payload* holds.
 
     Raises:

@@ -73,6 +73,7 @@ class Keys:
     aliases: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        """Check the prefix."""
         if not _PREFIX.fullmatch(self.prefix):
             raise ValueError(f"prefix {self.prefix!r} is not a plain key, such as 'hmrsim' or 'lab/hmrsim'")
 

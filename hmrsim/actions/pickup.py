@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.actions import Action, Codes, Report
+from hmrsim.actions import Action, Report
+from hmrsim.actions._moveit import CODES
 from hmrsim.components.claw import Claw
 from hmrsim.errors import GoalAborted
 from hmrsim.interfaces.moveit_msgs import Grasp, MoveItErrorCodes, Pickup
@@ -48,7 +49,8 @@ def _find(robot: Robot, claw: Claw, name: str) -> Item:
     away, reach = robot.distance_to(item.position), claw.reach(robot.units)
     if away > reach:
         raise GoalAborted(
-            MoveItErrorCodes.PLANNING_FAILED, f"{name!r} is out of reach: {away:.3f} {robot.units} away, reach {reach:g}"
+            MoveItErrorCodes.PLANNING_FAILED,
+            f"{name!r} is out of reach: {away:.3f} {robot.units} away, reach {reach:g}",
         )
     if claw.settings.max_weight is not None and item.weight > claw.settings.max_weight:
         raise GoalAborted(
@@ -74,13 +76,7 @@ ACTION = Action(
     feedback=Pickup.Feedback,
     process=_process,
     failure=lambda code, message: Pickup.Result(error_code=MoveItErrorCodes(val=code, message=message)),
-    codes=Codes(
-        canceled=MoveItErrorCodes.PREEMPTED,
-        preempted=MoveItErrorCodes.PREEMPTED,
-        rejected=MoveItErrorCodes.FAILURE,
-        unknown=MoveItErrorCodes.FAILURE,
-        busy=MoveItErrorCodes.INVALID_ROBOT_STATE,
-    ),
+    codes=CODES,
     component="claw",
     example=Pickup.Goal(target_name="parcel"),
 )

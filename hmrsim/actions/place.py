@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.actions import Action, Codes, Report
+from hmrsim.actions import Action, Report
+from hmrsim.actions._moveit import CODES
 from hmrsim.components.claw import Claw
 from hmrsim.errors import GoalAborted
 from hmrsim.geometry import distance
@@ -72,13 +73,7 @@ ACTION = Action(
     feedback=Place.Feedback,
     process=_process,
     failure=lambda code, message: Place.Result(error_code=MoveItErrorCodes(val=code, message=message)),
-    codes=Codes(
-        canceled=MoveItErrorCodes.PREEMPTED,
-        preempted=MoveItErrorCodes.PREEMPTED,
-        rejected=MoveItErrorCodes.FAILURE,
-        unknown=MoveItErrorCodes.FAILURE,
-        busy=MoveItErrorCodes.INVALID_ROBOT_STATE,
-    ),
+    codes=CODES,
     component="claw",
     frames=lambda goal: (location.place_pose.header.frame_id for location in goal.place_locations),
     example=Place.Goal(attached_object_name="parcel"),

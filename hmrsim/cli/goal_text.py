@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 from pydantic import ValidationError
 
 from hmrsim.cli.exits import WrongUse
+from hmrsim.world import yaml_text
 from hmrsim.world.finding import dotted, shown
-from hmrsim.world.formats import _yaml
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,8 +38,8 @@ def read_yaml(text: str) -> object:
         WrongUse: It is no YAML, or a key is there twice.
     """
     try:
-        data, _, findings = _yaml.read(text)
-    except _yaml.Unreadable as error:
+        data, _, findings = yaml_text.read(text)
+    except yaml_text.Unreadable as error:
         raise WrongUse(f"goal: {error}; expected a mapping such as '{{target_name: medicine}}'") from None
     if findings:
         raise WrongUse("\n".join(f"goal: {dotted(finding.path)}: {finding.message}" for finding in findings))

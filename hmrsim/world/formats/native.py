@@ -8,8 +8,8 @@ from functools import partial
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world.finding import shown
 from hmrsim.world.formats import Document, Format
-from hmrsim.world.formats._yaml import Unreadable, line_of, read
 from hmrsim.world.model import World
+from hmrsim.world.yaml_text import Unreadable, line_of, read
 
 _KEYS = "|".join(World.model_fields)
 _TOP_LEVEL_KEY = re.compile(rf"""^["']?({_KEYS})["']?[ ]*:""", re.MULTILINE)
