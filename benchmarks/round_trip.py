@@ -51,10 +51,16 @@ def _ask(session: zenoh.Session, key: str, payload: bytes) -> bytes:
 def _variants(session: zenoh.Session) -> dict[str, Callable[[int], None]]:
     keys = {verb: f"hmrsim/wall_e/wait/_action/{verb}" for verb in ("send_goal", "get_result")}
 
-    def accepted(number: int) -> None:
+    def bare(_number: int) -> None:
+        _ask(session, "bare/x", b"{}")
+
+    def info(_number: int) -> None:
+        _ask(session, "hmrsim/_world/info", b"")
+
+    def accepted(_number: int) -> None:
         _ask(session, keys["send_goal"], _GOAL)
 
-    def one_by_one(number: int) -> None:
+    def one_by_one(_number: int) -> None:
         answer = json.loads(_ask(session, keys["send_goal"], _GOAL))
         _ask(session, keys["get_result"], json.dumps({"goal_id": answer["goal_id"]}).encode())
 
@@ -66,8 +72,8 @@ def _variants(session: zenoh.Session) -> dict[str, Callable[[int], None]]:
             pass
 
     return {
-        "bare get": lambda _number: None if _ask(session, "bare/x", b"{}") else None,
-        "_world/info": lambda _number: None if _ask(session, "hmrsim/_world/info", b"") else None,
+        "bare get": bare,
+        "_world/info": info,
         "send_goal to accepted": accepted,
         "goal to result, one by one": one_by_one,
         "goal to result, get_result right behind": right_behind,

@@ -53,3 +53,16 @@ def test_there_are_examples_and_blocks():
     """Neither list is empty by accident."""
     assert 3 <= len(EXAMPLES)
     assert 2 == len(BLOCKS)
+
+
+def test_the_tree_in_the_docs_runs(endpoint, tmp_path):
+    """As it stands there: checked, then run to success."""
+    (block,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "trees.md").read_text(), re.DOTALL)
+    (tmp_path / "fetch.py").write_text(block)
+    controller = Path(sys.executable).with_name("bt-controller")
+    for order in (["check", "fetch:fetch"], ["run", "fetch:fetch", "--robot", "wall_e", "--connect", endpoint]):
+        done = subprocess.run(
+            [controller, *order], cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False
+        )
+
+        assert (0, "") == (done.returncode, done.stderr), done.stdout

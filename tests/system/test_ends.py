@@ -16,7 +16,11 @@ def test_a_signal_ends_the_simulator_with_0_and_every_goal_with_a_verdict(serve,
     """Within two seconds; the client that follows a goal sees it ABORTED."""
     simulator, endpoint = serve("scenario1", "--real-time-factor", "0.05")
     client = start(
-        "hmrsim", "action", "send-goal", "/wall_e/navigate_to_pose", "{pose: {pose: {position: {x: 512, y: 215}}}}",
+        "hmrsim",
+        "action",
+        "send-goal",
+        "/wall_e/navigate_to_pose",
+        "{pose: {pose: {position: {x: 512, y: 215}}}}",
         env={"HMRSIM_CONNECT": endpoint},
     )
     client.line_with("Goal accepted with ID")
@@ -62,11 +66,15 @@ def test_nobody_there_is_exit_code_3(command):
     assert "hmrsim run" in err
 
 
-def test_ctrl_c_while_following_a_goal_cancels_it(serve, start, command):
+def test_ctrl_c_while_following_a_goal_cancels_it(serve, start):
     """Exit code 130, and the goal is CANCELED."""
     simulator, endpoint = serve("scenario1", "--real-time-factor", "0.05")
     client = start(
-        "hmrsim", "action", "send-goal", "/wall_e/navigate_to_pose", "{pose: {pose: {position: {x: 512, y: 215}}}}",
+        "hmrsim",
+        "action",
+        "send-goal",
+        "/wall_e/navigate_to_pose",
+        "{pose: {pose: {position: {x: 512, y: 215}}}}",
         env={"HMRSIM_CONNECT": endpoint},
     )
     client.line_with("Goal accepted with ID")

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import queue
 from pathlib import Path
 
 import pytest
+
+from hmrsim_zenoh import Client, Commander, SessionOptions
 
 pytestmark = pytest.mark.system
 
@@ -72,7 +75,10 @@ def test_the_four_commands_succeed_on_the_original_s_drawing(serve, command, tmp
     (tmp_path / DRAWING.name).write_bytes(DRAWING.read_bytes())
     world.write_text(
         f"units: px\ninclude: [{DRAWING.name}]\n"
-        "remap: {navigate_to_pose/wall_e: wall_e/navigate_to_pose, wall_e/grab: wall_e/pickup, wall_e/drop: wall_e/place}\n"
+        "remap:\n"
+        "  navigate_to_pose/wall_e: wall_e/navigate_to_pose\n"
+        "  wall_e/grab: wall_e/pickup\n"
+        "  wall_e/drop: wall_e/place\n"
     )
     _, endpoint = serve(world, "--real-time-factor", "10")
 
@@ -81,19 +87,18 @@ def test_the_four_commands_succeed_on_the_original_s_drawing(serve, command, tmp
     assert (100.0, 180.0) == placed(command, endpoint)
 
 
-def test_the_medicine_ends_at_the_robot_s_centre(serve, start, command):
+def test_the_medicine_ends_at_the_robot_s_centre(serve, command):
     """The world's events tell where it was put."""
     _, endpoint = serve("scenario1", "--real-time-factor", "10")
-    events = start("hmrsim", "topic", "echo", "/_world/events", "--json", env={"HMRSIM_CONNECT": endpoint})
-    # Sent until the listener is known to be there: events are not kept for those who come late.
-    while True:
-        command("hmrsim", "action", "send-goal", "/wall_e/wait", "{time: {sec: 0}}", endpoint=endpoint)
-        line = json.loads(events.line())
-        if line["kind"] == "status":
-            break
-    follow(command, endpoint, OURS)
+    told = queue.SimpleQueue()
+    with Client(SessionOptions(connect=(endpoint,))) as client:
+        client.subscribe(client.keys.world("events"), lambda _key, payload: told.put(json.loads(payload)))
+        # Goals that take no time, until the simulator is known to know that somebody listens.
+        while told.empty():
+            Commander(client, "wall_e").wait(0)
+        follow(command, endpoint, OURS)
+        dropped = next(event for event in iter(lambda: told.get(timeout=30), None) if event["kind"] == "placed")
 
-    dropped = json.loads(events.line_with('"placed"'))
     assert ("wall_e", "medicine", [100.0, 180.0]) == (dropped["robot"], dropped["item"], dropped["at"])
 
 
@@ -104,5 +109,10 @@ def test_the_simulator_tells_what_goes_on(serve, command):
     code, _, log = simulator.end(15)
 
     assert 0 == code
-    for words in ("navigate_to_pose accepted (512, 215)", "pickup accepted medicine", "navigate_to_pose SUCCEEDED", "place SUCCEEDED"):
+    for words in (
+        "navigate_to_pose accepted (512, 215)",
+        "pickup accepted medicine",
+        "navigate_to_pose SUCCEEDED",
+        "place SUCCEEDED",
+    ):
         assert words in log

@@ -17,16 +17,16 @@ def test_the_tree_goes_through_its_four_stages(serve, command):
     )
 
     assert 0 == code, err
-    stages = [
+    sent = (
         r"GoToPoseSequence \[\*\]\n.*GoToPoseFallback \[\*\]\n"
         r".*CheckArrived \[✕\] -- 'arrived' comparison failed \[v: Status.RUNNING\]\[e: Status.SUCCESS\]\n"
-        r".*GoToPoseAction \[\*\] -- sent goal request",
-        r"GoToPoseAction \[\*\] -- feedback: remaining: \d+\.\d+",
-        r"GoToPoseSequence \[✓\]\n.*GoToPoseFallback \[✓\]\n.*\n.*GoToPoseAction \[✓\] -- successfully completed",
-        r"CheckArrived \[✓\] -- 'arrived' comparison succeeded \[v: Status.SUCCESS\]\[e: Status.SUCCESS\]",
-    ]
+        r".*GoToPoseAction \[\*\] -- sent goal request"
+    )
+    under_way = r"GoToPoseAction \[\*\] -- feedback: remaining: \d+\.\d+"
+    arrived = r"GoToPoseSequence \[✓\]\n.*GoToPoseFallback \[✓\]\n.*\n.*GoToPoseAction \[✓\] -- successfully completed"
+    confirmed = r"CheckArrived \[✓\] -- 'arrived' comparison succeeded \[v: Status.SUCCESS\]\[e: Status.SUCCESS\]"
     at = 0
-    for stage in stages:
+    for stage in (sent, under_way, arrived, confirmed):
         found = re.compile(stage).search(out, at)
         assert found, (stage, out)
         at = found.end()
@@ -38,8 +38,12 @@ def test_the_original_s_name_of_the_action_is_there(serve, command):
     """The world's remap serves ``navigate_to_pose/wall_e``."""
     _, endpoint = serve("scenario2", "--real-time-factor", "10")
     code, out, _ = command(
-        "hmrsim", "action", "send-goal", "navigate_to_pose/wall_e",
-        "{pose: {pose: {position: {x: 450, y: 330}}}}", endpoint=endpoint,
+        "hmrsim",
+        "action",
+        "send-goal",
+        "navigate_to_pose/wall_e",
+        "{pose: {pose: {position: {x: 450, y: 330}}}}",
+        endpoint=endpoint,
     )
 
     assert 0 == code
@@ -50,7 +54,11 @@ def test_a_controller_whose_simulator_dies_ends_and_says_so(serve, start):
     """The leaf fails, the root fails, exit code 1; no endless wait."""
     simulator, endpoint = serve("scenario2", "--real-time-factor", "0.05")
     controller = start(
-        "bt-controller", "run", "bt_controller.examples:go_to_pose", "--robot", "wall_e",
+        "bt-controller",
+        "run",
+        "bt_controller.examples:go_to_pose",
+        "--robot",
+        "wall_e",
         env={"HMRSIM_CONNECT": endpoint},
     )
     controller.line_with("sent goal request")
@@ -66,7 +74,11 @@ def test_a_simulator_whose_controller_dies_goes_on(serve, start, command):
     """The goal runs on, and others are served."""
     _, endpoint = serve("scenario2", "--real-time-factor", "2")
     controller = start(
-        "bt-controller", "run", "bt_controller.examples:go_to_pose", "--robot", "wall_e",
+        "bt-controller",
+        "run",
+        "bt_controller.examples:go_to_pose",
+        "--robot",
+        "wall_e",
         env={"HMRSIM_CONNECT": endpoint},
     )
     controller.line_with("sent goal request")
@@ -77,11 +89,15 @@ def test_a_simulator_whose_controller_dies_goes_on(serve, start, command):
     assert "SUCCEEDED" in out
 
 
-def test_an_interrupted_controller_cancels_its_goal(serve, start, command):
+def test_an_interrupted_controller_cancels_its_goal(serve, start):
     """Ctrl-C: exit code 130, and the robot's goal is CANCELED."""
     simulator, endpoint = serve("scenario2", "--real-time-factor", "0.05")
     controller = start(
-        "bt-controller", "run", "bt_controller.examples:go_to_pose", "--robot", "wall_e",
+        "bt-controller",
+        "run",
+        "bt_controller.examples:go_to_pose",
+        "--robot",
+        "wall_e",
         env={"HMRSIM_CONNECT": endpoint},
     )
     controller.line_with("sent goal request")

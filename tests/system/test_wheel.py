@@ -70,13 +70,19 @@ def test_an_action_of_another_package_is_served(installed, tmp_path):
     subprocess.run(pip, check=True, capture_output=True)
     simulator = subprocess.Popen(
         [installed / "hmrsim", "run", "scenario1", "--listen", "tcp/127.0.0.1:0"],
-        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        cwd=tmp_path,
     )
     try:
         endpoint = simulator.stdout.readline().split()[1]
         sent = subprocess.run(
             [installed / "hmrsim", "action", "send-goal", "/wall_e/dance", "{time: {sec: 0}}", "--connect", endpoint],
-            capture_output=True, text=True, timeout=60, check=False,
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
         )
     finally:
         simulator.terminate()
