@@ -1,0 +1,34 @@
+"""The files in schemas/ are those that the models make."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from hmrsim.actions import registry
+from hmrsim_zenoh.schemas import main
+
+SCHEMAS = Path(__file__).parents[2] / "schemas"
+
+
+def test_the_committed_schemas_are_in_step():
+    """Whoever changes a model runs make schemas."""
+    assert 0 == main(["--check", str(SCHEMAS)])
+
+
+def test_a_schema_that_is_out_of_date_is_named(tmp_path, capsys):
+    """The check writes nothing, and says which file and what to do."""
+    main([str(tmp_path)])
+    (tmp_path / "world.schema.json").write_text("{}")
+
+    assert 1 == main(["--check", str(tmp_path)])
+    assert f"{tmp_path}/world.schema.json: out of date; run make schemas" in capsys.readouterr().err
+    assert "{}" == (tmp_path / "world.schema.json").read_text()
+
+
+def test_every_action_has_a_schema(tmp_path):
+    """One file each, beside those of worlds and envelopes."""
+    main([str(tmp_path)])
+
+    assert sorted(registry()) == sorted(path.name.split(".")[0] for path in (tmp_path / "actions").iterdir())
+    assert "goal" in json.dumps(json.loads((tmp_path / "actions" / "wait.schema.json").read_text()))
