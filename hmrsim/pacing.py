@@ -98,9 +98,11 @@ class Pacing:
     def _run_free(self) -> None:
         simulator = self.simulator
         while not self.inbox.closed:
-            if self._take_command():
-                continue
-            if simulator.next_event == math.inf:
+            # Neither keeps the other waiting: so many commands at most, then so many events.
+            taken = 0
+            while taken < _EVENTS_BETWEEN_POLLS and self._take_command():
+                taken += 1
+            if not taken and simulator.next_event == math.inf:
                 simulator.settle()
                 self.inbox.wait(None)
                 continue

@@ -19,7 +19,7 @@ from hmrsim.route_graph import to_geojson
 from hmrsim.simulator import Simulator
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
-from hmrsim_zenoh.errors import PrefixTaken
+from hmrsim_zenoh.errors import BadOptions, PrefixTaken
 from hmrsim_zenoh.keys import Keys
 from hmrsim_zenoh.server import Server
 from hmrsim_zenoh.session import SessionOptions, open_server
@@ -95,7 +95,10 @@ class Host:
         settings: HostSettings = HostSettings(),
     ) -> None:
         self._settings = settings
-        self._keys = Keys(options.prefix, loaded.world.remap)
+        try:
+            self._keys = Keys(options.prefix, loaded.world.remap)
+        except ValueError as error:
+            raise BadOptions(f"--prefix: {error}") from None
         self._retention = Retention(settings.result_timeout)
         self.simulator = Simulator(
             loaded.world,
@@ -107,6 +110,7 @@ class Host:
             keep_results=settings.keep_results,
         )
         self.error: BaseException | None = None
+        self._reason = "the simulation has ended"
         self._ended = threading.Event()
         self._tokens: list[zenoh.LivelinessToken] = []
         self._session, self.endpoints = open_server(options)
@@ -151,8 +155,13 @@ class Host:
         """Return whether the simulation has ended, after waiting for that up to *timeout* wall seconds."""
         return self._ended.wait(timeout)
 
-    def stop(self) -> None:
-        """End every goal, close the session and return within two seconds; from any thread but the simulation's."""
+    def stop(self, reason: str = "the simulator was stopped") -> None:
+        """End every goal, close the session and return within two seconds; from any thread but the simulation's.
+
+        Args:
+            reason: What the results of the goals that run then say.
+        """
+        self._reason = reason
         self._server.close()
         if self._thread.is_alive():
             self._thread.join(_STOP_SECONDS)
@@ -160,24 +169,23 @@ class Host:
 
     def _run(self) -> None:
         """Run the simulation; whatever ends it, every goal gets its verdict, and the network learns of the end."""
-        reason = "the simulation has ended"
         try:
             self.pacing.run()
         except BaseException as error:  # noqa: BLE001 - kept for the main thread, which ends the process with it
             self.error = error
-            reason = f"the simulation died of {error!r}"
+            self._reason = f"the simulation died of {error!r}"
         try:
-            self._finish(reason)
+            self._finish()
         except BaseException as error:  # noqa: BLE001 - likewise
             self.error = self.error or error
         self._ended.set()
 
-    def _finish(self, reason: str) -> None:
+    def _finish(self) -> None:
         with ExitStack() as afterwards:
             for token in self._tokens:
                 afterwards.callback(token.undeclare)
             afterwards.callback(self._server.finish, self.simulator.submit)
-            self.simulator.stop(reason)
+            self.simulator.stop(self._reason)
 
     def _refuse_second(self) -> None:
         token = self._keys.alive()

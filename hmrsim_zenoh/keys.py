@@ -127,6 +127,10 @@ class Keys:
         """Return the wildcard for one topic of all robots."""
         return self.topic("*", topic)
 
+    def owner(self, key: str) -> str:
+        """Return whose a key is: the robot's name, or what stands there."""
+        return key[len(self.prefix) + 1 :].partition("/")[0]
+
     def parse(self, key: str) -> ActionKey | TopicKey | None:
         """Return what a key means; None when it is none of ours."""
         head, tail = key[: len(self.prefix) + 1], key[len(self.prefix) + 1 :]

@@ -170,6 +170,8 @@ class Requests:
                 return self._decode_world(query, key, topic)
             case TopicKey(robot, topic) if not robot.startswith("_") and not topic.startswith("_"):
                 return [self._read_topic(query, key, robot, topic)]
+            case None if self._keys.owner(key) in self._serves:
+                raise UnreadableError(f"{key!r} is no key of {self._keys.owner(key)}; see docs/keys.md")
         # Others may have keys below our prefix, such as a planner's; it is for them to answer.
         query.drop()
         return []
@@ -253,9 +255,16 @@ class Requests:
         key = str(query.key_expr)
         asked = self._keys.parse(key)
         if isinstance(asked, ActionKey) and asked.verb is Verb.SEND_GOAL:
-            Asked(query, key).reply(encoding.goal_response(not_served(None, reason, text)), encoding.JSON)
+            answer = self.not_served(asked.action, None, reason, text)
+            Asked(query, key).reply(encoding.goal_response(answer), encoding.JSON)
         else:
             Asked(query, key).refuse(encoding.error(text))
+
+    def not_served(self, action: str, goal_id: str | None, reason: str, text: str) -> GoalResponse:
+        """Return the answer to a goal that never comes to the simulation."""
+        known = self._actions.get(action)
+        code = known.codes.rejected if known else 1
+        return GoalResponse(False, goal_id or "", stamp=1, reason=reason, error_code=code, error_msg=text)
 
 
 def _goal_reader(action: AnyAction | None) -> TypeAdapter[Any]:
@@ -263,11 +272,6 @@ def _goal_reader(action: AnyAction | None) -> TypeAdapter[Any]:
         return _ANY_GOAL
     message: type[Message] = action.goal
     return around(SendGoalRequest, message)
-
-
-def not_served(goal_id: str | None, reason: str, text: str) -> GoalResponse:
-    """Return the answer to a goal that never came to the simulation."""
-    return GoalResponse(accepted=False, goal_id=goal_id or "", stamp=1, reason=reason, error_code=1, error_msg=text)
 
 
 def _goal_id(text: str, field: str) -> str:

@@ -34,7 +34,7 @@ from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.inbox import QueryInbox
 from hmrsim_zenoh.interest import Interest
 from hmrsim_zenoh.keys import WORLD, Verb
-from hmrsim_zenoh.requests import Asked, Requests, not_served
+from hmrsim_zenoh.requests import Asked, Requests
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -108,7 +108,8 @@ class Server:
         self.close()
         while (command := self.inbox.poll()) is not None:
             if isinstance(command, SendGoal):
-                self._emit_answer(Answered(command.reply_to, not_served(command.goal_id, "not_ready", _ENDED)))
+                answer = self._requests.not_served(command.action, command.goal_id, "not_ready", _ENDED)
+                self._emit_answer(Answered(command.reply_to, answer))
             else:
                 submit(command)
 

@@ -19,9 +19,7 @@ from hmrsim.cli.run_table import RobotTable
 from hmrsim.cli.signals import on_signals
 from hmrsim.world import load_world
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
-from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.host import Host, HostSettings
-from hmrsim_zenoh.keys import Keys
 from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
 
 if TYPE_CHECKING:
@@ -118,7 +116,7 @@ def _add_server_options(parser: argparse.ArgumentParser) -> None:
 def _run(args: argparse.Namespace) -> int:
     signals: list[int] = []
     with on_signals(signals.append):
-        options = _checked(session_options(args))
+        options = session_options(args)
         loaded = load_world(args.world, add_robots=args.robot, add_items=args.item)
         for problem in loaded.warnings:
             warn(line_of(problem))
@@ -134,14 +132,6 @@ def _run(args: argparse.Namespace) -> int:
         traceback.print_exception(host.error)
         return ExitCode.FAILED
     return ExitCode.DONE
-
-
-def _checked(options: SessionOptions) -> SessionOptions:
-    try:
-        Keys(options.prefix)
-    except ValueError as error:
-        raise BadOptions(f"--prefix: {error}") from None
-    return options
 
 
 def _settings(args: argparse.Namespace) -> HostSettings:

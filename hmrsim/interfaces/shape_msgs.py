@@ -30,9 +30,7 @@ class SolidPrimitive(Message):
     PRISM_HEIGHT: ClassVar[int] = 0
 
     type: UInt8 = 0
-    dimensions: Annotated[list[Float64], Array(3, bounded=True), Field(max_length=3)] = Field(
-        default_factory=list
-    )
+    dimensions: Annotated[list[Float64], Array(3, bounded=True), Field(max_length=3)] = Field(default_factory=list)
     polygon: Polygon = Field(default_factory=Polygon)
 
 

@@ -56,7 +56,7 @@ def test_goals_that_run_are_aborted_at_the_end(live, serve, wait):
     serve.hosts[0].stop()
 
     answers = [pending.one() for pending in held]
-    assert [(6, 740, "the simulation has ended")] * 2 == [
+    assert [(6, 740, "the simulator was stopped")] * 2 == [
         (answer["status"], answer["result"]["error_code"], answer["result"]["error_msg"]) for answer in answers
     ]
     heard.wait_for_status(A, 6)

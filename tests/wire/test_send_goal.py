@@ -159,13 +159,14 @@ def crowded(serve, wait, monkeypatch):
     return tester
 
 
-def test_a_goal_is_answered_busy_when_too_many_wait(crowded, wait):
+@pytest.mark.parametrize(("name", "code"), [("eve/wait", 1), ("eve/pickup", 99999)])
+def test_a_goal_is_answered_busy_when_too_many_wait(crowded, name, code):
     """It is not accepted, and may be sent again later."""
-    answers = (crowded.send("eve/wait", wait(1)) for _ in range(1000))
+    answers = (crowded.send(name, {}) for _ in range(1000))
 
     busy = next(answer for answer in answers if not answer["accepted"])
 
-    assert ("busy", 1, "too many requests are waiting; try again later") == (
+    assert ("busy", code, "too many requests are waiting; try again later") == (
         busy["reason"],
         busy["error_code"],
         busy["error_msg"],

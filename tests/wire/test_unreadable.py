@@ -173,7 +173,15 @@ def test_a_request_with_wildcards_is_an_error(shared, key):
     assert (False, True) == (reply.ok, "without wildcards" in reply.body["error"])
 
 
-@pytest.mark.parametrize("key", ["nothing", "one/two/three/four", "wall_e/wait/_action/fly", "_participant/me"])
+def test_a_key_of_a_robot_that_means_nothing_is_refused(shared):
+    """A request gets an answer; the text names the key."""
+    (reply,) = shared.ask("wall_e/wait/_action/fly", {"goal": {}})
+
+    assert not reply.ok
+    assert "'hmrsim/wall_e/wait/_action/fly' is no key of wall_e; see docs/keys.md" == reply.body["error"]
+
+
+@pytest.mark.parametrize("key", ["nothing", "one/two/three/four", "_planner/compute_path_to_pose", "_participant/me"])
 def test_a_key_that_is_not_ours_is_left_to_others(shared, key):
     """Whoever asks it knows at once that nobody answers."""
     assert [] == shared.ask(key, {"goal": {}})
