@@ -41,6 +41,11 @@ _WAIT_BEFORE_CLOSE_KEY: Final = "transport/link/tx/queue/congestion_control/bloc
 _SOURCE: Final = re.compile(r"\s+at /\S+\.rs:\d+\.?")
 _JSON5: Final = re.compile(r'Json5Err\(Message \{ msg: "(?P<text>.*?)", location')
 
+# Deallocating a router's session waits for Zenoh's network thread with the GIL held, and that thread may be waiting for
+# the GIL in a callback of another session: both stand still, for 10 s or more, whenever the garbage collector likes.
+# So closed sessions of simulators are kept, 16 kB each. Delete this when zenoh-python drops sessions without the GIL.
+_never_deallocated: Final[list[zenoh.Session]] = []
+
 
 @dataclass(frozen=True)
 class SessionOptions:
@@ -106,11 +111,14 @@ def open_server(options: SessionOptions = DEFAULT_OPTIONS) -> tuple[zenoh.Sessio
     for tries_left in reversed(range(_PORT_TRIES)):
         settings.listen = tuple(_with_port(str(endpoint)) for endpoint in wanted)
         try:
-            return settings.open("start a Zenoh router there or name another with --connect"), settings.listen
+            session = settings.open("start a Zenoh router there or name another with --connect")
         except PortTaken:
             # Between our look and Zenoh's somebody else may have taken the free port.
             if settings.listen == tuple(wanted) or not tries_left:
                 raise
+        else:
+            _never_deallocated.append(session)
+            return session, settings.listen
     raise AssertionError
 
 

@@ -16,15 +16,16 @@ _log = logging.getLogger(__name__)
 
 
 class Worker:
-    """Calls functions after a delay, in one daemon thread that starts when first needed."""
+    """Calls functions after a delay, in a daemon thread of its own."""
 
     def __init__(self, name: str) -> None:
-        self._name = name
         self._changed = threading.Condition()
         self._due: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
-        self._thread: threading.Thread | None = None
         self._closed = False
+        # Not when first needed: that is in Zenoh's thread, which must not wait for another one to start.
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
 
     def after(self, delay: float, call: Callable[[], None]) -> None:
         """Call a function in *delay* seconds of wall time; never if the worker is closed by then."""
@@ -32,9 +33,6 @@ class Worker:
             if self._closed:
                 return
             heapq.heappush(self._due, (time.monotonic() + delay, next(self._order), call))
-            if self._thread is None:
-                self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
-                self._thread.start()
             self._changed.notify()
 
     def close(self) -> None:
@@ -43,7 +41,7 @@ class Worker:
             self._closed = True
             self._due.clear()
             self._changed.notify()
-        if self._thread is not None and self._thread is not threading.current_thread():
+        if self._thread is not threading.current_thread():
             self._thread.join()
 
     def _run(self) -> None:

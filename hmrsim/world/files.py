@@ -51,9 +51,10 @@ def read_text(path: Path, file: str) -> str:
             content = stream.read(MOST_BYTES + 1)
     except FileNotFoundError:
         raise _error(file, "no such file") from None
-    except (OSError, ValueError) as error:
-        reason = os.strerror(error.errno).lower() if isinstance(error, OSError) and error.errno else str(error)
-        raise _error(file, f"can't be read: {reason}") from None
+    except OSError as error:
+        raise _error(file, f"can't be read: {os.strerror(error.errno).lower() if error.errno else error}") from None
+    except ValueError:
+        raise _error(file, "can't be read: its name has a null character") from None
     if len(content) > MOST_BYTES:
         raise _error(file, f"is larger than {MOST_BYTES // 1024 // 1024} MiB")
     try:

@@ -120,7 +120,7 @@ def test_file_that_cannot_be_read_is_one_problem(tmp_path):
         "bytes.yaml": (2, "is not UTF-8: byte 0xff"),
         "unknown.txt": (None, "is of no known format"),
         "pipe.yaml": (None, "is no ordinary file"),
-        "nul\0.yaml": (None, "can't be read: embedded null byte"),
+        "nul\0.yaml": (None, "can't be read: its name has a null character"),
     }
 
 
