@@ -376,12 +376,14 @@ class Dispatcher:
         goal.server.forgotten[goal.goal_id] = goal.status
         self._ended[goal.server.robot.name].pop(goal, None)
 
-    def stop(self, reason: str) -> None:
-        """Abort every goal that runs, saying why; nothing may run afterwards."""
-        for goal in list(self._active()):
+    def stop(self, reason: str) -> int:
+        """Abort every goal that runs, saying why; return how many there were."""
+        running = list(self._active())
+        for goal in running:
             # It may be what the simulation dies of, and the other goals need their verdicts, too.
             goal.sample = None
             self._halt(goal, GoalEvent.ABORT, goal.server.action.codes.unknown, reason)
+        return len(running)
 
     # --- small things ---------------------------------------------------------------------------------------------
 

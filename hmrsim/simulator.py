@@ -146,7 +146,11 @@ class Simulator:
 
     def stop(self, reason: str = "the simulation was stopped") -> None:
         """Abort every goal that runs; the simulation must not be run afterwards."""
-        self.dispatcher.stop(reason)
+        interrupted = self.dispatcher.stop(reason)
+        # Interrupts come before all else; robots stand still after them.
+        for _ in range(interrupted):
+            if self.env.peek() <= self.now:
+                self.env.step()
 
     def _emit(self, event: Event) -> None:
         for sink in self._sinks:

@@ -420,6 +420,16 @@ class TestEnd:
         assert GoalStatus.ABORTED == log.answer("result").status
         assert (9000, "the simulator was stopped") == (log.result(A).error_code, log.result(A).error_msg)
 
+    def test_a_robot_that_is_stopped_stands(self, run):
+        """It is where it was, and nothing remains to be driven."""
+        run((0.0, go()), until=1.0)
+        run.simulator.stop()
+
+        assert ((2.0, 2.0), 0.0) == (
+            run.simulator.robots["wall_e"].pose().point,
+            run.simulator.robots["wall_e"].distance_remaining,
+        )
+
     def test_a_bug_in_an_action_aborts_its_goal_and_leaves_the_run(self, make_run):
         """ABORTED is sent first, then the exception comes out."""
 
