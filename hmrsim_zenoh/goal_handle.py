@@ -138,7 +138,9 @@ class GoalHandle(ABC, Generic[R, F]):
             if self._done or self._accepted:
                 return False
             self._accepted = True
-            self._raise_status(max(status, GoalStatus.ACCEPTED))
+            self._raise_status(GoalStatus.ACCEPTED)
+            # What a duplicate has become; if it has ended, get_result is to tell, which has the result, too.
+            self._raise_status(status)
             self._note_change()
         self._deliver()
         return True

@@ -61,7 +61,9 @@ def test_other_events_are_not_logged(simulator, caplog):
 
     with caplog.at_level(logging.INFO):
         log.emit(GoalChanged(1, "wall_e", "wait", "0" * 32, GoalStatus.CANCELING))
-        log.emit(GoalChanged(1, "wall_e", "wait", "0" * 32, GoalStatus.CANCELED, result=Wait.Result(error_msg="canceled")))
+        log.emit(
+            GoalChanged(1, "wall_e", "wait", "0" * 32, GoalStatus.CANCELED, result=Wait.Result(error_msg="canceled"))
+        )
 
     assert ["sim 0.000 | wall_e wait CANCELED"] == caplog.messages
 

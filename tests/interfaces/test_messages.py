@@ -298,8 +298,6 @@ def test_duration_of_seconds(seconds: float, sec: int, nanosec: int) -> None:
 def test_import_builds_nothing() -> None:
     """Importing all messages builds no validator, and imports neither engine nor wire."""
     root = Path(hmrsim.__file__).parents[1]
-    done = subprocess.run(
-        [sys.executable, "-c", IMPORT_ALL], cwd=root, capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([sys.executable, "-c", IMPORT_ALL], cwd=root, capture_output=True, text=True, check=True)
 
     assert done.stdout == "[]\n[]\n"

@@ -206,6 +206,19 @@ def test_a_goal_whose_answer_was_lost_is_sent_again(simulator, wait_client):
     assert (first, goal.accepted, goal.status) == (second, True, GoalStatus.EXECUTING)
 
 
+def test_a_duplicate_that_has_ended_is_accepted_until_its_result_comes(simulator, wait_client):
+    """A terminal status without a result would be half the truth."""
+    simulator.steps["send_goal"] = [simulator.lose, simulator.refuse("duplicate_goal_id", status=ABORTED)]
+    goal = wait_client.send_goal(GOAL)
+    goal.wait_accepted(SOON)
+    assert (goal.status, goal.done) == (GoalStatus.ACCEPTED, False)
+
+    simulator.wait_for(Verb.GET_RESULT)
+    simulator.release(simulator.end(ABORTED), verb=Verb.GET_RESULT)
+    goal.result(SOON)
+    assert goal.status is GoalStatus.ABORTED
+
+
 def test_a_goal_that_never_came_through_is_accepted_later(simulator, wait_client):
     """Both first requests are lost; the result is asked for again when the goal is accepted."""
     simulator.steps["send_goal"] = [simulator.lose, simulator.accept]
