@@ -162,7 +162,7 @@ class Dispatcher:
             action = self._actions.get(command.action)
             answer = GoalResponse(
                 accepted=False,
-                goal_id=command.goal_id or "",
+                goal_id=_as_answered(command.goal_id),
                 stamp=stamp(self._env.now),
                 reason=rejection.reason,
                 error_code=action.codes.rejected if action else 1,
@@ -170,9 +170,8 @@ class Dispatcher:
             )
             self._answer(command.reply_to, answer)
             return
-        goal = server.goals[goal_id] = _Goal(server, goal_id, stamp(self._env.now), message)
+        goal = _Goal(server, goal_id, stamp(self._env.now), message)
         self._answer(command.reply_to, GoalResponse(accepted=True, goal_id=goal_id, stamp=goal.stamp))
-        self._publish(goal)
         self._start(goal)
 
     def _server(self, robot: str, action: str) -> _Server:
@@ -230,15 +229,17 @@ class Dispatcher:
         """Let an accepted goal run; it takes the base from another goal, or finds it busy."""
         action, name = goal.server.action, goal.server.robot.name
         holder = self._holders.get(name) if action.holds_base else None
+        if holder is not None and action.codes.busy is None:
+            # Before the new one is published: nobody ever sees two that execute on one base.
+            code = holder.server.action.codes.preempted
+            self._halt(holder, GoalEvent.ABORT, code, f"preempted by goal {goal.goal_id}")
+        goal.server.goals[goal.goal_id] = goal
+        self._publish(goal)
         self._change(goal, GoalEvent.EXECUTE)
-        if holder and action.codes.busy is not None:
+        if holder is not None and action.codes.busy is not None:
             running = f"{holder.server.action.name} goal {holder.goal_id}"
             self._end(goal, GoalEvent.ABORT, action.failure(action.codes.busy, f"{name} is busy with {running}"))
             return
-        if holder:
-            self._halt(
-                holder, GoalEvent.ABORT, holder.server.action.codes.preempted, f"preempted by goal {goal.goal_id}"
-            )
         if action.holds_base:
             self._holders[name] = goal
         goal.process = self._env.process(self._pursue(goal))
@@ -330,11 +331,10 @@ class Dispatcher:
         server = self._find(command)
         if server is None:
             return
-        one = server.goals.get(command.goal_id)
         chosen = [goal for goal in server.goals.values() if _selects(command, goal)]
         code = _CANCEL.ERROR_NONE
         if not chosen and command.goal_id != ZERO_ID and not command.stamp:
-            known = one is not None or command.goal_id in server.forgotten
+            known = command.goal_id in server.goals
             code = _CANCEL.ERROR_GOAL_TERMINATED if known else _CANCEL.ERROR_UNKNOWN_GOAL_ID
         for goal in chosen:
             self._change(goal, GoalEvent.CANCEL)
@@ -408,6 +408,14 @@ class Dispatcher:
     def _status(self, server: _Server) -> StatusChanged:
         entries = tuple(goal.entry() for goal in server.goals.values())
         return StatusChanged(server.robot.name, server.action.name, entries)
+
+
+def _as_answered(goal_id: str | None) -> str:
+    """Return an id as answers have it, without hyphens; what is no id as it was sent."""
+    try:
+        return parse_goal_id(goal_id or "")
+    except ValueError:
+        return goal_id or ""
 
 
 def _selects(command: CancelGoal, goal: _Goal) -> bool:

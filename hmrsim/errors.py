@@ -26,6 +26,11 @@ class HmrsimError(Exception):
     """Something that a user, a file or a robot did; its text is fit to be shown as it is."""
 
 
+def printable(text: str) -> str:
+    """Return *text* with what would move a cursor or begin a line escaped: it may come from anybody."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 @dataclass(frozen=True)
 class Problem:
     """One thing wrong with a world file.
@@ -49,7 +54,7 @@ class Problem:
     def __str__(self) -> str:
         """Return ``file:line: path: message``, as compilers write it."""
         place = self.file if self.line is None else f"{self.file}:{self.line}"
-        return ": ".join(part for part in (place, self.path, self.message) if part)
+        return printable(": ".join(part for part in (place, self.path, self.message) if part))
 
 
 class WorldError(HmrsimError):

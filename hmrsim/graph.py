@@ -17,6 +17,7 @@ import networkx as nx
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Obstacles, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+from hmrsim.world.model import FARTHEST
 
 if TYPE_CHECKING:
     from hmrsim.world.model import World
@@ -154,6 +155,11 @@ class WaypointGraph:
             NoRoute: It is outside the map (204) or inside an obstacle (206).
         """
         x, y = point
+        if max(abs(x), abs(y)) > FARTHEST:
+            raise NoRoute(
+                ComputePathToPose.Result.GOAL_OUTSIDE_MAP,
+                f"target ({x:g}, {y:g}) is outside any map: coordinates end at {FARTHEST:g}",
+            )
         if self._bounds is not None:
             x0, y0, x1, y1 = self._bounds
             if not (x0 <= x <= x1 and y0 <= y <= y1):

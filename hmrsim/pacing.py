@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from hmrsim.gateway import ForgetResult, GoalChanged, Topic
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 _EVENTS_BETWEEN_POLLS = 32
 """Events that are taken between two looks into the inbox: a look costs little, an event a microsecond or more."""
+
+_BETWEEN_WARNINGS = 5.0
+"""Wall seconds from one word about lag to the next."""
 
 _MOST_LATE = 0.1
 """Wall seconds that an event may be late before time gives up catching up."""
@@ -64,7 +67,7 @@ class Pacing:
         retention: Drops old results.
         real_time_factor: Simulated seconds a wall second; 0 for as fast as possible.
         duration: Simulated seconds after which to end.
-        on_lag: Told how many wall seconds time has lost in all, whenever it loses some.
+        on_lag: Told how many wall seconds time has lost in all, when it loses some; not more often than every 5 s.
         lag: Wall seconds that time has lost.
     """
 
@@ -75,6 +78,7 @@ class Pacing:
     duration: float = math.inf
     on_lag: Callable[[float], None] = lambda _lag: None
     lag: float = 0.0
+    _told: float = field(default=-math.inf, init=False)
 
     def run(self) -> None:
         """Run until the inbox is closed or the duration is over; goals that run then are left to `Simulator.stop`."""
@@ -117,14 +121,18 @@ class Pacing:
     def _run_paced(self, factor: float) -> None:
         simulator = self.simulator
         anchor = time.monotonic() - simulator.now / factor
-        while not self.inbox.closed:
+        while True:
             target = min((time.monotonic() - anchor) * factor, self.duration)
             late = (target - simulator.next_due) / factor
             if late > _MOST_LATE:
                 anchor += late
                 target -= late * factor
-                self.lag += late
-                self.on_lag(self.lag)
+                self._lose(late)
+            if self.inbox.closed:
+                # Whatever ends now ends at this time, not at that of the event before.
+                if simulator.next_due > target:
+                    simulator.advance(max(target, simulator.now))
+                return
             if simulator.next_due <= target:
                 self._take_due(target)
             elif target >= self.duration:
@@ -135,6 +143,14 @@ class Pacing:
             elif simulator.next_due > target:
                 wake = min(simulator.next_due, self.duration) / factor + anchor
                 self.inbox.wait(None if wake == math.inf else max(0.0, wake - time.monotonic()))
+
+    def _lose(self, seconds: float) -> None:
+        """Count wall seconds that time lags, and tell, but not every time."""
+        self.lag += seconds
+        now = time.monotonic()
+        if now - self._told >= _BETWEEN_WARNINGS:
+            self._told = now
+            self.on_lag(self.lag)
 
     def _take_waiting(self, target: float) -> None:
         """Submit the next command at the time of its arrival; when time lags, some commands at the time that it is.

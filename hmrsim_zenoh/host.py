@@ -67,6 +67,10 @@ class HostSettings:
     max_payload: int = MAX_PAYLOAD
 
 
+def _warn_of_lag(lag: float) -> None:
+    _log.warning("the machine can't keep up: simulated time is %.1f wall seconds behind in all", lag)
+
+
 class Host:
     """Serves a world until it is stopped; a context manager that closes everything.
 
@@ -127,7 +131,7 @@ class Host:
             self._retention,
             real_time_factor=settings.real_time_factor,
             duration=settings.duration,
-            on_lag=lambda lag: _log.warning("the machine can't keep up: time has lost %.1f s in all", lag),
+            on_lag=_warn_of_lag,
         )
         self._thread = threading.Thread(target=self._run, name="hmrsim-simulation", daemon=True)
 
@@ -173,7 +177,7 @@ class Host:
             self.pacing.run()
         except BaseException as error:  # noqa: BLE001 - kept for the main thread, which ends the process with it
             self.error = error
-            self._reason = f"the simulation died of {error!r}"
+            self._reason = f"the simulation died of {type(error).__name__}: {error}".partition("\n")[0]
         try:
             self._finish()
         except BaseException as error:  # noqa: BLE001 - likewise

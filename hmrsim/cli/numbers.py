@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import argparse
 import math
+from typing import Final
+
+_GREATEST_FACTOR: Final = 1e6
 
 
 def positive(text: str) -> float:
@@ -19,6 +22,14 @@ def not_negative(text: str) -> float:
     value = number(text)
     if value < 0:
         raise argparse.ArgumentTypeError(f"{text} is less than 0")
+    return value
+
+
+def factor(text: str) -> float:
+    """Return a real-time factor: 0, or up to a million."""
+    value = not_negative(text)
+    if value > _GREATEST_FACTOR:
+        raise argparse.ArgumentTypeError(f"{text} is greater than {_GREATEST_FACTOR:g}; 0 is as fast as possible")
     return value
 
 

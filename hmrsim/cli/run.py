@@ -74,7 +74,7 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--clock", choices=["realtime"], default="realtime", help="how simulated time moves")
     group.add_argument(
         "--real-time-factor",
-        type=numbers.not_negative,
+        type=numbers.factor,
         default=1.0,
         metavar="X",
         help="simulated seconds a wall second; 0: as fast as possible (default: %(default)g)",

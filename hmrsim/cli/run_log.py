@@ -10,6 +10,7 @@ import threading
 from typing import TYPE_CHECKING, Final, Self
 
 from hmrsim.cli.goal_summary import error_of, summary
+from hmrsim.errors import printable
 from hmrsim.gateway import GoalChanged, Topic
 from hmrsim.goal import GoalStatus
 
@@ -53,7 +54,7 @@ class GoalLog:
             why = error_of(event.result) if event.status is GoalStatus.ABORTED else ""
             text = f"{event.status.name}{f': {why}' if why else ''}"
         if text:
-            _log.info("sim %.3f | %s %s %s", self._simulator.now, event.robot, event.action, text)
+            _log.info("sim %.3f | %s %s %s", self._simulator.now, event.robot, event.action, printable(text))
 
 
 class LogLines(logging.Handler):

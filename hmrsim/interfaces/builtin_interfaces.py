@@ -5,6 +5,12 @@ from __future__ import annotations
 from hmrsim.interfaces.message import Int32, Message, UInt32
 
 _NANOSECONDS = 1_000_000_000
+_MOST = 2**31 * _NANOSECONDS - 1
+"""Nanoseconds that ROS can state: 68 years. What is later or longer than that is stated as that."""
+
+
+def _split(nanoseconds: float) -> tuple[int, int]:
+    return divmod(round(max(-_MOST, min(_MOST, nanoseconds))), _NANOSECONDS)
 
 
 class Time(Message):
@@ -15,8 +21,8 @@ class Time(Message):
 
     @classmethod
     def from_nanoseconds(cls, nanoseconds: int) -> Time:
-        """Return the time that is *nanoseconds* after zero."""
-        sec, nanosec = divmod(nanoseconds, _NANOSECONDS)
+        """Return the time that is *nanoseconds* after zero, or the latest that ROS can state."""
+        sec, nanosec = _split(nanoseconds)
         return cls(sec=sec, nanosec=nanosec)
 
     def to_nanoseconds(self) -> int:
@@ -32,8 +38,8 @@ class Duration(Message):
 
     @classmethod
     def from_seconds(cls, seconds: float) -> Duration:
-        """Return the duration of *seconds*, rounded to whole nanoseconds."""
-        sec, nanosec = divmod(round(seconds * _NANOSECONDS), _NANOSECONDS)
+        """Return the duration of *seconds* in whole nanoseconds, or the longest that ROS can state."""
+        sec, nanosec = _split(seconds * _NANOSECONDS)
         return cls(sec=sec, nanosec=nanosec)
 
     def to_seconds(self) -> float:

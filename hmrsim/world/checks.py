@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
+from hmrsim.actions import registry
 from hmrsim.components import registry as components
 from hmrsim.errors import Problem
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
@@ -237,5 +238,7 @@ def _check_remap(world: World, lost: Lost) -> Iterator[Finding]:
             yield Finding(path, message, target)
         elif robot not in world.robots and not lost.has(robot, "robots"):
             yield Finding(path, f"no robot {robot!r} for {target!r}{instead(robot, world.robots)}", target)
+        elif action not in registry():
+            yield Finding(path, f"no action {action!r} for {target!r}{instead(action, registry())}", target)
         elif alias == target:
             yield warning(path, f"alias {alias!r} is the same as its target", alias)

@@ -32,7 +32,10 @@ class Model(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-Coordinate = Annotated[float, Field(strict=True, ge=-1e7, le=1e7)]
+FARTHEST = 1e7
+"""Greatest coordinate, either way: beyond it positions would be coarser than arrivals are exact."""
+
+Coordinate = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST)]
 Point = Annotated[tuple[Coordinate, Coordinate], Field(description="x, y in the world's unit.")]
 Name = Annotated[str, Field(min_length=1, max_length=100)]
 RosName = Annotated[str, Field(pattern=ROS_NAME, max_length=100)]

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from hmrsim.gateway import GetResult, SendGoal
+from hmrsim.gateway import GetResult, SendGoal, Topic
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from hmrsim.interfaces.moveit_msgs import Grasp, Pickup, Place, PlaceLocation
@@ -84,6 +84,21 @@ class TestNavigateToPose:
         assert [(1.0, "ACCEPTED"), (1.0, "EXECUTING"), (1.0, "ABORTED")] == log.changes(A)
         assert (code, text) == (log.result(A).error_code, log.result(A).error_msg)
         assert (1.0, 2.0) == run.simulator.robots["wall_e"].pose().point
+
+    @pytest.mark.parametrize("x", [2e7, 1e10, 1e300])
+    def test_a_target_beyond_all_maps_is_outside_the_map(self, make_run, x):
+        """Also in a world without bounds."""
+        log = make_run({"robots": {"wall_e": {"at": [0, 0]}}})((0.0, go(x, 0.0)))
+
+        assert (204, "ABORTED") == (log.result(A).error_code, log.changes(A)[-1][1])
+
+    def test_a_drive_of_centuries_is_told_as_the_longest_that_ros_can_state(self, make_run):
+        """Durations and stamps end at 68 years; the simulation goes on."""
+        world = {"robots": {"wall_e": {"at": [0, 0], "base": {"speed": 1e-8}}}}
+        log = make_run(world, topics=frozenset({Topic.FEEDBACK}), feedback_rate=1e-10)((0.0, go(1000.0, 0.0)))
+
+        assert "SUCCEEDED" == log.changes(A)[-1][1]
+        assert 2**31 - 1 == log.feedback(A)[-1][1].navigation_time.sec
 
     def test_a_zero_quaternion_faces_zero(self, run):
         """It is no orientation at all."""

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from hmrsim.actions import Action, Codes
 from hmrsim.actions import registry as all_actions
-from hmrsim.gateway import CancelGoal, ForgetResult, GetResult, Refused, SendGoal
+from hmrsim.gateway import CancelGoal, ForgetResult, GetResult, GoalChanged, Refused, SendGoal
 from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
@@ -171,6 +171,13 @@ class TestPreempt:
         assert (9000, f"preempted by goal {B}") == (log.result(A).error_code, log.result(A).error_msg)
         assert (4.0, "SUCCEEDED") == log.changes(B)[-1]
 
+    def test_no_two_goals_ever_execute_on_one_base(self, run):
+        """In the order of events the old one has ended before the new one is there."""
+        log = run((0.0, go()), (1.0, go(5.0, 2.0, goal_id=B)))
+
+        changes = [(e.goal_id, e.status.name) for t, e in log.events if isinstance(e, GoalChanged) and t == 1.0]
+        assert [(A, "ABORTED"), (B, "ACCEPTED"), (B, "EXECUTING")] == changes
+
     def test_the_new_goal_begins_where_the_robot_is(self, run):
         """After 1 s at 1 m/s it stands at (2, 2), 1 s from home."""
         log = run((0.0, go()), (1.0, go(1.0, 2.0, goal_id=B)))
@@ -257,16 +264,16 @@ class TestCancel:
         assert (2, ()) == (answer.return_code, answer.goals_canceling)
 
     def test_an_ended_goal_is_code_3(self, run):
-        """ERROR_GOAL_TERMINATED, empty list; likewise when its result is forgotten."""
+        """ERROR_GOAL_TERMINATED, empty list."""
         answer = run((0.0, wait(1)), (2.0, cancel(A))).answer("cancel")
 
         assert (3, ()) == (answer.return_code, answer.goals_canceling)
 
-    def test_a_forgotten_goal_is_code_3(self, run):
-        """It is known to have ended."""
+    def test_a_forgotten_goal_is_code_2(self, run):
+        """It is not known any more, as in rcl."""
         log = run((0.0, wait(1)), (2.0, ForgetResult("wall_e", "wait", A)), (3.0, cancel(A)))
 
-        assert 3 == log.answer("cancel").return_code
+        assert 2 == log.answer("cancel").return_code
 
     def test_all_zero_cancels_all(self, run):
         """And is code 0 with an empty list when there is nothing to cancel."""

@@ -285,4 +285,4 @@ class TestKept:
         assert [0, 4, 4] == [tester.result(WAIT, goal_id)["status"] for goal_id in (A, B, C)]
         assert [(B, 4), (C, 4)] == tester.status(WAIT)
         assert "duplicate_goal_id" == tester.send(WAIT, wait(1), A)["reason"]
-        assert 3 == tester.cancel(WAIT, A)["return_code"]
+        assert 2 == tester.cancel(WAIT, A)["return_code"]
