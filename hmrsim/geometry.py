@@ -98,6 +98,43 @@ def inside(point: Point, outline: Sequence[Point]) -> bool:
     return odd
 
 
+_EDGE = 1e-6
+"""Share of a segment that is kept from the edge of a shadow."""
+
+
+def _shadow(eye: Point, a: Point, b: Point, c: Point, d: Point) -> tuple[float, float] | None:
+    """Return between which shares of the segment *a*-*b* the wall *c*-*d* hides it from *eye*; None if nowhere.
+
+    In coordinates (p, q) along eye-a and eye-b the sight lines to the segment fill the triangle p, q >= 0,
+    p + q <= 1; the wall is clipped to it, and its ends are projected from the eye.
+    """
+    ax, ay, bx, by = a[0] - eye[0], a[1] - eye[1], b[0] - eye[0], b[1] - eye[1]
+    area = ax * by - ay * bx
+    if abs(area) <= SAME_PLACE * SAME_PLACE:
+        return None
+    (p, q), (to_p, to_q) = (
+        (((x - eye[0]) * by - (y - eye[1]) * bx) / area, (ax * (y - eye[1]) - ay * (x - eye[0])) / area)
+        for x, y in (c, d)
+    )
+    low, high = 0.0, 1.0
+    for start, end in ((p, to_p), (q, to_q), (1.0 - p - q, 1.0 - to_p - to_q)):
+        if start < 0.0 and end < 0.0:
+            return None
+        if start < 0.0:
+            low = max(low, start / (start - end))
+        elif end < 0.0:
+            high = min(high, start / (start - end))
+    if low > high:
+        return None
+    shares = []
+    for along in (low, high):
+        u, v = p + (to_p - p) * along, q + (to_q - q) * along
+        if u + v <= 0.0:
+            return 0.0, 1.0
+        shares.append(min(1.0, max(0.0, v / (u + v))))
+    return min(shares), max(shares)
+
+
 class Obstacles:
     """Walls and solids, which stop whatever leaves the lanes.
 
@@ -118,6 +155,29 @@ class Obstacles:
         return any(inside(point, outline) for outline in self._solids) or any(
             distance(point, foot(point, a, b)) <= SAME_PLACE for a, b in self._segments
         )
+
+    def edges_of_shadow(self, eye: Point, a: Point, b: Point) -> list[Point]:
+        """Return where the shadow on the segment *a*-*b* ends in which the foot of *eye* lies, on either side.
+
+        None if all of the segment is in shadow.
+        """
+        middle = foot(eye, a, b)
+        length = distance(a, b)
+        if length == 0.0:
+            return []
+        at = distance(a, middle) / length
+        shadows = sorted(shadow for c, d in self._segments if (shadow := _shadow(eye, a, b, c, d)))
+        # A touch is a hit, so a little is kept from the edges of shadows.
+        edge = max(SAME_PLACE / length, _EDGE)
+        free, reached = [], 0.0
+        for low, high in [*shadows, (1.0, 1.0)]:
+            if low - edge > reached:
+                free.append((reached, low - edge))
+            reached = max(reached, high + edge)
+        before = [high for _, high in free if high <= at][-1:]
+        after = [low for low, _ in free if low >= at][:1]
+        points = [between(a, b, fraction) for fraction in (*before, *after)]
+        return [point for point in points if point != middle]
 
     def block(self, a: Point, b: Point) -> bool:
         """Return whether the straight line from *a* to *b* meets a wall or a solid."""

@@ -10,6 +10,7 @@ import heapq
 import math
 from collections import OrderedDict
 from dataclasses import dataclass
+from itertools import count
 from typing import TYPE_CHECKING
 
 import networkx as nx
@@ -177,9 +178,9 @@ class WaypointGraph:
     def plan(self, start: Point, goal: Point, speed: float) -> Route:
         """Return the quickest route for a robot of this greatest *speed*.
 
-        A point off the lanes is reached by the point of each lane that is nearest to it, if a clear straight line
-        leads there; the lane that gives the quickest trip is taken. Equal trips are ordered by the names of their
-        waypoints. Turning and acceleration are not counted.
+        A point off the lanes is reached by the point of each lane that is nearest to it of those from which a clear
+        straight line leads there; the lane that gives the quickest trip is taken. Equal trips are ordered by the
+        names of their waypoints. Turning and acceleration are not counted.
 
         Raises:
             NoRoute: The goal is outside the map (204), inside an obstacle (206), or no way leads there (208).
@@ -261,8 +262,15 @@ class WaypointGraph:
         order = len(self._edges)
         while heap:
             seconds, node, _, how = heapq.heappop(heap)
+            if settled[node]:
+                continue
             # Whether the line is clear is asked only of lanes that would be taken: it is the dear question.
-            if settled[node] or (how and how.leave and not (on_lanes or self.clear(how.leave, goal))):
+            if how and how.leave and not (on_lanes or self.clear(how.leave, goal)):
+                for leave in self._seen(goal, how.edge, how.leave):
+                    order += 1
+                    along = distance(self._points[node], leave) / min(speed, how.edge.speed_limit)
+                    total = along + distance(leave, goal) / speed
+                    heapq.heappush(heap, (total, node, order, _Step(how.edge, leave)))
                 continue
             settled[node] = True
             cost[node], step[node] = seconds, how
@@ -294,29 +302,53 @@ class WaypointGraph:
         feet = [(edge, self._foot(start, edge)) for edge in self._edges]
         on_lanes = any(distance(start, point) <= SAME_PLACE for _, point in feet)
         ways: list[tuple[float, int, Point, _Step]] = []
-        for order, (edge, point) in enumerate(feet):
-            off = distance(start, point)
-            if on_lanes and off > SAME_PLACE:
-                continue
-            lane_speed = min(speed, edge.speed_limit)
-            if tree.cost[edge.end] < math.inf:
-                along = distance(point, self._points[edge.end]) / lane_speed
-                ways.append((off / speed + along + tree.cost[edge.end], order, point, _Step(edge)))
-            leave = self._foot(tree.goal, edge)
-            last, along = distance(leave, tree.goal), distance(point, leave)
-            ahead = distance(self._points[edge.start], leave) >= distance(self._points[edge.start], point)
-            if ahead and (not tree.on_lanes or last <= SAME_PLACE):
-                total = off / speed + along / lane_speed + last / speed
-                ways.append((total, order, point, _Step(edge, leave)))
-        for _, _, point, how in sorted(ways, key=lambda way: way[:2]):
-            enters = on_lanes or self.clear(start, point)
-            leaves = how.leave is None or tree.on_lanes or self.clear(how.leave, tree.goal)
-            if enters and leaves:
-                legs = [Leg(start, point, distance(start, point)), self._leg(point, how, tree)]
-                if how.leave is not None:
-                    return [*legs, Leg(how.leave, tree.goal, distance(how.leave, tree.goal))]
-                return legs + self._follow(how.edge.end, tree)
+        order = count()
+
+        def offer(point: Point, how: _Step) -> None:
+            seconds = self._seconds(start, point, how, tree, speed)
+            if seconds < math.inf:
+                heapq.heappush(ways, (seconds, next(order), point, how))
+
+        for edge, point in feet:
+            if not on_lanes or distance(start, point) <= SAME_PLACE:
+                offer(point, _Step(edge))
+                offer(point, _Step(edge, self._foot(tree.goal, edge)))
+        while ways:
+            _, _, point, how = heapq.heappop(ways)
+            if not (on_lanes or self.clear(start, point)):
+                for seen in self._seen(start, how.edge, point):
+                    offer(seen, how)
+            elif not (how.leave is None or tree.on_lanes or self.clear(how.leave, tree.goal)):
+                for seen in self._seen(tree.goal, how.edge, how.leave):
+                    offer(point, _Step(how.edge, seen))
+            else:
+                return [Leg(start, point, distance(start, point)), *self._take(point, how, tree)]
         return None
+
+    def _seconds(self, start: Point, point: Point, how: _Step, tree: _Tree, speed: float) -> float:
+        """Return how long it takes by way of *point* on a lane; infinite if that leads nowhere, or backwards."""
+        edge, leave = how.edge, how.leave
+        to_lane, lane_speed = distance(start, point) / speed, min(speed, edge.speed_limit)
+        if leave is None:
+            return to_lane + distance(point, self._points[edge.end]) / lane_speed + tree.cost[edge.end]
+        last = distance(leave, tree.goal)
+        begin = self._points[edge.start]
+        if distance(begin, leave) < distance(begin, point) or (tree.on_lanes and last > SAME_PLACE):
+            return math.inf
+        return to_lane + distance(point, leave) / lane_speed + last / speed
+
+    def _seen(self, eye: Point, edge: _Edge, hidden: Point) -> list[Point]:
+        """Return the points of a lane that are next best to its foot, if that is what is hidden."""
+        if hidden != self._foot(eye, edge):
+            return []
+        return self._obstacles.edges_of_shadow(eye, self._points[edge.start], self._points[edge.end])
+
+    def _take(self, start: Point, how: _Step, tree: _Tree) -> list[Leg]:
+        """Return the legs from a point of a lane to the destination, when *how* is what to do there."""
+        legs = [self._leg(start, how, tree)]
+        if how.leave is None:
+            return legs + self._follow(how.edge.end, tree)
+        return [*legs, Leg(how.leave, tree.goal, distance(how.leave, tree.goal))]
 
     def _follow(self, node: int, tree: _Tree) -> list[Leg]:
         """Return the legs from a waypoint to the destination."""

@@ -130,10 +130,26 @@ class TestOffTheLanes:
         assert [(2, 3), (2, 2), (8, 2), (8, 3)] == points(graph(**world).plan((2, 3), (8, 3), 1.0))
 
     def test_a_lane_is_left_where_its_nearest_point_sees_the_goal(self):
-        """The nearest point of a-b is behind a wall, so the goal is reached from c-d."""
+        """a-b is behind a wall; from b-c the goal is seen past its corner at (8, 7), before c-d is reached."""
         world = ROOM | {"walls": [[[0, 4], [8, 4]], [[8, 4], [8, 7]]]}
+        route = graph(**world).plan((1, 2), (3, 6), 1.0)
 
-        assert [(1, 2), (9, 2), (9, 8), (3, 8), (3, 6)] == points(graph(**world).plan((1, 2), (3, 6), 1.0))
+        assert [(1, 2), (9, 2), (9, 7.2), (3, 6)] == [pytest.approx(point, abs=1e-4) for point in points(route)]
+
+    def test_a_lane_whose_nearest_point_is_hidden_is_left_where_the_goal_comes_into_sight(self):
+        """In an alcove beside the lane: the foot is behind its wall, the mouth is further on."""
+        world = ROOM | {"lanes": [["a", "b"]], "walls": [[[2, 3], [4, 3]]]}
+        route = graph(**world).plan((1, 2), (3, 4), 1.0)
+
+        # From (3, 4) past the corner (4, 3) the lane at y = 2 is seen from x = 5 on.
+        assert [(1, 2), (5, 2), (3, 4)] == [pytest.approx(point, abs=1e-4) for point in points(route)]
+
+    def test_a_start_whose_nearest_point_is_hidden_leaves_likewise(self):
+        """The same way back."""
+        world = ROOM | {"lanes": [["a", "b"]], "walls": [[[2, 3], [4, 3]]]}
+        route = graph(**world).plan((3, 4), (1, 2), 1.0)
+
+        assert [(3, 4), (5, 2), (1, 2)] == [pytest.approx(point, abs=1e-4) for point in points(route)]
 
     def test_a_goal_that_no_lane_sees_has_no_route(self):
         """A box around the goal: 208."""
@@ -197,6 +213,27 @@ class TestOffTheLanes:
             assert math.dist(goal, route.legs[-1].end) <= 1e-6
         for before, after in zip(route.legs, route.legs[1:], strict=False):
             assert math.dist(before.end, after.start) <= 1e-6
+
+
+@given(
+    st.lists(st.tuples(*[st.tuples(st.floats(0, 10), st.floats(3, 7))] * 2), max_size=6),
+    st.tuples(st.floats(0, 10), st.floats(7.5, 10)),
+)
+def test_a_lane_is_left_where_nothing_is_in_the_way(walls, goal):
+    """Among any walls: a route ends with a clear line, and there is one wherever a centimetre of the lane sees it."""
+    world = {
+        "waypoints": {"a": [0, 1], "b": [10, 1]},
+        "lanes": [["a", "b"]],
+        "walls": [list(w) for w in walls if w[0] != w[1]],
+    }
+    ways = graph(**world)
+    seen = any(all(ways.clear((x / 10 + near, 1.0), goal) for near in (-0.005, 0.0, 0.005)) for x in range(1, 100))
+    try:
+        last = ways.plan((0, 1), goal, 1.0).legs[-1]
+    except NoRoute:
+        last = None
+
+    assert (not seen) if last is None else ways.clear(last.start, goal)
 
 
 def test_plans_are_kept_for_each_destination():
