@@ -227,6 +227,12 @@ class WaypointGraph:
     def _foot(self, point: Point, edge: _Edge) -> Point:
         return foot(point, self._points[edge.start], self._points[edge.end])
 
+    def _feet(self, point: Point) -> tuple[bool, list[tuple[_Edge, Point]]]:
+        """Return whether *point* is on a lane, and the nearest point of each lane: of those that it is on, if any."""
+        feet = [(edge, self._foot(point, edge)) for edge in self._edges]
+        here = [(edge, at) for edge, at in feet if distance(point, at) <= SAME_PLACE]
+        return bool(here), here or feet
+
     # --- trees ----------------------------------------------------------------------------------------------------
 
     def _tree(self, goal: Point, speed: float) -> _Tree:
@@ -245,40 +251,35 @@ class WaypointGraph:
         """Search backwards from *goal* for the quickest way from every waypoint (Dijkstra)."""
         cost = [math.inf] * len(self._names)
         step: list[_Step | None] = [None] * len(self._names)
-        settled = [False] * len(self._names)
         heap: list[tuple[float, int, int, _Step | None]] = []
+        order = count()
+
+        def offer(edge: _Edge, leave: Point) -> None:
+            along = distance(self._points[edge.start], leave) / min(speed, edge.speed_limit)
+            seconds = along + distance(leave, goal) / speed
+            heapq.heappush(heap, (seconds, edge.start, next(order), _Step(edge, leave)))
+
         on_lanes = goal in self._at
         if on_lanes:
-            heap.append((0.0, self._at[goal], 0, None))
+            heap.append((0.0, self._at[goal], next(order), None))
         else:
-            feet = [(edge, self._foot(goal, edge)) for edge in self._edges]
-            on_lanes = any(distance(goal, point) <= SAME_PLACE for _, point in feet)
-            for order, (edge, point) in enumerate(feet):
-                off = distance(point, goal)
-                if not on_lanes or off <= SAME_PLACE:
-                    along = distance(self._points[edge.start], point) / min(speed, edge.speed_limit)
-                    heap.append((along + off / speed, edge.start, order, _Step(edge, point)))
-            heapq.heapify(heap)
-        order = len(self._edges)
+            on_lanes, feet = self._feet(goal)
+            for edge, point in feet:
+                offer(edge, point)
         while heap:
             seconds, node, _, how = heapq.heappop(heap)
-            if settled[node]:
+            if cost[node] <= seconds:
                 continue
             # Whether the line is clear is asked only of lanes that would be taken: it is the dear question.
             if how and how.leave and not (on_lanes or self.clear(how.leave, goal)):
                 for leave in self._seen(goal, how.edge, how.leave):
-                    order += 1
-                    along = distance(self._points[node], leave) / min(speed, how.edge.speed_limit)
-                    total = along + distance(leave, goal) / speed
-                    heapq.heappush(heap, (total, node, order, _Step(how.edge, leave)))
+                    offer(how.edge, leave)
                 continue
-            settled[node] = True
             cost[node], step[node] = seconds, how
             for edge in self._into[node]:
-                if not settled[edge.start]:
-                    order += 1
+                if cost[edge.start] == math.inf:
                     total = seconds + edge.length / min(speed, edge.speed_limit)
-                    heapq.heappush(heap, (total, edge.start, order, _Step(edge)))
+                    heapq.heappush(heap, (total, edge.start, next(order), _Step(edge)))
         self._settle_ties(cost, step, speed)
         return _Tree(goal, on_lanes, cost, step)
 
@@ -299,8 +300,7 @@ class WaypointGraph:
 
     def _enter(self, start: Point, tree: _Tree, speed: float) -> list[Leg] | None:
         """Return the legs from a point that is no waypoint; None when no way leads to the destination."""
-        feet = [(edge, self._foot(start, edge)) for edge in self._edges]
-        on_lanes = any(distance(start, point) <= SAME_PLACE for _, point in feet)
+        on_lanes, feet = self._feet(start)
         ways: list[tuple[float, int, Point, _Step]] = []
         order = count()
 
@@ -310,9 +310,8 @@ class WaypointGraph:
                 heapq.heappush(ways, (seconds, next(order), point, how))
 
         for edge, point in feet:
-            if not on_lanes or distance(start, point) <= SAME_PLACE:
-                offer(point, _Step(edge))
-                offer(point, _Step(edge, self._foot(tree.goal, edge)))
+            offer(point, _Step(edge))
+            offer(point, _Step(edge, self._foot(tree.goal, edge)))
         while ways:
             _, _, point, how = heapq.heappop(ways)
             if not (on_lanes or self.clear(start, point)):

@@ -75,11 +75,6 @@ class Robot:
         """The simulated time, in seconds."""
         return self._env.now
 
-    @property
-    def speed(self) -> float:
-        """Its greatest speed, in the world's unit a second."""
-        return self._speed
-
     def component(self, kind: type[C]) -> C:
         """Return the component of this type.
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-_MOST = 2**31 * 1_000_000_000 - 1
-"""The latest time that ROS can state, 68 years: what happens later is stamped so."""
+from hmrsim.interfaces.builtin_interfaces import MOST_NANOSECONDS, NANOSECONDS
 
 
 def nanoseconds(seconds: float) -> int:
-    """Return simulated seconds as whole nanoseconds."""
-    return round(min(seconds * 1_000_000_000, _MOST))
+    """Return simulated seconds as whole nanoseconds, or the latest time that ROS can state."""
+    return round(min(seconds * NANOSECONDS, MOST_NANOSECONDS))
 
 
 def stamp(seconds: float) -> int:

@@ -10,6 +10,7 @@ from pydantic import TypeAdapter
 
 from hmrsim.gateway import GoalChanged, Happened
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
@@ -25,8 +26,6 @@ ROUTE_GRAPH = f"{JSON};hmrsim/RouteGraph"
 
 _MOST_SHOWN = 200
 """Characters of what is no goal id that are sent back."""
-
-_NANOSECONDS = 1_000_000_000
 
 
 def of_message(message: Message) -> str:
@@ -50,7 +49,7 @@ def message(value: Message) -> bytes:
 
 
 def _stamp(nanoseconds: int) -> str:
-    sec, nanosec = divmod(nanoseconds, _NANOSECONDS)
+    sec, nanosec = divmod(nanoseconds, NANOSECONDS)
     return f'{{"sec":{sec},"nanosec":{nanosec}}}'
 
 

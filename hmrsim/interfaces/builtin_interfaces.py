@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from hmrsim.interfaces.message import Int32, Message, UInt32
 
-_NANOSECONDS = 1_000_000_000
-_MOST = 2**31 * _NANOSECONDS - 1
+NANOSECONDS = 1_000_000_000
+"""In a second."""
+
+MOST_NANOSECONDS = 2**31 * NANOSECONDS - 1
 """Nanoseconds that ROS can state: 68 years. What is later or longer than that is stated as that."""
 
 
 def _split(nanoseconds: float) -> tuple[int, int]:
-    return divmod(round(max(-_MOST, min(_MOST, nanoseconds))), _NANOSECONDS)
+    return divmod(round(max(-MOST_NANOSECONDS, min(MOST_NANOSECONDS, nanoseconds))), NANOSECONDS)
 
 
 class Time(Message):
@@ -27,7 +29,7 @@ class Time(Message):
 
     def to_nanoseconds(self) -> int:
         """Return the whole nanoseconds since zero."""
-        return self.sec * _NANOSECONDS + self.nanosec
+        return self.sec * NANOSECONDS + self.nanosec
 
 
 class Duration(Message):
@@ -39,9 +41,9 @@ class Duration(Message):
     @classmethod
     def from_seconds(cls, seconds: float) -> Duration:
         """Return the duration of *seconds* in whole nanoseconds, or the longest that ROS can state."""
-        sec, nanosec = _split(seconds * _NANOSECONDS)
+        sec, nanosec = _split(seconds * NANOSECONDS)
         return cls(sec=sec, nanosec=nanosec)
 
     def to_seconds(self) -> float:
         """Return the span in seconds."""
-        return self.sec + self.nanosec / _NANOSECONDS
+        return self.sec + self.nanosec / NANOSECONDS

@@ -11,19 +11,24 @@ import pytest
 pytestmark = pytest.mark.system
 
 
+@pytest.fixture
+def follow_goal(start):
+    """Return the function that starts a client, and returns it when its goal is accepted."""
+
+    def run(endpoint):
+        order = ("/wall_e/navigate_to_pose", "{pose: {pose: {position: {x: 512, y: 215}}}}")
+        client = start("hmrsim", "action", "send-goal", *order, env={"HMRSIM_CONNECT": endpoint})
+        client.line_with("Goal accepted with ID")
+        return client
+
+    return run
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_simulator_with_0_and_every_goal_with_a_verdict(serve, start, number):
+def test_a_signal_ends_the_simulator_with_0_and_every_goal_with_a_verdict(serve, follow_goal, number):
     """Within two seconds; the client that follows a goal sees it ABORTED."""
     simulator, endpoint = serve("scenario1", "--real-time-factor", "0.05")
-    client = start(
-        "hmrsim",
-        "action",
-        "send-goal",
-        "/wall_e/navigate_to_pose",
-        "{pose: {pose: {position: {x: 512, y: 215}}}}",
-        env={"HMRSIM_CONNECT": endpoint},
-    )
-    client.line_with("Goal accepted with ID")
+    client = follow_goal(endpoint)
     begun = time.monotonic()
     code, _, _ = simulator.end(number)
     took = time.monotonic() - begun
@@ -66,18 +71,10 @@ def test_nobody_there_is_exit_code_3(command):
     assert "hmrsim run" in err
 
 
-def test_ctrl_c_while_following_a_goal_cancels_it(serve, start):
+def test_ctrl_c_while_following_a_goal_cancels_it(serve, follow_goal):
     """Exit code 130, and the goal is CANCELED."""
     simulator, endpoint = serve("scenario1", "--real-time-factor", "0.05")
-    client = start(
-        "hmrsim",
-        "action",
-        "send-goal",
-        "/wall_e/navigate_to_pose",
-        "{pose: {pose: {position: {x: 512, y: 215}}}}",
-        env={"HMRSIM_CONNECT": endpoint},
-    )
-    client.line_with("Goal accepted with ID")
+    client = follow_goal(endpoint)
     code, _, _ = client.end(signal.SIGINT)
     _, _, log = simulator.end(signal.SIGTERM)
 

@@ -9,6 +9,19 @@ import pytest
 pytestmark = pytest.mark.system
 
 
+@pytest.fixture
+def start_tree(start):
+    """Return the function that starts the controller, and returns it when its goal is sent."""
+
+    def run(endpoint):
+        tree = ("bt_controller.examples:go_to_pose", "--robot", "wall_e")
+        controller = start("bt-controller", "run", *tree, env={"HMRSIM_CONNECT": endpoint})
+        controller.line_with("sent goal request")
+        return controller
+
+    return run
+
+
 def test_the_tree_goes_through_its_four_stages(serve, command):
     """Sent, under way with a falling distance, arrived, and confirmed by the check."""
     _, endpoint = serve("scenario2", "--real-time-factor", "2")
@@ -50,18 +63,10 @@ def test_the_original_s_name_of_the_action_is_there(serve, command):
     assert "Goal finished with status: SUCCEEDED" in out
 
 
-def test_a_controller_whose_simulator_dies_ends_and_says_so(serve, start):
+def test_a_controller_whose_simulator_dies_ends_and_says_so(serve, start_tree):
     """The leaf fails, the root fails, exit code 1; no endless wait."""
     simulator, endpoint = serve("scenario2", "--real-time-factor", "0.05")
-    controller = start(
-        "bt-controller",
-        "run",
-        "bt_controller.examples:go_to_pose",
-        "--robot",
-        "wall_e",
-        env={"HMRSIM_CONNECT": endpoint},
-    )
-    controller.line_with("sent goal request")
+    controller = start_tree(endpoint)
     simulator.process.kill()
     code, out, err = controller.end()
 
@@ -70,18 +75,10 @@ def test_a_controller_whose_simulator_dies_ends_and_says_so(serve, start):
     assert "Traceback" not in err
 
 
-def test_a_simulator_whose_controller_dies_goes_on(serve, start, command):
+def test_a_simulator_whose_controller_dies_goes_on(serve, start_tree, command):
     """The goal runs on, and others are served."""
     _, endpoint = serve("scenario2", "--real-time-factor", "2")
-    controller = start(
-        "bt-controller",
-        "run",
-        "bt_controller.examples:go_to_pose",
-        "--robot",
-        "wall_e",
-        env={"HMRSIM_CONNECT": endpoint},
-    )
-    controller.line_with("sent goal request")
+    controller = start_tree(endpoint)
     controller.process.kill()
     code, out, _ = command("hmrsim", "action", "send-goal", "/wall_e/wait", "{time: {sec: 1}}", endpoint=endpoint)
 
@@ -89,18 +86,10 @@ def test_a_simulator_whose_controller_dies_goes_on(serve, start, command):
     assert "SUCCEEDED" in out
 
 
-def test_an_interrupted_controller_cancels_its_goal(serve, start):
+def test_an_interrupted_controller_cancels_its_goal(serve, start_tree):
     """Ctrl-C: exit code 130, and the robot's goal is CANCELED."""
     simulator, endpoint = serve("scenario2", "--real-time-factor", "0.05")
-    controller = start(
-        "bt-controller",
-        "run",
-        "bt_controller.examples:go_to_pose",
-        "--robot",
-        "wall_e",
-        env={"HMRSIM_CONNECT": endpoint},
-    )
-    controller.line_with("sent goal request")
+    controller = start_tree(endpoint)
     code, _, _ = controller.end(2)
     _, _, log = simulator.end(2)
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
 from hmrsim.world.formats._xml import Element, Refused, parse
+from hmrsim.world.model import FARTHEST
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,7 +24,6 @@ MOST_INFLATED = 32 * 1024 * 1024
 _DEEPEST = 100
 """Groups inside each other."""
 
-_FARTHEST = 1e7
 _NUMBER = re.compile(r"\s*[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]{1,3})?\s*")
 
 
@@ -130,8 +130,8 @@ def style_number(style: dict[str, str], key: str) -> float:
 
 
 def _number(text: str, key: str) -> float:
-    if not _NUMBER.fullmatch(text) or abs(float(text)) > _FARTHEST:
-        raise BadCell(f"{key} is {text[:40]!r}; expected a number of at most {_FARTHEST:g}")
+    if not _NUMBER.fullmatch(text) or abs(float(text)) > FARTHEST:
+        raise BadCell(f"{key} is {text[:40]!r}; expected a number of at most {FARTHEST:g}")
     return float(text)
 
 
