@@ -17,7 +17,7 @@ from hmrsim.cli.problems import line_of
 from hmrsim.cli.run_log import GoalLog, LogLines
 from hmrsim.cli.run_table import RobotTable
 from hmrsim.cli.signals import on_signals
-from hmrsim.world import load_world
+from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
@@ -51,22 +51,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "robots (on a terminal) or a log goes to stderr."
     )
     parser.epilog = _EXAMPLES
-    parser.add_argument("world", metavar="WORLD", help="a world file of any format, or the name of a shipped world")
-    _add_world_options(parser)
+    add_world_options(parser)
+    parser.add_argument("--seed", type=int, metavar="N", help="replaces the world's")
     _add_time_options(parser)
     _add_server_options(parser)
     add_session_options(parser)
     parser.add_argument("--json", action="store_true", help="say that it is ready as one JSON object")
     parser.set_defaults(function=_run)
-
-
-def _add_world_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("world")
-    group.add_argument(
-        "--robot", action="append", default=[], metavar="NAME@X,Y[:TYPE]", help="add a robot; repeatable"
-    )
-    group.add_argument("--item", action="append", default=[], metavar="NAME@X,Y[:KG]", help="add an item; repeatable")
-    group.add_argument("--seed", type=int, metavar="N", help="replaces the world's")
 
 
 def _add_time_options(parser: argparse.ArgumentParser) -> None:
@@ -117,7 +108,7 @@ def _run(args: argparse.Namespace) -> int:
     signals: list[int] = []
     with on_signals(signals.append):
         options = session_options(args)
-        loaded = load_world(args.world, add_robots=args.robot, add_items=args.item)
+        loaded = read_world(args)
         for problem in loaded.warnings:
             warn(line_of(problem))
         host = Host(loaded, options, _settings(args))
