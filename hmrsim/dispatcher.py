@@ -217,6 +217,9 @@ class Dispatcher:
         for frame in action.frames(command.goal):
             if frame not in _FRAMES:
                 raise GoalRejected("invalid_goal", f"unknown frame_id {frame!r}; use 'map' or leave it empty")
+        flaw = action.flaw(command.goal)
+        if flaw:
+            raise GoalRejected("invalid_goal", flaw)
         reason = action.not_ready(server.robot)
         if reason:
             raise GoalRejected("not_ready", reason)

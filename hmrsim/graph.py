@@ -10,7 +10,7 @@ import heapq
 import math
 from collections import OrderedDict
 from dataclasses import dataclass
-from itertools import count
+from itertools import count, pairwise
 from typing import TYPE_CHECKING
 
 import networkx as nx
@@ -21,6 +21,8 @@ from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.world.model import FARTHEST
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from hmrsim.world.model import World
 
 _TIE = 1e-9
@@ -203,6 +205,36 @@ class WaypointGraph:
                 f"no route from ({start[0]:g}, {start[1]:g}) to ({goal[0]:g}, {goal[1]:g})",
             )
         return _route(legs)
+
+    def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:
+        """Return the straight legs from point to point as far as nothing stands in the way, and what does; or "".
+
+        Between two points of one lane the lane is driven, which is open.
+        """
+        legs: list[Leg] = []
+        for a, b in pairwise(points):
+            if distance(a, b) <= SAME_PLACE:
+                continue
+            edge = self._edge_between(a, b)
+            try:
+                self.check(b)
+            except NoRoute as wrong:
+                if edge is None:
+                    return _route(legs), str(wrong)
+            if edge is None and not self.clear(a, b):
+                return _route(legs), f"an obstacle stands between ({a[0]:g}, {a[1]:g}) and ({b[0]:g}, {b[1]:g})"
+            lane = (self._names[edge.start], self._names[edge.end]) if edge else None
+            legs.append(Leg(a, b, distance(a, b), lane, edge.speed_limit if edge else math.inf))
+        return _route(legs), ""
+
+    def _edge_between(self, a: Point, b: Point) -> _Edge | None:
+        """Return the lane on which one drives from *a* to *b*; None if there is none."""
+        for edge in self._edges:
+            begin = self._points[edge.start]
+            on_it = all(distance(point, self._foot(point, edge)) <= SAME_PLACE for point in (a, b))
+            if on_it and distance(begin, a) < distance(begin, b):
+                return edge
+        return None
 
     def _straight(self, start: Point, goal: Point) -> bool:
         """Return whether both see each other and have a nearest lane in common, one of them being off the lanes."""

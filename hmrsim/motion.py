@@ -118,13 +118,13 @@ class Piece:
 def pieces(
     start: Pose,
     legs: Sequence[Leg],
-    final_yaw: float,
+    final_yaw: float | None,
     *,
     speed: float,
     acceleration: float | None = None,
     turning_rate: float | None = None,
 ) -> list[Piece]:
-    """Return the pieces of driving *legs* from *start*, which end with a turn to *final_yaw*.
+    """Return the pieces of driving *legs* from *start*, which end with a turn to *final_yaw*, if any.
 
     Without a turning rate turns take no time and need no piece, but for the last when there is nothing to drive.
     """
@@ -145,7 +145,8 @@ def pieces(
             made.append(Piece(Pose(*leg.start, yaw), end, leg.length, seconds, leg, profile, before))
             before += leg.length
             pose = end
-    _turn(made, pose, final_yaw, turning_rate)
+    if final_yaw is not None:
+        _turn(made, pose, final_yaw, turning_rate)
     return made
 
 

@@ -14,7 +14,7 @@ from hmrsim.motion import Piece, pieces
 from hmrsim.sim_time import stamp
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Mapping
+    from collections.abc import Callable, Generator, Mapping, Sequence
 
     import simpy
 
@@ -141,8 +141,12 @@ class Robot:
         """
         return self._graph.plan(self.pose().point, goal, self._speed)
 
-    def drive(self, route: Route, final_yaw: float) -> Generator[Any, Any, None]:
-        """Drive a route that begins here, then face *final_yaw*; an interrupt stops it where it is."""
+    def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:
+        """Return the way from where it is straight from point to point, and what stands in it; or ""."""
+        return self._graph.straight_through([self.pose().point, *points])
+
+    def drive(self, route: Route, final_yaw: float | None) -> Generator[Any, Any, None]:
+        """Drive a route that begins here, then face *final_yaw*, if any; an interrupt stops it where it is."""
         start = self.pose()
         plan = pieces(
             start,
@@ -168,7 +172,8 @@ class Robot:
             self._happened("stopped", lambda: {"robot": self.name, "at": [*self._rest.point]})
             raise
         self._piece = None
-        self._rest = Pose(*self._rest.point, final_yaw)
+        if final_yaw is not None:
+            self._rest = Pose(*self._rest.point, final_yaw)
 
     def _motion(self) -> dict[str, Any]:
         """Return the piece that is being driven, as an observer sees it."""

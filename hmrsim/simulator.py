@@ -34,6 +34,7 @@ from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.items import Item
 from hmrsim.robot import Robot
+from hmrsim.scripts import Scripts
 from hmrsim.sim_time import nanoseconds, stamp
 from hmrsim.telemetry import Telemetry
 
@@ -83,6 +84,7 @@ class Simulator:
         keep_results: int = 1000,
     ) -> None:
         self.world = world
+        self.seed = world.seed if seed is None else seed
         self.env = _Environment()
         self.graph = WaypointGraph(world)
         self.items = {name: Item(name, item.weight, world.point(item.at)) for name, item in world.items.items()}
@@ -95,7 +97,7 @@ class Simulator:
             self.telemetry,
             emit=self._emit,
             wants=self.wants,
-            seed=world.seed if seed is None else seed,
+            seed=self.seed,
             keep_results=keep_results,
             feedback_rate=feedback_rate,
         )
@@ -110,6 +112,9 @@ class Simulator:
                 odom_rate,
                 lambda robot=robot: self._emit(self._odom(robot)),  # type: ignore[misc]  # binds the loop's robot
             )
+        self.scripts = Scripts(self.env, world, submit=self.submit, happened=self._happened)
+        if self.scripts.all:
+            self._sinks.append(self.scripts)
         self.telemetry.start("clock", Topic.CLOCK, 0.0, clock_rate, lambda: self._emit(self._clock()))
 
     @property

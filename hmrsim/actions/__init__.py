@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable
 
     from hmrsim.robot import Robot
+    from hmrsim.world.model import World
 
 G = TypeVar("G", bound=Message)
 R = TypeVar("R", bound=Message)
@@ -55,6 +56,22 @@ class Codes:
 
 
 @dataclass(frozen=True)
+class Order(Generic[G]):
+    """How a robot's script asks for an action.
+
+    Attributes:
+        word: What the line begins with, such as ``Go``.
+        usage: What may follow, for people.
+        goal: Makes the goal of what follows; names are looked up in the world. Raises ValueError, whose text says
+            what is wrong, when it makes no sense there.
+    """
+
+    word: str
+    usage: str
+    goal: Callable[[str, World], G]
+
+
+@dataclass(frozen=True)
 class Action(Generic[G, R, F]):
     """One kind of thing that a robot can be asked to do.
 
@@ -71,7 +88,9 @@ class Action(Generic[G, R, F]):
         component: The component that a robot needs; None if any robot serves the action.
         holds_base: Whether one such goal at a time has the robot's base for itself.
         frames: The frames that a goal refers to.
+        flaw: Why nobody could pursue a goal, whatever the robot; None when it makes sense.
         not_ready: Why a robot can't take a goal now; None when it can.
+        order: How scripts ask for it; None when they can't.
         example: A goal that succeeds in the world of the contract tests.
         example_after: The action whose example must have been done before; None for none.
     """
@@ -87,7 +106,9 @@ class Action(Generic[G, R, F]):
     component: str | None = None
     holds_base: bool = True
     frames: Callable[[G], Iterable[str]] = field(default=lambda _goal: ())
+    flaw: Callable[[G], str | None] = field(default=lambda _goal: None)
     not_ready: Callable[[Robot], str | None] = field(default=lambda _robot: None)
+    order: Order[G] | None = None
     example: G | None = None
     example_after: str | None = None
 
@@ -99,3 +120,9 @@ AnyAction = Action[Any, Any, Any]
 def registry() -> dict[str, AnyAction]:
     """Return all actions by name."""
     return discover(sys.modules[__name__], "ACTION", Action)
+
+
+def error_of(result: Message) -> str:
+    """Return what a result says of an error, in Nav2's field or in MoveIt's; empty if nothing."""
+    code = getattr(result, "error_code", None)
+    return getattr(result, "error_msg", "") or getattr(code, "message", "")

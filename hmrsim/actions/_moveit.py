@@ -1,9 +1,14 @@
-"""What MoveIt's actions have in common: the codes that the dispatcher needs."""
+"""What MoveIt's actions have in common: the codes that the dispatcher needs, and items as orders name them."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from hmrsim.actions import Codes
 from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes
+
+if TYPE_CHECKING:
+    from hmrsim.world.model import World
 
 CODES = Codes(
     canceled=MoveItErrorCodes.PREEMPTED,
@@ -12,3 +17,17 @@ CODES = Codes(
     unknown=MoveItErrorCodes.FAILURE,
     busy=MoveItErrorCodes.INVALID_ROBOT_STATE,
 )
+
+
+def item_ordered(text: str, world: World) -> str:
+    """Return the item that an order names.
+
+    Raises:
+        ValueError: There is no such item.
+    """
+    if text not in world.items:
+        # Controllers read actions, too, but no orders: they need not load what worlds are made of.
+        from hmrsim.world.finding import instead  # noqa: PLC0415
+
+        raise ValueError(f"no item {text!r}{instead(text, world.items)}")
+    return text

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.actions import Action, Codes, Report
+from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._places import place, pose
 from hmrsim.geometry import yaw_of
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
     from hmrsim.robot import Robot
+    from hmrsim.world.model import World
 
 
 def _process(
@@ -42,6 +44,10 @@ def _not_ready(robot: Robot) -> str | None:
     return None
 
 
+def _ordered(text: str, world: World) -> NavigateToPose.Goal:
+    return NavigateToPose.Goal(pose=pose(*place(text, world)))
+
+
 ACTION = Action(
     name="navigate_to_pose",
     ros_type="nav2_msgs/action/NavigateToPose",
@@ -53,5 +59,6 @@ ACTION = Action(
     codes=Codes(canceled=0, preempted=NavigateToPose.Result.UNKNOWN, rejected=1, unknown=NavigateToPose.Result.UNKNOWN),
     frames=lambda goal: (goal.pose.header.frame_id,),
     not_ready=_not_ready,
+    order=Order("Go", "PLACE, or X Y", _ordered),
     example=NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=Point(x=10.0, y=0.0)))),
 )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.actions import Action, Report
-from hmrsim.actions._moveit import CODES
+from hmrsim.actions import Action, Order, Report
+from hmrsim.actions._moveit import CODES, item_ordered
 from hmrsim.components.claw import Claw
 from hmrsim.errors import GoalAborted
 from hmrsim.interfaces.moveit_msgs import Grasp, MoveItErrorCodes, Pickup
@@ -78,5 +78,6 @@ ACTION = Action(
     failure=lambda code, message: Pickup.Result(error_code=MoveItErrorCodes(val=code, message=message)),
     codes=CODES,
     component="claw",
+    order=Order("Grab", "ITEM", lambda text, world: Pickup.Goal(target_name=item_ordered(text, world))),
     example=Pickup.Goal(target_name="parcel"),
 )

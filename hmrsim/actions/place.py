@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.actions import Action, Report
-from hmrsim.actions._moveit import CODES
+from hmrsim.actions import Action, Order, Report
+from hmrsim.actions._moveit import CODES, item_ordered
 from hmrsim.components.claw import Claw
 from hmrsim.errors import GoalAborted
 from hmrsim.geometry import distance
@@ -76,6 +76,7 @@ ACTION = Action(
     codes=CODES,
     component="claw",
     frames=lambda goal: (location.place_pose.header.frame_id for location in goal.place_locations),
+    order=Order("Drop", "ITEM", lambda text, world: Place.Goal(attached_object_name=item_ordered(text, world))),
     example=Place.Goal(attached_object_name="parcel"),
     example_after="pickup",
 )

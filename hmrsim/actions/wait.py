@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.actions import Action, Codes, Report
+from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._places import numbers
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
     from hmrsim.robot import Robot
+    from hmrsim.world.model import World
 
 
 def _process(robot: Robot, goal: Wait.Goal, report: Report[Wait.Feedback]) -> Generator[Any, Any, Wait.Result]:
@@ -20,6 +22,13 @@ def _process(robot: Robot, goal: Wait.Goal, report: Report[Wait.Feedback]) -> Ge
     report.sample(lambda: Wait.Feedback(time_left=Duration.from_seconds(max(0.0, until - robot.now))))
     yield from robot.hold(seconds)
     return Wait.Result(total_elapsed_time=Duration.from_seconds(seconds))
+
+
+def _ordered(text: str, _world: World) -> Wait.Goal:
+    seconds = numbers(text.split())
+    if len(seconds) != 1 or seconds[0] < 0:
+        raise ValueError(f"expected one number of seconds, 0 or greater, got {text!r}")
+    return Wait.Goal(time=Duration.from_seconds(seconds[0]))
 
 
 ACTION = Action(
@@ -31,5 +40,6 @@ ACTION = Action(
     process=_process,
     failure=lambda code, message: Wait.Result(error_code=code, error_msg=message),
     codes=Codes(canceled=0, preempted=Wait.Result.UNKNOWN, rejected=1, unknown=Wait.Result.UNKNOWN),
+    order=Order("Wait", "SECONDS", _ordered),
     example=Wait.Goal(time=Duration(sec=2)),
 )

@@ -16,6 +16,7 @@ from hmrsim.world.explain import explain
 from hmrsim.world.finding import MOST_FINDINGS, Finding, Path, dotted, instead, warning
 from hmrsim.world.lane_checks import check_lanes
 from hmrsim.world.model import BUILT_IN_TYPES
+from hmrsim.world.script_checks import check_scripts
 from hmrsim.world.validation import Lost
 
 if TYPE_CHECKING:
@@ -61,6 +62,7 @@ def check(world: World, lost: Lost | None = None) -> list[Finding]:
         _check_inside(world),
         _check_traffic(world),
         _check_remap(world, lost),
+        check_scripts(world, lost),
     )
     return [finding for found in checks for finding in islice(found, MOST_FINDINGS)]
 

@@ -92,7 +92,7 @@ class TestAccept:
                 grab(robot="cart"),
                 "unknown_action",
                 99999,
-                "cart has no action 'pickup'; it has: navigate_to_pose, wait",
+                "cart has no action 'pickup'; it has: follow_path, navigate_to_pose, wait",
             ),
             (SendGoal("wall_e", "fly", None, A, A), "unknown_action", 1, "wall_e has no action 'fly'"),
             (go(frame="odom"), "invalid_goal", 1, "unknown frame_id 'odom'; use 'map'"),

@@ -1,0 +1,57 @@
+"""What the words of a script's order stand for: places, and numbers."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
+
+if TYPE_CHECKING:
+    from hmrsim.world.model import World
+
+
+def numbers(words: list[str]) -> list[float]:
+    """Return words as numbers.
+
+    Raises:
+        ValueError: One is none, or not finite.
+    """
+    values = []
+    for word in words:
+        try:
+            value = float(word)
+        except ValueError:
+            raise ValueError(f"{word!r} is no number") from None
+        if not math.isfinite(value):
+            raise ValueError(f"{word!r} is no finite number")
+        values.append(value)
+    return values
+
+
+def pose(x: float, y: float, yaw: float = 0.0) -> PoseStamped:
+    """Return a pose of the plane as a ROS message; the frame is the default one."""
+    facing = Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
+    return PoseStamped(pose=Pose(position=Point(x=x, y=y), orientation=facing))
+
+
+def place(text: str, world: World) -> tuple[float, float]:
+    """Return the point that a text names: a waypoint, place or dock, or x and y.
+
+    Raises:
+        ValueError: There is nothing of that name, and it isn't two numbers.
+    """
+    try:
+        return world.point(text)
+    except KeyError:
+        pass
+    words = text.replace(",", " ").split()
+    try:
+        x, y = numbers(words)
+    except ValueError:
+        # Controllers read actions, too, but no orders: they need not load what worlds are made of.
+        from hmrsim.world.finding import instead  # noqa: PLC0415
+
+        known = [*world.waypoints, *world.places, *world.docks]
+        raise ValueError(f"no waypoint, place or dock {text!r}{instead(text, known)}") from None
+    return x, y

@@ -1,0 +1,65 @@
+"""Drive along a given path, off the lanes if need be."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._places import numbers, pose
+from hmrsim.errors import GoalAborted
+from hmrsim.geometry import heading, yaw_of
+from hmrsim.interfaces.nav2_msgs import FollowPath
+from hmrsim.interfaces.nav_msgs import Path
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterator
+
+    from hmrsim.robot import Robot
+    from hmrsim.world.model import World
+
+
+def _process(
+    robot: Robot, goal: FollowPath.Goal, report: Report[FollowPath.Feedback]
+) -> Generator[Any, Any, FollowPath.Result]:
+    report.sample(
+        lambda: FollowPath.Feedback(distance_to_goal=robot.distance_remaining, speed=abs(robot.velocity()[0]))
+    )
+    points = [(at.pose.position.x, at.pose.position.y) for at in goal.path.poses]
+    route, blocked = robot.straight_through(points)
+    last = goal.path.poses[-1].pose.orientation
+    yield from robot.drive(route, None if blocked else yaw_of(last.z, last.w))
+    if blocked:
+        raise GoalAborted(FollowPath.Result.NO_VALID_CONTROL, f"blocked: {blocked}")
+    return FollowPath.Result()
+
+
+def _frames(goal: FollowPath.Goal) -> Iterator[str]:
+    yield goal.path.header.frame_id
+    yield from (at.header.frame_id for at in goal.path.poses)
+
+
+def _ordered(text: str, _world: World) -> FollowPath.Goal:
+    """Return the path through the points; at each the robot faces the way that it came from the one before."""
+    values = numbers(text.split())
+    if len(values) % 2 or not values:
+        raise ValueError(f"{len(values)} numbers are no points; expected pairs of x and y")
+    points = list(zip(values[::2], values[1::2], strict=True))
+    before = [points[0], *points]
+    yaws = [heading(a, b) for a, b in zip(before, points, strict=False)]
+    return FollowPath.Goal(path=Path(poses=[pose(*point, yaw) for point, yaw in zip(points, yaws, strict=True)]))
+
+
+ACTION = Action(
+    name="follow_path",
+    ros_type="nav2_msgs/action/FollowPath",
+    goal=FollowPath.Goal,
+    result=FollowPath.Result,
+    feedback=FollowPath.Feedback,
+    process=_process,
+    failure=lambda code, message: FollowPath.Result(error_code=code, error_msg=message),
+    codes=Codes(canceled=0, preempted=FollowPath.Result.UNKNOWN, rejected=1, unknown=FollowPath.Result.UNKNOWN),
+    frames=_frames,
+    flaw=lambda goal: None if goal.path.poses else "the path has no poses",
+    order=Order("Follow", "X Y X Y …", _ordered),
+    example=FollowPath.Goal(path=Path(poses=[pose(2.0, 0.0), pose(10.0, 0.0)])),
+)

@@ -1,0 +1,126 @@
+"""``hmrsim simulate``: the robots' own scripts in virtual time, without any network."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter
+from typing import TYPE_CHECKING, Any, Final
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from hmrsim.cli import numbers
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show, show_json, warn
+from hmrsim.cli.problems import line_of
+from hmrsim.cli.world_options import add_world_options, read_world
+from hmrsim.gateway import GoalChanged
+from hmrsim.scripts import ScriptState
+from hmrsim.simulator import Simulator
+from hmrsim.world.finding import shown
+
+if TYPE_CHECKING:
+    import argparse
+
+    from hmrsim.gateway import Event, Topic
+    from hmrsim.scripts import Script
+    from hmrsim.world import LoadedWorld
+
+_EXAMPLES: Final = """\
+exit codes: 0 every script was carried out; 1 one failed, or was not done by --duration; 2 the world can't be read
+
+examples:
+  hmrsim simulate warehouse
+  hmrsim simulate my_map.drawio --duration 600 --json | jq .robots"""
+
+_SHORTEST: Final = 1e-6
+"""Wall seconds; nothing is taken to be done in less."""
+
+_COLOURS: Final = {ScriptState.DONE: "green", ScriptState.RUNNING: "yellow", ScriptState.FAILED: "red"}
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim simulate``."""
+    parser.description = (
+        "Run the robots' own scripts in virtual time to their end, as fast as possible and without any network,\n"
+        "and print how they went."
+    )
+    parser.epilog = _EXAMPLES
+    add_world_options(parser)
+    parser.add_argument("--seed", type=int, metavar="N", help="replaces the world's")
+    parser.add_argument(
+        "--duration", type=numbers.positive, default=math.inf, metavar="SIM_S", help="end after so much simulated time"
+    )
+    parser.add_argument("--json", action="store_true", help="print the summary as one JSON object")
+    parser.set_defaults(function=_simulate)
+
+
+class _Tally:
+    """A sink that counts how goals ended."""
+
+    def __init__(self) -> None:
+        self.statuses: Counter[str] = Counter()
+
+    def wants(self, _topic: Topic) -> bool:
+        """Return False: goals' ends come unasked."""
+        return False
+
+    def emit(self, event: Event) -> None:
+        """Count a goal that has ended."""
+        if isinstance(event, GoalChanged) and event.status.terminal:
+            self.statuses[event.status.name] += 1
+
+
+def _simulate(args: argparse.Namespace) -> int:
+    loaded = read_world(args)
+    for problem in loaded.warnings:
+        warn(line_of(problem))
+    tally = _Tally()
+    simulator = Simulator(loaded.world, [tally], seed=args.seed)
+    began = time.perf_counter()
+    simulator.run(args.duration)
+    wall_time = time.perf_counter() - began
+    scripts = simulator.scripts.all.values()
+    if not scripts:
+        warn(f"{loaded.path}: no robot has a script, so nothing was done; see `script` in a world file")
+    summary = {
+        **_header(loaded, simulator),
+        "sim_time": simulator.now,
+        "wall_time": wall_time,
+        "goals": dict(sorted(tally.statuses.items())),
+        "robots": [{**script.describe(), "ended": script.ended} for script in scripts],
+    }
+    if args.json:
+        show_json(summary)
+    else:
+        _show(summary, list(scripts))
+    return ExitCode.DONE if all(script.state is ScriptState.DONE for script in scripts) else ExitCode.FAILED
+
+
+def _header(loaded: LoadedWorld, simulator: Simulator) -> dict[str, Any]:
+    return {"world": {"name": loaded.world.name, "hash": loaded.hash}, "seed": simulator.seed}
+
+
+def _show(summary: dict[str, Any], scripts: list[Script]) -> None:
+    """Print the summary for people: a line a robot, then the whole."""
+    if scripts:
+        table = Table("robot", "orders", "state", "ended at", "why", box=None, pad_edge=False)
+        for script in scripts:
+            ended = "" if script.ended is None else f"{script.ended:.3f} s"
+            state = Text(script.state.value, _COLOURS[script.state])
+            table.add_row(script.robot, f"{script.done}/{len(script.orders)}", state, ended, Text(_remark(script)))
+        Console(width=None if Console().is_terminal else 200).print(table)
+    done = sum(script.state is ScriptState.DONE for script in scripts)
+    goals = ", ".join(f"{number} {status}" for status, number in summary["goals"].items()) or "none"
+    factor = summary["sim_time"] / max(summary["wall_time"], _SHORTEST)
+    show(f"{done} of {len(scripts)} scripts done; goals: {goals}")
+    show(
+        f"{summary['sim_time']:.3f} simulated seconds in {summary['wall_time']:.3f} wall seconds,"
+        f" {factor:,.0f} times real time"
+    )
+
+
+def _remark(script: Script) -> str:
+    return f"at {shown(script.orders[script.done].text)}" if script.state is ScriptState.RUNNING else script.error

@@ -1,0 +1,130 @@
+"""Robots that carry out the scripts of the world file: clients of the dispatcher like any other, but inside.
+
+A script gives its robot one goal after the other, each when the one before has succeeded. It ends with the first
+goal that does not: also when a controller on the network takes the robot over.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+import simpy
+
+from hmrsim.actions import error_of
+from hmrsim.gateway import Answered, GetResult, GoalResponse, ResultResponse, SendGoal
+from hmrsim.goal import GoalStatus
+from hmrsim.orders import Order, read_order
+from hmrsim.world.finding import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Sequence
+
+    from hmrsim.gateway import Command, Event, Topic
+    from hmrsim.world.model import World
+
+
+class ScriptState(Enum):
+    """How far a script is."""
+
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+
+
+@dataclass
+class Script:
+    """One robot's script and how it goes.
+
+    Attributes:
+        robot: The robot's name.
+        orders: What it does, in order.
+        done: How many orders have succeeded.
+        state: Whether it goes on.
+        error: Why it failed; empty if it did not.
+        ended: When it ended, in simulated seconds; None while it runs.
+    """
+
+    robot: str
+    orders: Sequence[Order]
+    done: int = 0
+    state: ScriptState = ScriptState.RUNNING
+    error: str = ""
+    ended: float | None = None
+
+    def describe(self) -> dict[str, Any]:
+        """Return how it went, as JSON values."""
+        return {
+            "robot": self.robot,
+            "orders": len(self.orders),
+            "done": self.done,
+            "state": self.state.value,
+            "error": self.error,
+        }
+
+
+class Scripts:
+    """All scripts of a world; a sink, too, so that it learns of the answers to its goals.
+
+    Args:
+        env: The simulation's clock and events; the scripts begin at its first instant.
+        world: Its robots' scripts must have been checked.
+        submit: Takes commands.
+        happened: Tells that something happened: the kind, and what gives the fields if anybody wants them.
+
+    Attributes:
+        all: By robot, in the order of the world.
+    """
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        world: World,
+        *,
+        submit: Callable[[Command], None],
+        happened: Callable[[str, Callable[[], dict[str, Any]]], None],
+    ) -> None:
+        self._env = env
+        self._submit = submit
+        self._happened = happened
+        self.all = {
+            name: Script(name, [read_order(text, world) for text in robot.script])
+            for name, robot in world.robots.items()
+            if robot.script
+        }
+        for script in self.all.values():
+            env.process(self._run(script))
+
+    def wants(self, _topic: Topic) -> bool:
+        """Return False: answers come unasked."""
+        return False
+
+    def emit(self, event: Event) -> None:
+        """Wake the script that waits for an answer."""
+        if isinstance(event, Answered) and isinstance(event.reply_to, simpy.Event):
+            event.reply_to.succeed(event.answer)
+
+    def _run(self, script: Script) -> Generator[Any, Any, None]:
+        for order in script.orders:
+            script.error = yield from self._carry_out(script.robot, order)
+            if script.error:
+                break
+            script.done += 1
+        script.state = ScriptState.FAILED if script.error else ScriptState.DONE
+        script.ended = self._env.now
+        self._happened("script_ended", script.describe)
+
+    def _carry_out(self, robot: str, order: Order) -> Generator[Any, Any, str]:
+        """Have a robot do something; return why it did not, or ""."""
+        accepted, ended = self._env.event(), self._env.event()
+        self._submit(SendGoal(robot, order.action.name, order.goal, reply_to=accepted))
+        response: GoalResponse = yield accepted
+        if not response.accepted:
+            return f"{shown(order.text)} was rejected: {response.error_msg}"
+        self._submit(GetResult(robot, order.action.name, response.goal_id, reply_to=ended))
+        end: ResultResponse = yield ended
+        if end.status is GoalStatus.SUCCEEDED:
+            return ""
+        why = error_of(end.result)
+        return f"{shown(order.text)} ended {end.status.name}{f': {why}' if why else ''}"

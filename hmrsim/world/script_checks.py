@@ -1,0 +1,43 @@
+"""The checks of robots' scripts: every order makes sense, and the robot has what it takes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.orders import read_order
+from hmrsim.world.finding import Finding, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hmrsim.world.finding import Path
+    from hmrsim.world.model import World
+    from hmrsim.world.validation import Lost
+
+_NAMED = frozenset(("waypoints", "places", "docks", "items", "robot_types"))
+"""Top-level keys of what orders and robots name."""
+
+
+def check_scripts(world: World, lost: Lost) -> Iterator[Finding]:
+    """Yield what is wrong with the scripts; nothing that could follow from what was left out of the world."""
+    if not _NAMED.isdisjoint(lost.names):
+        return
+    for name, robot in world.robots.items():
+        for i, text in enumerate(robot.script):
+            yield from _check_order(world, name, ("robots", name, "script", i), text)
+
+
+def _check_order(world: World, robot: str, path: Path, text: str) -> Iterator[Finding]:
+    try:
+        order = read_order(text, world)
+    except ValueError as error:
+        yield Finding(path, str(error), text)
+        return
+    needed = order.action.component
+    try:
+        carried = world.robot_type(world.robots[robot]).components
+    except KeyError:
+        # Its type is not there, which is said where it is named.
+        return
+    if needed is not None and needed not in carried:
+        yield Finding(path, f"{shown(text)} takes a {needed}, which {robot} does not have", text)

@@ -1,0 +1,107 @@
+"""``hmrsim simulate``: scripts in virtual time."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hmrsim.cli import main
+
+ROOMS = """\
+name: two rooms
+waypoints: {home: [1, 2], shelf: [9, 2]}
+lanes: [[home, shelf]]
+items: {medicine: {at: [9, 2.3], weight: 0.2}, anvil: {at: [9, 2.3], weight: 80}}
+robot_types: {nurse: {components: {claw: {max_weight: 1}}}}
+robots:
+  wall_e: {type: nurse, at: home, script: [Go shelf, Grab medicine, Go home, Drop medicine]}
+  eve: {type: nurse, at: home}
+"""
+
+
+@pytest.fixture
+def rooms(tmp_path):
+    """Return a world with one robot that has a script."""
+    path = tmp_path / "rooms.yaml"
+    path.write_text(ROOMS)
+    return path
+
+
+@pytest.fixture
+def simulate(capsys):
+    """Runs the command; returns its exit code, and what it printed."""
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        code = main(["simulate", *map(str, arguments)])
+        printed = capsys.readouterr()
+        return code, printed.out, printed.err
+
+    return run
+
+
+def test_the_summary_tells_of_every_script(simulate, rooms):
+    """A line a script, then the goals, the simulated and the wall time."""
+    code, out, _ = simulate(rooms)
+
+    lines = out.splitlines()
+    assert 0 == code
+    assert ["wall_e", "4/4", "done", "16.000", "s"] == lines[1].split()
+    assert "1 of 1 scripts done; goals: 4 SUCCEEDED" == lines[2]
+    assert lines[3].startswith("16.000 simulated seconds in ")
+
+
+def test_json_is_one_object(simulate, rooms):
+    """All that the table says, for programs."""
+    _, out, _ = simulate(rooms, "--json", "--seed", 5)
+
+    summary = json.loads(out)
+    assert (16.0, 5, {"SUCCEEDED": 4}) == (summary["sim_time"], summary["seed"], summary["goals"])
+    assert [{"robot": "wall_e", "orders": 4, "done": 4, "state": "done", "error": "", "ended": 16.0}] == summary[
+        "robots"
+    ]
+
+
+def test_a_script_that_fails_is_told_and_ends_with_1(simulate, rooms):
+    """The order, and why the robot could not."""
+    rooms.write_text(ROOMS.replace("Grab medicine", "Grab anvil"))
+    code, out, _ = simulate(rooms)
+
+    assert 1 == code
+    assert "'Grab anvil' ended ABORTED: 'anvil' is too heavy: 80 kg, the claw lifts 1 kg" in out
+    assert "0 of 1 scripts done; goals: 1 ABORTED, 1 SUCCEEDED" in out
+
+
+def test_a_script_that_is_not_done_in_time_ends_with_1(simulate, rooms):
+    """The robot is on its way still."""
+    code, out, _ = simulate(rooms, "--duration", 5)
+
+    assert 1 == code
+    assert ["wall_e", "0/4", "running", "at", "'Go", "shelf'"] == out.splitlines()[1].split()
+    assert "5.000 simulated seconds" in out
+
+
+def test_a_world_without_scripts_says_so(simulate, rooms):
+    """Nothing is to be done, and nothing was."""
+    rooms.write_text(ROOMS[: ROOMS.index(", script")] + "}\n")
+    code, out, err = simulate(rooms)
+
+    assert 0 == code
+    assert "no robot has a script" in err
+    assert "0 of 0 scripts done; goals: none" in out
+
+
+def test_a_script_that_makes_no_sense_is_refused(simulate, rooms):
+    """With file, line, value and what would do."""
+    rooms.write_text(ROOMS.replace("Go shelf", "Go shelv"))
+    code, out, err = simulate(rooms)
+
+    assert (2, "") == (code, out)
+    assert (f"{rooms}:7: robots.wall_e.script.0: no waypoint, place or dock 'shelv'; did you mean 'shelf'?\n") == err
+
+
+def test_robots_and_items_can_be_added(simulate, rooms):
+    """A place for what the file lacks."""
+    code, _, _ = simulate(rooms, "--robot", "burn_e@3,2:fetcher", "--item", "letter@3,2.1")
+
+    assert 0 == code
