@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import AnyAction
     from hmrsim.gateway import Event
+    from hmrsim.interest import Interest
     from hmrsim.interfaces.message import Message
     from hmrsim.robot import Robot
     from hmrsim.telemetry import Telemetry
@@ -49,12 +50,12 @@ _CANCEL = CancelGoalService.Response
 
 @dataclass(eq=False, slots=True)
 class _Goal:
-    """An accepted goal."""
+    """An accepted goal; many are kept after their end, so that they hold no more than is asked for."""
 
     server: _Server
     goal_id: str
     stamp: int
-    message: Message
+    from_client: bool
     status: GoalStatus = GoalStatus.ACCEPTED
     result: Message | None = None
     process: simpy.Process | None = None
@@ -98,7 +99,7 @@ class Dispatcher:
         actions: All actions, by name.
         telemetry: Takes feedback samples.
         emit: Where events go.
-        wants: Whether anybody listens to a topic.
+        interest: Who listens to what.
         seed: From which the ids of goals that have none are made.
         keep_results: Most ended goals that a robot remembers.
         feedback_rate: Samples of feedback a second of simulated time.
@@ -111,7 +112,7 @@ class Dispatcher:
         telemetry: Telemetry,
         *,
         emit: Callable[[Event], None],
-        wants: Callable[[Topic], bool],
+        interest: Interest,
         seed: int = 0,
         keep_results: int = 1000,
         feedback_rate: float = 10.0,
@@ -120,7 +121,7 @@ class Dispatcher:
         self._actions = actions
         self._telemetry = telemetry
         self._emit = emit
-        self._wants = wants
+        self._interest = interest
         self._seed = seed
         self._keep_results = keep_results
         self._feedback_rate = feedback_rate
@@ -170,9 +171,9 @@ class Dispatcher:
             )
             self._answer(command.reply_to, answer)
             return
-        goal = _Goal(server, goal_id, stamp(self._env.now), message)
+        goal = _Goal(server, goal_id, stamp(self._env.now), from_client=command.goal_id is not None)
         self._answer(command.reply_to, GoalResponse(accepted=True, goal_id=goal_id, stamp=goal.stamp))
-        self._start(goal)
+        self._start(goal, message)
 
     def _server(self, robot: str, action: str) -> _Server:
         servers = self._servers.get(robot)
@@ -228,7 +229,7 @@ class Dispatcher:
 
     # --- running --------------------------------------------------------------------------------------------------
 
-    def _start(self, goal: _Goal) -> None:
+    def _start(self, goal: _Goal, message: Message) -> None:
         """Let an accepted goal run; it takes the base from another goal, or finds it busy."""
         action, name = goal.server.action, goal.server.robot.name
         holder = self._holders.get(name) if action.holds_base else None
@@ -237,7 +238,7 @@ class Dispatcher:
             code = holder.server.action.codes.preempted
             self._halt(holder, GoalEvent.ABORT, code, f"preempted by goal {goal.goal_id}")
         goal.server.goals[goal.goal_id] = goal
-        self._publish(goal)
+        self._publish(goal, message)
         self._change(goal, GoalEvent.EXECUTE)
         if holder is not None and action.codes.busy is not None:
             running = f"{holder.server.action.name} goal {holder.goal_id}"
@@ -245,13 +246,13 @@ class Dispatcher:
             return
         if action.holds_base:
             self._holders[name] = goal
-        goal.process = self._env.process(self._pursue(goal))
+        goal.process = self._env.process(self._pursue(goal, message))
 
-    def _pursue(self, goal: _Goal) -> Generator[Any, Any, None]:
+    def _pursue(self, goal: _Goal, message: Message) -> Generator[Any, Any, None]:
         """Run the action's process and give the goal its verdict; who halts a goal has given it already."""
         action = goal.server.action
         try:
-            result = yield from action.process(goal.server.robot, goal.message, _Report(self, goal))
+            result = yield from action.process(goal.server.robot, message, _Report(self, goal))
             if not isinstance(result, action.result):
                 raise TypeError(f"{action.name} returned {result!r} and no {action.result.ros_type}")  # noqa: TRY301
         except Interrupt:
@@ -263,12 +264,15 @@ class Dispatcher:
             raise
         else:
             self._end(goal, GoalEvent.SUCCEED, result)
+        finally:
+            goal.process = None
 
     def _halt(self, goal: _Goal, event: GoalEvent, code: int, message: str) -> None:
         """End a running goal from outside; its process is interrupted at this instant, before anything else."""
         self._end(goal, event, goal.server.action.failure(code, message))
-        if goal.process is not None and goal.process.is_alive:
-            goal.process.interrupt()
+        process, goal.process = goal.process, None
+        if process is not None and process.is_alive:
+            process.interrupt()
 
     def _end(self, goal: _Goal, event: GoalEvent, result: Message) -> None:
         """Give a goal its terminal status: last feedback, status, results, in this order."""
@@ -277,7 +281,7 @@ class Dispatcher:
         name = goal.server.robot.name
         if goal.sample is not None:
             self._telemetry.stop(goal)
-            if self._wants(Topic.FEEDBACK):
+            if self._interest.feedback:
                 self.send_feedback(goal, goal.sample(), last=True)
             goal.sample = None
         if self._holders.get(name) is goal:
@@ -296,7 +300,7 @@ class Dispatcher:
         goal.status = next_status(goal.status, event)
         self._publish(goal)
 
-    def _publish(self, goal: _Goal) -> None:
+    def _publish(self, goal: _Goal, message: Message | None = None) -> None:
         server = goal.server
         self._emit(
             GoalChanged(
@@ -305,18 +309,18 @@ class Dispatcher:
                 server.action.name,
                 goal.goal_id,
                 goal.status,
-                goal=goal.message if goal.status is GoalStatus.ACCEPTED else None,
+                goal=message,
                 result=goal.result,
             )
         )
-        if self._wants(Topic.STATUS):
+        if self._interest.status:
             self._emit(self._status(server))
 
     # --- feedback -------------------------------------------------------------------------------------------------
 
     def send_feedback(self, goal: _Goal, feedback: Message, *, last: bool = False) -> None:
         """Send feedback of a goal that runs, if anybody listens."""
-        if not goal.status.terminal and self._wants(Topic.FEEDBACK):
+        if not goal.status.terminal and self._interest.feedback:
             server = goal.server
             self._emit(FeedbackSent(server.robot.name, server.action.name, goal.goal_id, feedback, last))
 
@@ -374,9 +378,10 @@ class Dispatcher:
             self._forget(goal)
 
     def _forget(self, goal: _Goal) -> None:
-        """Drop a goal but for its id, so that a late resend is not executed again."""
+        """Drop a goal but for its id, so that a late resend is not executed again; ours nobody can resend."""
         del goal.server.goals[goal.goal_id]
-        goal.server.forgotten[goal.goal_id] = goal.status
+        if goal.from_client:
+            goal.server.forgotten[goal.goal_id] = goal.status
         self._ended[goal.server.robot.name].pop(goal, None)
 
     def stop(self, reason: str) -> int:

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import heapq
 import math
+from array import array
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from itertools import count, pairwise
 from typing import TYPE_CHECKING
 
 import networkx as nx
 
 from hmrsim.errors import NoRoute
-from hmrsim.geometry import SAME_PLACE, Obstacles, Point, distance, foot
+from hmrsim.geometry import SAME_PLACE, Obstacles, Point, Pose, distance, foot, heading
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.world.model import FARTHEST
 
@@ -29,7 +31,11 @@ _TIE = 1e-9
 """Trips whose times differ by less than this share take equally long."""
 
 _KEPT_NODES = 4_000_000
-"""Waypoints in all kept trees together: some 32 MB."""
+"""Waypoints in all kept trees together: some 48 MB."""
+
+
+_KEPT_ROUTES = 4_096
+"""Ways on to the lanes that are kept."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +48,8 @@ class Leg:
         length: In the world's unit.
         lane: The waypoints of the lane that it runs on, in its direction; None off the lanes.
         speed_limit: Most that may be driven there; infinite without a limit.
+        first: The pose of a robot that begins to drive it.
+        last: The pose of one that has driven it.
     """
 
     start: Point
@@ -49,6 +57,14 @@ class Leg:
     length: float
     lane: tuple[str, str] | None = None
     speed_limit: float = math.inf
+    first: Pose = field(init=False, compare=False, repr=False)
+    last: Pose = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Turn a robot into the leg's direction: every drive needs it, and most legs are driven often."""
+        yaw = heading(self.start, self.end)
+        object.__setattr__(self, "first", Pose(*self.start, yaw))
+        object.__setattr__(self, "last", Pose(*self.end, yaw))
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,17 +72,32 @@ class Route:
     """The way from one point to another: legs in order, none when they are the same place."""
 
     legs: tuple[Leg, ...]
-    length: float
+
+    @property
+    def length(self) -> float:
+        """The length of all legs, in the world's unit."""
+        return math.fsum(leg.length for leg in self.legs)
 
 
 @dataclass(frozen=True, slots=True)
 class _Edge:
-    """A lane in one direction; *start* and *end* are indices of waypoints, which order as their names."""
+    """A lane in one direction.
 
+    Attributes:
+        number: Its index among all.
+        start: Index of the waypoint where it begins; indices order as names do.
+        end: Likewise where it ends.
+        length: In the world's unit.
+        speed_limit: Most that may be driven there; infinite without a limit.
+        leg: All of it, as part of a route.
+    """
+
+    number: int
     start: int
     end: int
     length: float
     speed_limit: float
+    leg: Leg
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,19 +115,25 @@ class _Step:
 
 @dataclass(frozen=True, slots=True)
 class _Tree:
-    """The quickest ways to one destination.
+    """The quickest ways to one destination; some 12 bytes a waypoint, as many of them are kept.
 
     Attributes:
         goal: The destination.
         on_lanes: Whether it is on a lane, so that nobody leaves the lanes for it.
         cost: Seconds from each waypoint; infinite where no way leads.
-        step: What to do at each waypoint; None at the destination itself.
+        step: Number of the lane to take at each waypoint; -1 at the destination itself, and where no way leads.
+        leave: By waypoint, where to leave that lane for the destination; absent where it is driven to its end.
     """
 
     goal: Point
     on_lanes: bool
-    cost: list[float]
-    step: list[_Step | None]
+    cost: array[float]
+    step: array[int]
+    leave: dict[int, Point]
+
+
+_Entry = tuple[float, int, int, int, Point | None]
+"""Seconds, a waypoint, what keeps entries apart, and what to do there: which lane to take, and where to leave it."""
 
 
 class WaypointGraph:
@@ -134,10 +171,11 @@ class WaypointGraph:
         self._names = sorted(self.graph)
         self._points: list[Point] = [self.graph.nodes[name]["point"] for name in self._names]
         index = {name: i for i, name in enumerate(self._names)}
-        self._edges = [
-            _Edge(index[a], index[b], data["length"], data["speed_limit"])
-            for a, b, data in sorted(self.graph.edges(data=True), key=lambda edge: edge[:2])
-        ]
+        self._edges: list[_Edge] = []
+        for a, b, data in sorted(self.graph.edges(data=True), key=lambda edge: edge[:2]):
+            start, end, length, limit = index[a], index[b], data["length"], data["speed_limit"]
+            leg = Leg(self._points[start], self._points[end], length, (a, b), limit)
+            self._edges.append(_Edge(len(self._edges), start, end, length, limit, leg))
         self._out: list[list[_Edge]] = [[] for _ in self._names]
         self._into: list[list[_Edge]] = [[] for _ in self._names]
         for edge in self._edges:
@@ -148,6 +186,8 @@ class WaypointGraph:
         self._limited = any(edge.speed_limit < math.inf for edge in self._edges)
         self._most_trees = max(64, _KEPT_NODES // max(1, len(self._names)))
         self._trees.clear()
+        self._nearest = lru_cache(_KEPT_ROUTES)(self._find_nearest)
+        self._entrance = lru_cache(_KEPT_ROUTES)(self._enter)
 
     # --- questions ------------------------------------------------------------------------------------------------
 
@@ -188,17 +228,18 @@ class WaypointGraph:
             NoRoute: The goal is outside the map (204), inside an obstacle (206), or no way leads there (208).
         """
         if distance(start, goal) <= SAME_PLACE:
-            return Route((), 0.0)
-        self.check(goal)
+            return Route(())
         speed = speed if self._limited else 1.0
+        if (goal, speed) not in self._trees:
+            self.check(goal)
         at = self._at.get(start)
         if (at is None or goal not in self._at) and self._straight(start, goal):
             return _route([Leg(start, goal, distance(start, goal))])
-        tree = self._tree(goal, speed)
         if at is not None:
+            tree = self._tree(goal, speed)
             legs = self._follow(at, tree) if tree.cost[at] < math.inf else None
         else:
-            legs = self._enter(start, tree, speed)
+            legs = self._entrance(start, goal, speed)
         if legs is None:
             raise NoRoute(
                 ComputePathToPose.Result.NO_VALID_PATH,
@@ -223,8 +264,8 @@ class WaypointGraph:
                     return _route(legs), str(wrong)
             if edge is None and not self.clear(a, b):
                 return _route(legs), f"an obstacle stands between ({a[0]:g}, {a[1]:g}) and ({b[0]:g}, {b[1]:g})"
-            lane = (self._names[edge.start], self._names[edge.end]) if edge else None
-            legs.append(Leg(a, b, distance(a, b), lane, edge.speed_limit if edge else math.inf))
+            lane, limit = (edge.leg.lane, edge.speed_limit) if edge else (None, math.inf)
+            legs.append(Leg(a, b, distance(a, b), lane, limit))
         return _route(legs), ""
 
     def _edge_between(self, a: Point, b: Point) -> _Edge | None:
@@ -244,7 +285,7 @@ class WaypointGraph:
             return False
         return (not self._edges or not lanes.isdisjoint(goal_lanes)) and self.clear(start, goal)
 
-    def _nearest(self, point: Point) -> tuple[float, set[tuple[int, int]]]:
+    def _find_nearest(self, point: Point) -> tuple[float, set[tuple[int, int]]]:
         """Return how far the nearest lane is, and all lanes as near as that."""
         nearest = math.inf
         lanes: set[tuple[int, int]] = set()
@@ -281,57 +322,61 @@ class WaypointGraph:
 
     def _search(self, goal: Point, speed: float) -> _Tree:
         """Search backwards from *goal* for the quickest way from every waypoint (Dijkstra)."""
-        cost = [math.inf] * len(self._names)
-        step: list[_Step | None] = [None] * len(self._names)
-        heap: list[tuple[float, int, int, _Step | None]] = []
-        order = count()
-
-        def offer(edge: _Edge, leave: Point) -> None:
-            along = distance(self._points[edge.start], leave) / min(speed, edge.speed_limit)
-            seconds = along + distance(leave, goal) / speed
-            heapq.heappush(heap, (seconds, edge.start, next(order), _Step(edge, leave)))
-
-        on_lanes = goal in self._at
-        if on_lanes:
-            heap.append((0.0, self._at[goal], next(order), None))
+        cost = array("d", [math.inf]) * len(self._names)
+        tree = _Tree(goal, goal in self._at, cost, array("i", [-1]) * len(self._names), {})
+        found = cost[:]
+        if tree.on_lanes:
+            heap: list[_Entry] = [(0.0, self._at[goal], 0, -1, None)]
         else:
-            on_lanes, feet = self._feet(goal)
-            for edge, point in feet:
-                offer(edge, point)
+            on_lane, feet = self._feet(goal)
+            tree = replace(tree, on_lanes=on_lane)
+            heap = [self._leaving(edge, point, goal, speed) for edge, point in feet]
+            heapq.heapify(heap)
         while heap:
-            seconds, node, _, how = heapq.heappop(heap)
+            seconds, node, _, number, leave = heapq.heappop(heap)
             if cost[node] <= seconds:
                 continue
-            # Whether the line is clear is asked only of lanes that would be taken: it is the dear question.
-            if how and how.leave and not (on_lanes or self.clear(how.leave, goal)):
-                for leave in self._seen(goal, how.edge, how.leave):
-                    offer(how.edge, leave)
-                continue
-            cost[node], step[node] = seconds, how
+            if leave:
+                # Whether the line is clear is asked only of lanes that would be taken: it is the dear question.
+                if not (tree.on_lanes or self.clear(leave, goal)):
+                    edge = self._edges[number]
+                    for seen in self._seen(goal, edge, leave):
+                        heapq.heappush(heap, self._leaving(edge, seen, goal, speed))
+                    continue
+                tree.leave[node] = leave
+            cost[node], tree.step[node] = seconds, number
             for edge in self._into[node]:
-                if cost[edge.start] == math.inf:
-                    total = seconds + edge.length / min(speed, edge.speed_limit)
-                    heapq.heappush(heap, (total, edge.start, next(order), _Step(edge)))
-        self._settle_ties(cost, step, speed)
-        return _Tree(goal, on_lanes, cost, step)
+                total = seconds + edge.length / min(speed, edge.speed_limit)
+                if total < found[edge.start]:
+                    found[edge.start] = total
+                    heapq.heappush(heap, (total, edge.start, 2 * edge.number, edge.number, None))
+        self._settle_ties(tree, speed)
+        return tree
 
-    def _settle_ties(self, cost: list[float], step: list[_Step | None], speed: float) -> None:
+    def _leaving(self, edge: _Edge, leave: Point, goal: Point, speed: float) -> _Entry:
+        """Return what to do at the start of a lane that is left at a point for the destination."""
+        along = distance(edge.leg.start, leave) / min(speed, edge.speed_limit)
+        return along + distance(leave, goal) / speed, edge.start, 2 * edge.number + 1, edge.number, leave
+
+    def _settle_ties(self, tree: _Tree, speed: float) -> None:
         """Where several ways take equally long, choose the next waypoint that comes first by name."""
-        for node, how in enumerate(step):
-            if how is None or how.leave is not None:
+        cost, step = tree.cost, tree.step
+        for node, number in enumerate(step):
+            if number < 0 or node in tree.leave:
                 continue
-            most = cost[node] * (1 + _TIE)
+            most, taken = cost[node] * (1 + _TIE), self._edges[number].end
             for edge in self._out[node]:
-                if edge.end >= how.edge.end:
+                if edge.end >= taken:
                     break
                 if cost[edge.end] < cost[node] and cost[edge.end] + edge.length / min(speed, edge.speed_limit) <= most:
-                    step[node] = _Step(edge)
+                    step[node] = edge.number
                     break
 
     # --- legs -----------------------------------------------------------------------------------------------------
 
-    def _enter(self, start: Point, tree: _Tree, speed: float) -> list[Leg] | None:
+    def _enter(self, start: Point, goal: Point, speed: float) -> list[Leg] | None:
         """Return the legs from a point that is no waypoint; None when no way leads to the destination."""
+        tree = self._tree(goal, speed)
         on_lanes, feet = self._feet(start)
         ways: list[tuple[float, int, Point, _Step]] = []
         order = count()
@@ -383,25 +428,25 @@ class WaypointGraph:
 
     def _follow(self, node: int, tree: _Tree) -> list[Leg]:
         """Return the legs from a waypoint to the destination."""
-        legs = []
-        while (how := tree.step[node]) is not None:
-            legs.append(self._leg(self._points[node], how, tree))
-            if how.leave is not None:
-                legs.append(Leg(how.leave, tree.goal, distance(how.leave, tree.goal)))
-                break
-            node = how.edge.end
+        legs: list[Leg] = []
+        edges, step, leave = self._edges, tree.step, tree.leave
+        while (number := step[node]) >= 0:
+            edge = edges[number]
+            if node in leave:
+                return legs + self._take(edge.leg.start, _Step(edge, leave[node]), tree)
+            legs.append(edge.leg)
+            node = edge.end
         return legs
 
     def _leg(self, start: Point, how: _Step, tree: _Tree) -> Leg:
         """Return the leg that a step drives on its lane; it ends exactly at a destination on the lane."""
         edge = how.edge
+        if how.leave is None and start == edge.leg.start:
+            return edge.leg
         end = self._points[edge.end] if how.leave is None else (tree.goal if tree.on_lanes else how.leave)
-        whole = how.leave is None and start == self._points[edge.start]
-        length = edge.length if whole else distance(start, end)
-        return Leg(start, end, length, (self._names[edge.start], self._names[edge.end]), edge.speed_limit)
+        return Leg(start, end, distance(start, end), edge.leg.lane, edge.speed_limit)
 
 
 def _route(legs: list[Leg]) -> Route:
     """Return the route of these legs, without those of no length."""
-    kept = tuple(leg for leg in legs if leg.length > 0.0)
-    return Route(kept, math.fsum(leg.length for leg in kept))
+    return Route(tuple([leg for leg in legs if leg.length > 0.0]))

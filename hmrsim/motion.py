@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from hmrsim.geometry import Pose, between, heading, turn
+from hmrsim.geometry import Pose, between, turn
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,8 +64,7 @@ class Trapezoid:
         return self.distance - self.acceleration * left * left / 2
 
 
-@dataclass(frozen=True, slots=True)
-class Piece:
+class Piece(NamedTuple):
     """One lane driven, or one turn made; one event ends it.
 
     Attributes:
@@ -115,7 +114,54 @@ class Piece:
         return Pose(*between(self.start.point, self.end.point, self.driven(elapsed) / self.length), self.start.yaw)
 
 
-def pieces(
+class Drive(Protocol):
+    """A route as it is driven, piece by piece."""
+
+    @property
+    def seconds(self) -> Sequence[float]:
+        """How long each piece takes."""
+
+    def piece(self, number: int) -> Piece:
+        """Return the piece of this index."""
+
+    def length_after(self, number: int) -> float:
+        """Return the length of all pieces behind that of this index."""
+
+
+class _Steady:
+    """A drive at constant speeds: each leg is a piece, which is made when somebody asks where the robot is."""
+
+    __slots__ = ("_legs", "seconds")
+
+    def __init__(self, legs: Sequence[Leg], speed: float) -> None:
+        self._legs = legs
+        self.seconds = [leg.length / min(speed, leg.speed_limit) for leg in legs]
+
+    def piece(self, number: int) -> Piece:
+        leg = self._legs[number]
+        return Piece(leg.first, leg.last, leg.length, self.seconds[number], leg)
+
+    def length_after(self, number: int) -> float:
+        return math.fsum(leg.length for leg in self._legs[number + 1 :])
+
+
+class _Profiled:
+    """A drive whose pieces depend on each other."""
+
+    __slots__ = ("_pieces", "seconds")
+
+    def __init__(self, pieces: Sequence[Piece]) -> None:
+        self._pieces = pieces
+        self.seconds = [piece.duration for piece in pieces]
+
+    def piece(self, number: int) -> Piece:
+        return self._pieces[number]
+
+    def length_after(self, number: int) -> float:
+        return math.fsum(piece.length for piece in self._pieces[number + 1 :])
+
+
+def drive(
     start: Pose,
     legs: Sequence[Leg],
     final_yaw: float | None,
@@ -123,15 +169,17 @@ def pieces(
     speed: float,
     acceleration: float | None = None,
     turning_rate: float | None = None,
-) -> list[Piece]:
-    """Return the pieces of driving *legs* from *start*, which end with a turn to *final_yaw*, if any.
+) -> Drive:
+    """Return the drive along *legs* from *start*, which ends with a turn to *final_yaw*, if any.
 
-    Without a turning rate turns take no time and need no piece, but for the last when there is nothing to drive.
+    Without a turning rate turns take no time and need no piece.
     """
+    if not acceleration and not turning_rate:
+        return _Steady(legs, speed)
     made: list[Piece] = []
     pose = start
     for stretch in _stretches(legs):
-        yaw = heading(stretch[0].start, stretch[0].end)
+        yaw = stretch[0].first.yaw
         pose = _turn(made, pose, yaw, turning_rate)
         total = math.fsum(leg.length for leg in stretch)
         top = min(speed, stretch[0].speed_limit)
@@ -147,7 +195,7 @@ def pieces(
             pose = end
     if final_yaw is not None:
         _turn(made, pose, final_yaw, turning_rate)
-    return made
+    return _Profiled(made)
 
 
 def _turn(made: list[Piece], pose: Pose, yaw: float, turning_rate: float | None) -> Pose:
@@ -171,5 +219,5 @@ def _stretches(legs: Sequence[Leg]) -> list[list[Leg]]:
 
 
 def _continues(before: Leg, leg: Leg) -> bool:
-    bend = turn(heading(before.start, before.end), heading(leg.start, leg.end))
+    bend = turn(before.first.yaw, leg.first.yaw)
     return before.speed_limit == leg.speed_limit and abs(bend) <= _SAME_HEADING

@@ -110,13 +110,10 @@ class Pacing:
                 simulator.settle()
                 self.inbox.wait(None)
                 continue
-            for _ in range(_EVENTS_BETWEEN_POLLS):
-                if simulator.next_event == math.inf:
-                    break
-                if simulator.next_event > self.duration:
-                    simulator.advance(self.duration)
-                    return
-                simulator.step()
+            if self.duration < simulator.next_event < math.inf:
+                simulator.advance(self.duration)
+                return
+            simulator.take(self.duration, _EVENTS_BETWEEN_POLLS, idle=False)
 
     def _run_paced(self, factor: float) -> None:
         simulator = self.simulator
@@ -134,7 +131,8 @@ class Pacing:
                     simulator.advance(max(target, simulator.now))
                 return
             if simulator.next_due <= target:
-                self._take_due(target)
+                # Some of it: commands are looked for in between.
+                simulator.take(target, _EVENTS_BETWEEN_POLLS)
             elif target >= self.duration:
                 simulator.advance(self.duration)
                 return
@@ -164,10 +162,3 @@ class Pacing:
         for _ in range(_EVENTS_BETWEEN_POLLS):
             if not self._take_command():
                 return
-
-    def _take_due(self, target: float) -> None:
-        """Take some of what is due, so that commands are looked for in between."""
-        for _ in range(_EVENTS_BETWEEN_POLLS):
-            if self.simulator.next_due > target:
-                return
-            self.simulator.step()

@@ -5,22 +5,26 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from simpy import Timeout
+
 from hmrsim.components import registry as components
 from hmrsim.geometry import Pose, distance
 from hmrsim.interfaces import geometry_msgs as ros
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.std_msgs import Header
-from hmrsim.motion import Piece, pieces
+from hmrsim.motion import drive
 from hmrsim.sim_time import stamp
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Mapping, Sequence
+    from collections.abc import Generator, Mapping, Sequence
 
     import simpy
 
     from hmrsim.geometry import Point
     from hmrsim.graph import Route, WaypointGraph
+    from hmrsim.interest import Happenings
     from hmrsim.items import Item
+    from hmrsim.motion import Drive, Piece
     from hmrsim.world.model import RobotSpec, World
 
 C = TypeVar("C")
@@ -36,7 +40,7 @@ class Robot:
         world: The world that it is in.
         graph: The ways open to it.
         items: All items of the world, by name.
-        happened: Tells that something happened: the kind, and what gives the fields if anybody wants them.
+        happened: Tells what it does.
     """
 
     def __init__(
@@ -47,7 +51,7 @@ class Robot:
         world: World,
         graph: WaypointGraph,
         items: Mapping[str, Item],
-        happened: Callable[[str, Callable[[], dict[str, Any]]], None],
+        happened: Happenings,
     ) -> None:
         kind = world.robot_type(spec)
         self.name = name
@@ -65,10 +69,9 @@ class Robot:
         self._base = kind.base
         self._speed = world.speed(kind.base)
         self._rest = Pose(*world.point(spec.at), spec.yaw)
-        self._piece: Piece | None = None
+        self._drive: Drive | None = None
+        self._number = 0
         self._began = 0.0
-        self._length_after = 0.0
-        self._duration_after = 0.0
 
     @property
     def now(self) -> float:
@@ -90,7 +93,13 @@ class Robot:
 
     def pose(self) -> Pose:
         """Return where its centre is now and which way it faces."""
-        return self._piece.pose(self._env.now - self._began) if self._piece else self._rest
+        piece = self._piece
+        return piece.pose(self._env.now - self._began) if piece else self._rest
+
+    @property
+    def _piece(self) -> Piece | None:
+        """What it is driving just now; None when it stands."""
+        return self._drive.piece(self._number) if self._drive else None
 
     def pose_stamped(self) -> ros.PoseStamped:
         """Return the pose as a ROS message, in the frame ``map``."""
@@ -116,16 +125,18 @@ class Robot:
     @property
     def distance_remaining(self) -> float:
         """What is left of the route that it drives; 0 when it stands."""
-        if self._piece is None:
+        piece, drive = self._piece, self._drive
+        if piece is None or drive is None:
             return 0.0
-        return max(0.0, self._piece.length - self._piece.driven(self._env.now - self._began) + self._length_after)
+        left = piece.length - piece.driven(self._env.now - self._began)
+        return max(0.0, left + drive.length_after(self._number))
 
     @property
     def time_remaining(self) -> float:
         """Seconds until it arrives, if nothing gets in its way; 0 when it stands."""
-        if self._piece is None:
+        if self._drive is None:
             return 0.0
-        return max(0.0, self._piece.duration - (self._env.now - self._began) + self._duration_after)
+        return max(0.0, math.fsum(self._drive.seconds[self._number :]) - (self._env.now - self._began))
 
     def distance_to(self, point: Point) -> float:
         """Return how far its centre is from *point*."""
@@ -147,37 +158,37 @@ class Robot:
 
     def drive(self, route: Route, final_yaw: float | None) -> Generator[Any, Any, None]:
         """Drive a route that begins here, then face *final_yaw*, if any; an interrupt stops it where it is."""
-        start = self.pose()
-        plan = pieces(
-            start,
+        env, happened = self._env, self._happened
+        driven = self._drive = drive(
+            self.pose(),
             route.legs,
             final_yaw,
             speed=self._speed,
             acceleration=self._base.acceleration,
             turning_rate=self._base.turning_rate,
         )
-        self._length_after = sum(piece.length for piece in plan)
-        self._duration_after = sum(piece.duration for piece in plan)
         try:
-            for piece in plan:
-                self._length_after -= piece.length
-                self._duration_after -= piece.duration
-                self._piece, self._began = piece, self._env.now
-                self._happened("motion", self._motion)
-                yield self._env.timeout(piece.duration)
-                self._rest = piece.end
+            for self._number, seconds in enumerate(driven.seconds):
+                self._began = env.now
+                if happened.wanted:
+                    happened("motion", self._motion)
+                # env.timeout would be looked up anew each time.
+                yield Timeout(env, seconds)
         except BaseException:
             self._rest = self.pose()
-            self._piece = None
+            self._drive = None
             self._happened("stopped", lambda: {"robot": self.name, "at": [*self._rest.point]})
             raise
-        self._piece = None
+        if driven.seconds:
+            self._rest = driven.piece(-1).end
+        self._drive = None
         if final_yaw is not None:
             self._rest = Pose(*self._rest.point, final_yaw)
 
     def _motion(self) -> dict[str, Any]:
         """Return the piece that is being driven, as an observer sees it."""
-        return {"robot": self.name, **(self._piece.describe() if self._piece else {})}
+        piece = self._piece
+        return {"robot": self.name, **(piece.describe() if piece else {})}
 
     def hold(self, seconds: float) -> Generator[Any, Any, None]:
         """Stand still for a while."""

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence
 
     from hmrsim.gateway import Command, Event, Topic
+    from hmrsim.interest import Happenings
     from hmrsim.world.model import World
 
 
@@ -71,7 +72,7 @@ class Scripts:
         env: The simulation's clock and events; the scripts begin at its first instant.
         world: Its robots' scripts must have been checked.
         submit: Takes commands.
-        happened: Tells that something happened: the kind, and what gives the fields if anybody wants them.
+        happened: Tells of scripts that end.
 
     Attributes:
         all: By robot, in the order of the world.
@@ -83,7 +84,7 @@ class Scripts:
         world: World,
         *,
         submit: Callable[[Command], None],
-        happened: Callable[[str, Callable[[], dict[str, Any]]], None],
+        happened: Happenings,
     ) -> None:
         self._env = env
         self._submit = submit

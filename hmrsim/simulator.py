@@ -7,7 +7,7 @@ seed and the commands with their times.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import simpy
 
@@ -19,7 +19,6 @@ from hmrsim.gateway import (
     CancelGoal,
     ForgetResult,
     GetResult,
-    Happened,
     InterestChanged,
     Read,
     Refused,
@@ -28,6 +27,7 @@ from hmrsim.gateway import (
     Topic,
 )
 from hmrsim.graph import WaypointGraph
+from hmrsim.interest import Happenings, Interest
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance, Vector3
 from hmrsim.interfaces.nav_msgs import Odometry
@@ -35,15 +35,19 @@ from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.items import Item
 from hmrsim.robot import Robot
 from hmrsim.scripts import Scripts
-from hmrsim.sim_time import nanoseconds, stamp
+from hmrsim.sim_time import nanoseconds
 from hmrsim.telemetry import Telemetry
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from hmrsim.actions import AnyAction
     from hmrsim.gateway import Command, Event, Published, Sink
     from hmrsim.world.model import World
+
+
+_BATCH = 1_000
+"""Events that are taken in one go where nothing else wants to be done between them."""
 
 
 class _Environment(simpy.Environment):
@@ -55,6 +59,15 @@ class _Environment(simpy.Environment):
     def pass_until(self, to: float) -> None:
         """Let it be *to*; nothing may be due before."""
         self._now = to
+
+    def take(self, until: float, most: int) -> int:
+        """Take at most so many events that are due at *until* or before; return how many there were."""
+        queue, step = self._queue, self.step
+        for taken in range(most):
+            if not queue or queue[0][0] > until:
+                return taken
+            step()
+        return most
 
 
 class Simulator:
@@ -88,22 +101,24 @@ class Simulator:
         self.env = _Environment()
         self.graph = WaypointGraph(world)
         self.items = {name: Item(name, item.weight, world.point(item.at)) for name, item in world.items.items()}
-        self.telemetry = Telemetry(self.wants)
         self._sinks = list(sinks)
+        self._interest = Interest(self._sinks)
+        self.telemetry = Telemetry(self._interest)
         self._told = math.nan
         self.dispatcher = Dispatcher(
             self.env,
             all_actions() if actions is None else actions,
             self.telemetry,
             emit=self._emit,
-            wants=self.wants,
+            interest=self._interest,
             seed=self.seed,
             keep_results=keep_results,
             feedback_rate=feedback_rate,
         )
+        happened = Happenings(self.env, self._interest, self._emit)
         self.robots: dict[str, Robot] = {}
         for name, spec in world.robots.items():
-            robot = self.robots[name] = Robot(self.env, name, spec, world, self.graph, self.items, self._happened)
+            robot = self.robots[name] = Robot(self.env, name, spec, world, self.graph, self.items, happened)
             self.dispatcher.add(robot)
             self.telemetry.start(
                 robot,
@@ -112,7 +127,7 @@ class Simulator:
                 odom_rate,
                 lambda robot=robot: self._emit(self._odom(robot)),  # type: ignore[misc]  # binds the loop's robot
             )
-        self.scripts = Scripts(self.env, world, submit=self.submit, happened=self._happened)
+        self.scripts = Scripts(self.env, world, submit=self.submit, happened=happened)
         if self.scripts.all:
             self._sinks.append(self.scripts)
         self.telemetry.start("clock", Topic.CLOCK, 0.0, clock_rate, lambda: self._emit(self._clock()))
@@ -127,11 +142,7 @@ class Simulator:
     def attach(self, sink: Sink) -> None:
         """Send events to one more sink, from now on."""
         self._sinks.append(sink)
-        self.telemetry.refresh(self.now)
-
-    def wants(self, topic: Topic) -> bool:
-        """Return whether any sink listens to a topic."""
-        return any(sink.wants(topic) for sink in self._sinks)
+        self.submit(InterestChanged())
 
     def submit(self, command: Command) -> None:
         """Apply a command at this instant; what comes of it goes to the sinks, now or later."""
@@ -147,6 +158,7 @@ class Simulator:
             case Read():
                 self._read(command)
             case InterestChanged():
+                self._interest.refresh()
                 self.telemetry.refresh(self.now)
 
     def stop(self, reason: str = "the simulation was stopped") -> None:
@@ -160,10 +172,6 @@ class Simulator:
     def _emit(self, event: Event) -> None:
         for sink in self._sinks:
             sink.emit(event)
-
-    def _happened(self, kind: str, fields: Callable[[], dict[str, Any]]) -> None:
-        if self.wants(Topic.EVENTS):
-            self._emit(Happened(stamp(self.now), kind, fields()))
 
     def _read(self, command: Read) -> None:
         answer: Published | Refused
@@ -207,33 +215,47 @@ class Simulator:
 
     def settle(self) -> None:
         """Tell the time to whoever listens to the clock: it stands still until something happens."""
-        if self._told != self.now and self.wants(Topic.CLOCK):
+        if self._told != self.now and self._interest.clock:
             self._told = self.now
             self._emit(self._clock())
 
-    def step(self) -> None:
-        """Take the next event or sample, whichever is due first; at one instant events come first.
+    def take(self, until: float, most: int, *, idle: bool = True) -> bool:
+        """Take some of what is due at *until* or before, events and samples; at one instant events come first.
 
-        Raises:
-            simpy.core.EmptySchedule: There is none.
+        Args:
+            until: In simulated seconds.
+            most: Do not take more than so many.
+            idle: Whether to take samples when no event is scheduled, too.
+
+        Returns:
+            Whether anything was due.
         """
-        due = self.telemetry.next_due
-        if due < self.env.peek():
-            self._set_time(due)
-            self.telemetry.sample(due)
-        else:
-            self.env.step()
+        taken = 0
+        while taken < most:
+            sample, event = self.telemetry.next_due, self.env.peek()
+            due = min(sample, event) if idle or event < math.inf else math.inf
+            if due > until or due == math.inf:
+                break
+            if sample < event:
+                self._set_time(sample)
+                self.telemetry.sample(sample)
+                taken += 1
+            else:
+                # Each event may bring a sample that is due before the next one.
+                batch = 1 if self._interest.sampled else most - taken
+                taken += self.env.take(until, batch)
+        return taken > 0
 
     def advance(self, until: float) -> None:
         """Take everything that is due at *until* or before, then let it be *until*."""
-        while self.next_due <= until:
-            self.step()
+        while self.take(until, _BATCH):
+            pass
         self._set_time(until)
 
     def run(self, until: float = math.inf) -> None:
         """Run until nothing is scheduled or *until* is reached, as fast as possible."""
-        while self.env.peek() <= until and self.env.peek() < math.inf:
-            self.step()
+        while self.take(until, _BATCH, idle=False):
+            pass
         if until < math.inf:
             self.advance(until)
 

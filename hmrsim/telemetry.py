@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
 
     from hmrsim.gateway import Topic
+    from hmrsim.interest import Interest
 
 
 @dataclass(eq=False)
@@ -38,11 +39,11 @@ class Telemetry:
     """All samplers, and when the next one is due.
 
     Args:
-        wants: Whether anybody listens to a topic.
+        interest: Who listens to what.
     """
 
-    def __init__(self, wants: Callable[[Topic], bool]) -> None:
-        self._wants = wants
+    def __init__(self, interest: Interest) -> None:
+        self._interest = interest
         self._samplers: dict[Hashable, _Sampler] = {}
         self._heap: list[tuple[float, int, _Sampler]] = []
         self._order = 0
@@ -57,7 +58,7 @@ class Telemetry:
     def start(self, key: Hashable, topic: Topic, now: float, rate: float, take: Callable[[], None]) -> None:
         """Sample *take* at *rate* samples a second from *now* on; *key* stops it again."""
         sampler = self._samplers[key] = _Sampler(topic, now, 1.0 / rate, take)
-        if self._wants(topic):
+        if self._interest.in_(topic):
             self._push(sampler, now)
 
     def stop(self, key: Hashable) -> None:
@@ -70,7 +71,7 @@ class Telemetry:
         """Begin with what somebody has come to listen to, and leave off what nobody does any more."""
         self._heap.clear()
         for sampler in self._samplers.values():
-            if self._wants(sampler.topic):
+            if self._interest.in_(sampler.topic):
                 self._push(sampler, now)
 
     def sample(self, until: float) -> None:

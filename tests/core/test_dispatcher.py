@@ -75,7 +75,7 @@ class TestAccept:
     def test_a_goal_without_id_gets_one_from_the_seed(self, make_run):
         """Two runs of one seed make the same ids, another seed makes others."""
         ids = [
-            make_run(seed=seed)((0.0, replace(go(), goal_id=None, reply_to="x"))).answer("x").goal_id
+            make_run(seed=seed)((0.0, go()._replace(goal_id=None, reply_to="x"))).answer("x").goal_id
             for seed in (1, 1, 2)
         ]
 
@@ -129,7 +129,7 @@ class TestDuplicate:
 
     def test_an_active_goal_s_id_is_refused_with_its_status(self, run):
         """The resend is not executed, and learns that the goal is on its way."""
-        log = run((0.0, go()), (1.0, replace(go(), reply_to="again")), until=2.0)
+        log = run((0.0, go()), (1.0, go()._replace(reply_to="again")), until=2.0)
 
         answer = log.answer("again")
         assert (False, "duplicate_goal_id", GoalStatus.EXECUTING, 1) == (
@@ -141,21 +141,21 @@ class TestDuplicate:
 
     def test_an_ended_goal_s_id_is_refused_with_its_status(self, run):
         """A late resend learns how the goal ended."""
-        log = run((0.0, go()), (20.0, replace(go(), reply_to="again")))
+        log = run((0.0, go()), (20.0, go()._replace(reply_to="again")))
 
         assert GoalStatus.SUCCEEDED == log.answer("again").status
 
     def test_a_forgotten_goal_s_id_is_refused_too(self, run):
         """The result is gone, but the goal is not executed again."""
         forget = ForgetResult("wall_e", "navigate_to_pose", A)
-        log = run((0.0, go()), (20.0, forget), (21.0, replace(go(), reply_to="again")))
+        log = run((0.0, go()), (20.0, forget), (21.0, go()._replace(reply_to="again")))
 
         assert ("duplicate_goal_id", GoalStatus.SUCCEEDED) == (log.answer("again").reason, log.answer("again").status)
         assert 3 == len(log.changes(A))
 
     def test_another_action_may_use_the_same_id(self, run):
         """Each action of each robot is a server of its own, as in ROS."""
-        log = run((0.0, wait(1)), (5.0, replace(go(), reply_to="other")))
+        log = run((0.0, wait(1)), (5.0, go()._replace(reply_to="other")))
 
         assert log.answer("other").accepted
 
@@ -277,7 +277,7 @@ class TestCancel:
 
     def test_all_zero_cancels_all(self, run):
         """And is code 0 with an empty list when there is nothing to cancel."""
-        log = run((0.0, wait()), (1.0, cancel()), (2.0, replace(cancel(), reply_to="none")))
+        log = run((0.0, wait()), (1.0, cancel()), (2.0, cancel()._replace(reply_to="none")))
 
         assert [A] == [g.goal_id for g in log.answer("cancel").goals_canceling]
         assert (0, ()) == (log.answer("none").return_code, log.answer("none").goals_canceling)
@@ -545,7 +545,7 @@ def test_any_commands_leave_each_accepted_goal_one_terminal_status_and_every_rob
             case "grab":
                 timed.append((at, grab(*rest, goal_id=goal_id, robot=robot)))
             case _:
-                timed.append((at, replace(cancel(action=rest[0], robot=robot), reply_to=goal_id)))
+                timed.append((at, cancel(action=rest[0], robot=robot)._replace(reply_to=goal_id)))
     if stopped:
         run(*timed, until=at)
         run.simulator.stop()

@@ -10,12 +10,18 @@ from hypothesis import strategies as st
 
 from hmrsim.geometry import Pose
 from hmrsim.graph import Leg
-from hmrsim.motion import Trapezoid, pieces
+from hmrsim.motion import Trapezoid, drive
 
 
 def leg(start, end, limit=math.inf):
     """Return a leg."""
     return Leg(start, end, math.dist(start, end), None, limit)
+
+
+def pieces(start, legs, final_yaw, **limits):
+    """Return the pieces of a drive."""
+    driven = drive(start, legs, final_yaw, **limits)
+    return [driven.piece(number) for number in range(len(driven.seconds))]
 
 
 def test_a_lane_takes_length_by_speed():

@@ -18,11 +18,10 @@ robots:
 
 def test_every_order_is_checked_with_its_line(errors_of):
     """All that is wrong is told at once, and what would do."""
-    assert [
-        "9: robots.wall_e.script.0: no waypoint, place or dock 'shelv'; did you mean 'shelf'?",
-        "10: robots.wall_e.script.1: no order begins with 'Fly'; there are: Follow X Y X Y …; Go PLACE, or X Y; "
-        + "Grab ITEM; Drop ITEM; Wait SECONDS",
-    ] == errors_of(WORLD.format(place="shelv", second="Fly home"))
+    first, second = errors_of(WORLD.format(place="shelv", second="Fly home"))
+
+    assert "9: robots.wall_e.script.0: no waypoint, place or dock 'shelv'; did you mean 'shelf'?" == first
+    assert second.startswith("10: robots.wall_e.script.1: no order begins with 'Fly'; there are: Follow X Y X Y …; Go")
 
 
 def test_a_robot_needs_what_an_order_takes(errors_of):

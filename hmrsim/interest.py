@@ -1,0 +1,80 @@
+"""What somebody listens to, so that nothing else is computed; and what happens in the world, for those who do."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.gateway import Happened, Topic
+from hmrsim.sim_time import stamp
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    import simpy
+
+    from hmrsim.gateway import Event, Sink
+
+
+class Interest:
+    """The topics that any sink wants; asked many times an event, so the sinks themselves are asked in `refresh` only.
+
+    Args:
+        sinks: All sinks; more may be added, which takes effect with the next `refresh`.
+
+    Attributes:
+        status: Whether anybody wants `Topic.STATUS`.
+        feedback: Likewise.
+        odom: Likewise.
+        clock: Likewise.
+        events: Likewise.
+    """
+
+    status: bool
+    feedback: bool
+    odom: bool
+    clock: bool
+    events: bool
+
+    def __init__(self, sinks: Sequence[Sink]) -> None:
+        self._sinks = sinks
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Ask all sinks anew."""
+        for topic in Topic:
+            setattr(self, topic.value, any(sink.wants(topic) for sink in self._sinks))
+
+    def in_(self, topic: Topic) -> bool:
+        """Return whether anybody wants a topic."""
+        wanted: bool = getattr(self, topic.value)
+        return wanted
+
+    @property
+    def sampled(self) -> bool:
+        """Whether anybody wants what is sampled between events."""
+        return self.feedback or self.odom or self.clock
+
+
+class Happenings:
+    """Tells what happens in the world.
+
+    Args:
+        env: The simulation's clock.
+        interest: Who listens.
+        emit: Where events go.
+    """
+
+    def __init__(self, env: simpy.Environment, interest: Interest, emit: Callable[[Event], None]) -> None:
+        self._env = env
+        self._interest = interest
+        self._emit = emit
+
+    @property
+    def wanted(self) -> bool:
+        """Whether anybody listens; to be asked first by what happens often."""
+        return self._interest.events
+
+    def __call__(self, kind: str, fields: Callable[[], dict[str, Any]]) -> None:
+        """Tell that something of a *kind* happened at this instant; *fields* gives JSON values, if they are wanted."""
+        if self._interest.events:
+            self._emit(Happened(stamp(self._env.now), kind, fields()))

@@ -1,0 +1,117 @@
+"""Options from the environment."""
+
+from __future__ import annotations
+
+import argparse
+
+import pytest
+
+from hmrsim.command_line import CommandParser, variable_of
+
+
+@pytest.fixture
+def parser():
+    """Return a parser with options of every kind."""
+    made = CommandParser(prog="prog")
+    made.add_argument("--seed", type=int, default=7)
+    made.add_argument("--mode", choices=["peer", "client"])
+    made.add_argument("--real-time-factor", type=float)
+    made.add_argument("--connect", action="append")
+    made.add_argument("--names", nargs="+", required=True)
+    made.add_argument("--robot", action="append", default=[])
+    made.add_argument("--json", action="store_true")
+    made.add_argument("place", nargs="?")
+    return made
+
+
+NEEDED = ["--names", "a"]
+
+
+def test_the_environment_comes_before_the_default(parser, monkeypatch):
+    """A variable gives the option's value, of the option's type."""
+    monkeypatch.setenv("HMRSIM_REAL_TIME_FACTOR", "2.5")
+
+    assert 2.5 == parser.parse_args(NEEDED).real_time_factor
+
+
+@pytest.mark.parametrize("words", [["--seed", "3"], ["--seed=3"]], ids=" ".join)
+def test_the_command_line_comes_before_the_environment(parser, monkeypatch, words):
+    """What is on the line wins, however bad the variable."""
+    monkeypatch.setenv("HMRSIM_SEED", "many")
+
+    assert 3 == parser.parse_args([*NEEDED, *words]).seed
+
+
+def test_an_empty_variable_is_none(parser, monkeypatch):
+    """It leaves the default."""
+    monkeypatch.setenv("HMRSIM_SEED", "")
+
+    assert 7 == parser.parse_args(NEEDED).seed
+
+
+def test_what_can_be_repeated_takes_commas(parser, monkeypatch):
+    """Several values have commas between; spaces don't matter."""
+    monkeypatch.setenv("HMRSIM_CONNECT", "tcp/a:1, tcp/b:2,")
+
+    assert ["tcp/a:1", "tcp/b:2"] == parser.parse_args(NEEDED).connect
+
+
+def test_the_command_line_does_not_add_to_the_environment(parser, monkeypatch):
+    """A repeatable option on the line replaces what the variable lists."""
+    monkeypatch.setenv("HMRSIM_CONNECT", "tcp/a:1")
+
+    assert ["tcp/b:2"] == parser.parse_args([*NEEDED, "--connect", "tcp/b:2"]).connect
+
+
+def test_a_variable_is_enough_for_a_required_option(parser, monkeypatch):
+    """What must be given may be given so."""
+    monkeypatch.setenv("HMRSIM_NAMES", "a,b")
+
+    assert ["a", "b"] == parser.parse_args([]).names
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "error"),
+    [
+        ("HMRSIM_SEED", "many", "prog: error: HMRSIM_SEED: 'many' is not a whole number\n"),
+        ("HMRSIM_REAL_TIME_FACTOR", "x", "prog: error: HMRSIM_REAL_TIME_FACTOR: 'x' is not a number\n"),
+        ("HMRSIM_MODE", "klient", "prog: error: HMRSIM_MODE: no mode 'klient'; there are peer, client\n"),
+    ],
+)
+def test_a_bad_variable_is_named(parser, monkeypatch, capsys, variable, value, error):
+    """One line with the variable, its value and what would do; the exit code is 2."""
+    monkeypatch.setenv(variable, value)
+
+    with pytest.raises(SystemExit, match="2"):
+        parser.parse_args(NEEDED)
+    assert error == capsys.readouterr().err
+
+
+def test_help_comes_whatever_the_environment_says(parser, monkeypatch, capsys):
+    """Whoever set a bad variable can read which values would do."""
+    monkeypatch.setenv("HMRSIM_SEED", "many")
+
+    with pytest.raises(SystemExit, match="0"):
+        parser.parse_args(["--help"])
+    assert capsys.readouterr().out.startswith("usage: prog")
+
+
+def test_what_is_of_one_run_has_no_variable(parser, monkeypatch):
+    """A robot that a forgotten variable adds would surprise."""
+    monkeypatch.setenv("HMRSIM_ROBOT", "eve@1,2")
+    monkeypatch.setenv("HMRSIM_JSON", "1")
+
+    args = parser.parse_args(NEEDED)
+    assert ([], False) == (args.robot, args.json)
+
+
+def test_a_point_is_no_option(parser):
+    """Negative coordinates can be typed as they are."""
+    assert "-3,4.5" == parser.parse_args([*NEEDED, "--seed", "1", "-3,4.5"]).place
+
+
+def test_the_name_of_a_variable():
+    """It is the option in capitals, with underscores."""
+    action = argparse.ArgumentParser().add_argument("-f", "--feedback-rate")
+
+    assert "HMRSIM_FEEDBACK_RATE" == variable_of(action)
