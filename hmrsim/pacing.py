@@ -26,6 +26,10 @@ _EVENTS_BETWEEN_POLLS = 32
 _BETWEEN_WARNINGS = 5.0
 """Wall seconds from one word about lag to the next."""
 
+_QUANTUM = 0.002
+"""Wall seconds from one round of events to the next, where they are many: to wake, and to send a message that goes
+alone, costs more than to do the work. What is due in between comes as much late, a command never."""
+
 _MOST_LATE = 0.1
 """Wall seconds that an event may be late before time gives up catching up."""
 
@@ -119,7 +123,8 @@ class Pacing:
         simulator = self.simulator
         anchor = time.monotonic() - simulator.now / factor
         while True:
-            target = min((time.monotonic() - anchor) * factor, self.duration)
+            woken = time.monotonic()
+            target = min((woken - anchor) * factor, self.duration)
             late = (target - simulator.next_due) / factor
             if late > _MOST_LATE:
                 anchor += late
@@ -139,7 +144,7 @@ class Pacing:
             if self.inbox.waiting:
                 self._take_waiting(target)
             elif simulator.next_due > target:
-                wake = min(simulator.next_due, self.duration) / factor + anchor
+                wake = max(min(simulator.next_due, self.duration) / factor + anchor, woken + _QUANTUM)
                 self.inbox.wait(None if wake == math.inf else max(0.0, wake - time.monotonic()))
 
     def _lose(self, seconds: float) -> None:

@@ -39,6 +39,8 @@ class Interest:
             Topic.CLOCK: keys.world("clock"),
             Topic.EVENTS: keys.world("events"),
         }
+        # Matched by whoever listens to anything: one question where nobody does.
+        self._anything = session.declare_publisher(keys.everything())
         # The listeners live as long as the publishers do, and these as long as this object.
         self._publishers = {topic: self._watch(session, topic, pattern) for topic, pattern in patterns.items()}
         for topic, publisher in self._publishers.items():
@@ -54,6 +56,8 @@ class Interest:
         Zenoh tells of a listener in a thread of its own, which may be after the request that the same client made
         next: whoever subscribes and then sends a goal must see all of it.
         """
+        if not _matched(self._anything):
+            return False
         unheard = [topic for topic in self._publishers if not self._listened[topic]]
         for topic in unheard:
             self._update(topic, self._publishers[topic])
@@ -72,4 +76,9 @@ class Interest:
     def _update(self, topic: Topic, publisher: zenoh.Publisher) -> None:
         """Note what is so now: what a listener was told may be out of date already."""
         with self._lock:
-            self._listened[topic] = publisher.matching_status.matching  # type: ignore[attr-defined]  # the stub errs
+            self._listened[topic] = _matched(publisher)
+
+
+def _matched(publisher: zenoh.Publisher) -> bool:
+    matching: bool = publisher.matching_status.matching  # type: ignore[attr-defined]  # the stub errs
+    return matching

@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -83,13 +84,16 @@ class Keys:
 
     def names(self, robot: str, action: str) -> tuple[tuple[str, str], ...]:
         """Return all (robot, action) pairs that a robot's action goes by, the real one first."""
-        target = f"{robot}/{action}"
-        found = [(robot, action)]
-        for alias, meant in self.aliases.items():
-            if meant == target:
-                first, _, second = alias.partition("/")
-                found.append((first, second))
-        return tuple(found)
+        return ((robot, action), *self._further.get(f"{robot}/{action}", ()))
+
+    @cached_property
+    def _further(self) -> dict[str, list[tuple[str, str]]]:
+        """The aliases by what they stand for, as they are asked for with every publication."""
+        found: dict[str, list[tuple[str, str]]] = {}
+        for alias, target in self.aliases.items():
+            first, _, second = alias.partition("/")
+            found.setdefault(target, []).append((first, second))
+        return found
 
     def topic(self, robot: str, topic: str) -> str:
         """Return the key of a robot's topic."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import zenoh
@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 _ANY_GOAL: TypeAdapter[Any] = TypeAdapter(SendGoalRequest[dict[str, Any]])
+_KEPT_KEYS = 16_384
+
 _TOPICS = {"odom": Topic.ODOM}
 _WORLD_TOPICS = {"clock": Topic.CLOCK}
 
@@ -139,6 +141,9 @@ class Requests:
         max_payload: int = MAX_PAYLOAD,
     ) -> None:
         self._keys = keys
+        self._doorbell = keys.doorbell()
+        # Clients ask on the same keys again and again.
+        self._parse = lru_cache(_KEPT_KEYS)(keys.parse)
         self._actions = actions
         self._serves = serves
         self._fixed = fixed
@@ -148,7 +153,7 @@ class Requests:
     def decode(self, query: zenoh.Query) -> list[Command]:
         """Return the commands that a query stands for; answer here what can't be read."""
         key = self._keys.without_history(str(query.key_expr))
-        if key == self._keys.doorbell():
+        if key == self._doorbell:
             query.drop()
             return []
         try:
@@ -163,7 +168,7 @@ class Requests:
         return []
 
     def _decode_one(self, query: zenoh.Query, key: str) -> list[Command]:
-        match self._keys.parse(key):
+        match self._parse(key):
             case ActionKey(robot, action, verb):
                 return self._decode_action(query, key, ActionKey(robot, action, verb))
             case TopicKey(robot, topic) if robot == WORLD:

@@ -71,7 +71,7 @@ def test_the_frame_is_map_or_left_empty(fast, go, frame):
         ("wall_e/pickup", {}, "0" * 32, "invalid_goal_id", 99999, "zero"),
         ("eve/place", {}, "?", "invalid_goal_id", 99999, "'?' is not a UUID"),
         ("nobody/wait", {}, A, "unknown_robot", 1, "no robot 'nobody'; there are: wall_e, eve, cart"),
-        ("wall_e/fly", {"wings": 2}, A, "unknown_action", 1, "wall_e has no action 'fly'; it has: navigate_to_pose"),
+        ("wall_e/fly", {"wings": 2}, A, "unknown_action", 1, "wall_e has no action 'fly'; it has: follow_path, navigate_to_pose"),
         ("cart/pickup", {"target_name": "parcel"}, A, "unknown_action", 99999, "cart has no action 'pickup'"),
         (NAVIGATE, {"pose": {"header": {"frame_id": "odom"}}}, A, "invalid_goal", 1, "unknown frame_id 'odom'"),
     ],
