@@ -1,27 +1,35 @@
 """The wire: what a real robot's controller would see of the simulated ones, over Zenoh.
 
-What is exported here is the client; the simulator's side is wired by ``hmrsim.cli``.
+What is exported here is the client; the simulator's side is wired by ``hmrsim.cli``. It is loaded when it is first
+used, for the simulator and most commands need little of it.
 """
 
-from hmrsim_zenoh.action_client import ActionClient
-from hmrsim_zenoh.client import Client
-from hmrsim_zenoh.commander import Commander
-from hmrsim_zenoh.errors import (
-    BadOptions,
-    ClientClosed,
-    GoalFailed,
-    GoalRejectedError,
-    GoalTimeout,
-    NobodyThere,
-    PortTaken,
-    RequestError,
-    RequestTimeout,
-    SimulatorGone,
-    Unreachable,
-)
-from hmrsim_zenoh.goal_handle import GoalHandle
-from hmrsim_zenoh.session import SessionOptions
-from hmrsim_zenoh.subscription import Subscription
+from __future__ import annotations
+
+import importlib
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hmrsim_zenoh.action_client import ActionClient
+    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.commander import Commander
+    from hmrsim_zenoh.errors import (
+        BadOptions,
+        ClientClosed,
+        GoalFailed,
+        GoalRejectedError,
+        GoalTimeout,
+        NobodyThere,
+        PortTaken,
+        RequestError,
+        RequestTimeout,
+        SimulatorGone,
+        Unreachable,
+    )
+    from hmrsim_zenoh.goal_handle import GoalHandle
+    from hmrsim_zenoh.session import SessionOptions
+    from hmrsim_zenoh.subscription import Subscription
 
 __all__ = [
     "ActionClient",
@@ -42,3 +50,22 @@ __all__ = [
     "Subscription",
     "Unreachable",
 ]
+
+_HOMES = MappingProxyType(
+    {
+        "ActionClient": "action_client",
+        "Client": "client",
+        "Commander": "commander",
+        "GoalHandle": "goal_handle",
+        "SessionOptions": "session",
+        "Subscription": "subscription",
+    }
+)
+"""The modules of what is no error."""
+
+
+def __getattr__(name: str) -> object:
+    """Load what is exported when it is asked for (PEP 562)."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_HOMES.get(name, 'errors')}"), name)

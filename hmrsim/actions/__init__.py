@@ -15,7 +15,7 @@ from hmrsim.interfaces.message import Message
 from hmrsim.plugins import discover
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable
+    from collections.abc import Callable, Generator, Iterable, Mapping
 
     from hmrsim.robot import Robot
     from hmrsim.world.model import World
@@ -91,7 +91,8 @@ class Action(Generic[G, R, F]):
         flaw: Why nobody could pursue a goal, whatever the robot; None when it makes sense.
         not_ready: Why a robot can't take a goal now; None when it can.
         order: How scripts ask for it; None when they can't.
-        example: A goal that succeeds in the world of the contract tests.
+        example: A goal that succeeds in the world of the contract tests, in plain values: to make the message here
+            would build its model, which takes longer than some commands may.
         example_after: The action whose example must have been done before; None for none.
     """
 
@@ -109,7 +110,7 @@ class Action(Generic[G, R, F]):
     flaw: Callable[[G], str | None] = field(default=lambda _goal: None)
     not_ready: Callable[[Robot], str | None] = field(default=lambda _robot: None)
     order: Order[G] | None = None
-    example: G | None = None
+    example: Mapping[str, Any] | None = None
     example_after: str | None = None
 
 

@@ -61,5 +61,5 @@ ACTION = Action(
     frames=_frames,
     flaw=lambda goal: None if goal.path.poses else "the path has no poses",
     order=Order("Follow", "X Y X Y …", _ordered),
-    example=FollowPath.Goal(path=Path(poses=[pose(2.0, 0.0), pose(10.0, 0.0)])),
+    example={"path": {"poses": [{"pose": {"position": {"x": 2.0}}}, {"pose": {"position": {"x": 10.0}}}]}},
 )

@@ -8,7 +8,6 @@ from hmrsim.actions import Action, Codes, Order, Report
 from hmrsim.actions._places import place, pose
 from hmrsim.geometry import yaw_of
 from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 
 if TYPE_CHECKING:
@@ -60,5 +59,5 @@ ACTION = Action(
     frames=lambda goal: (goal.pose.header.frame_id,),
     not_ready=_not_ready,
     order=Order("Go", "PLACE, or X Y", _ordered),
-    example=NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=Point(x=10.0, y=0.0)))),
+    example={"pose": {"pose": {"position": {"x": 10.0, "y": 0.0}}}},
 )

@@ -79,5 +79,5 @@ ACTION = Action(
     codes=CODES,
     component="claw",
     order=Order("Grab", "ITEM", lambda text, world: Pickup.Goal(target_name=item_ordered(text, world))),
-    example=Pickup.Goal(target_name="parcel"),
+    example={"target_name": "parcel"},
 )

@@ -77,6 +77,6 @@ ACTION = Action(
     component="claw",
     frames=lambda goal: (location.place_pose.header.frame_id for location in goal.place_locations),
     order=Order("Drop", "ITEM", lambda text, world: Place.Goal(attached_object_name=item_ordered(text, world))),
-    example=Place.Goal(attached_object_name="parcel"),
+    example={"attached_object_name": "parcel"},
     example_after="pickup",
 )

@@ -41,5 +41,5 @@ ACTION = Action(
     failure=lambda code, message: Wait.Result(error_code=code, error_msg=message),
     codes=Codes(canceled=0, preempted=Wait.Result.UNKNOWN, rejected=1, unknown=Wait.Result.UNKNOWN),
     order=Order("Wait", "SECONDS", _ordered),
-    example=Wait.Goal(time=Duration(sec=2)),
+    example={"time": {"sec": 2}},
 )
