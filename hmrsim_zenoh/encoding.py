@@ -33,6 +33,11 @@ def of_message(message: Message) -> str:
     return f"{JSON};{message.ros_type}"
 
 
+def ros_type(mime: str) -> str:
+    """Return the type that an encoding names; empty if none."""
+    return mime.partition(";")[2]
+
+
 def of_action(action: AnyAction, part: str) -> str:
     """Return the encoding of a part of an action, such as ``FeedbackMessage``."""
     return f"{JSON};{action.ros_type}_{part}"

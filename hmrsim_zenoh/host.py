@@ -20,7 +20,7 @@ from hmrsim.simulator import Simulator
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.errors import BadOptions, PrefixTaken
-from hmrsim_zenoh.keys import Keys
+from hmrsim_zenoh.keys import WORLD, Keys
 from hmrsim_zenoh.server import Server
 from hmrsim_zenoh.session import SessionOptions, open_server
 
@@ -212,6 +212,10 @@ class Host:
             ],
             "aliases": dict(loaded.world.remap),
         }
+        types = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH}
+        info["services"] = [
+            {"name": f"{WORLD}/{name}", "type": encoding.ros_type(mime)} for name, mime in types.items()
+        ]
         graph = to_geojson(self.simulator.graph.graph)
         return Server(
             self._session,
@@ -219,8 +223,8 @@ class Host:
             actions=all_actions(),
             serves=serves,
             fixed={
-                "info": (encoding.INFO, json.dumps(info).encode()),
-                "route_graph": (encoding.ROUTE_GRAPH, json.dumps(graph).encode()),
+                "info": (types["info"], json.dumps(info).encode()),
+                "route_graph": (types["route_graph"], json.dumps(graph).encode()),
             },
             max_payload=self._settings.max_payload,
         )

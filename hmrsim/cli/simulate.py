@@ -13,6 +13,7 @@ from rich.text import Text
 
 from hmrsim.cli import numbers
 from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.world_options import add_world_options, read_world
@@ -78,7 +79,9 @@ def _simulate(args: argparse.Namespace) -> int:
     for problem in loaded.warnings:
         warn(line_of(problem))
     tally = _Tally()
-    simulator = Simulator(loaded.world, [tally], seed=args.seed)
+    # Nobody will ask for old results.
+    simulator = Simulator(loaded.world, [tally], seed=args.seed, keep_results=1)
+    collect_rarely()
     began = time.perf_counter()
     simulator.run(args.duration)
     wall_time = time.perf_counter() - began

@@ -147,3 +147,10 @@ def test_json_is_utf8_and_one_object(shared):
     assert {"contract", "hmrsim", "world", "clock", "real_time_factor", "robots"} <= set(
         json.loads(reply.ok.payload.to_bytes().decode("utf-8", errors="strict"))
     )
+
+
+def test_info_tells_the_services_of_the_world(shared):
+    """What else can be asked, each by its key behind the prefix and its type."""
+    (reply,) = shared.ask("_world/info")
+
+    assert {"name": "_world/route_graph", "type": "hmrsim/RouteGraph"} in reply.body["services"]

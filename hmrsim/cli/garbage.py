@@ -1,0 +1,18 @@
+"""How Python's collector of reference cycles is set in a process whose business is one simulation."""
+
+from __future__ import annotations
+
+import gc
+from typing import Final
+
+_THRESHOLDS: Final = (50_000, 20, 50)
+
+
+def collect_rarely() -> None:
+    """Spare the collector what is there now, and let it look at the rest less often.
+
+    A simulation makes few cycles and many objects that live for a lane or a goal; with a thousand robots the
+    defaults spend a fifth of the time on looking through them.
+    """
+    gc.freeze()
+    gc.set_threshold(*_THRESHOLDS)
