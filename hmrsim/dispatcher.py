@@ -125,6 +125,7 @@ class Dispatcher:
         self._seed = seed
         self._keep_results = keep_results
         self._feedback_rate = feedback_rate
+        self._instant, self._instant_stamp = -1.0, 0
         self._servers: dict[str, dict[str, _Server]] = {}
         self._holders: dict[str, _Goal] = {}
         self._ended: dict[str, dict[_Goal, None]] = {}
@@ -164,14 +165,14 @@ class Dispatcher:
             answer = GoalResponse(
                 accepted=False,
                 goal_id=_as_answered(command.goal_id),
-                stamp=stamp(self._env.now),
+                stamp=self._stamp(),
                 reason=rejection.reason,
                 error_code=action.codes.rejected if action else 1,
                 error_msg=str(rejection),
             )
             self._answer(command.reply_to, answer)
             return
-        goal = _Goal(server, goal_id, stamp(self._env.now), from_client=command.goal_id is not None)
+        goal = _Goal(server, goal_id, self._stamp(), from_client=command.goal_id is not None)
         self._answer(command.reply_to, GoalResponse(accepted=True, goal_id=goal_id, stamp=goal.stamp))
         self._start(goal, message)
 
@@ -203,7 +204,7 @@ class Dispatcher:
         answer = GoalResponse(
             accepted=False,
             goal_id=goal_id,
-            stamp=known.stamp if known else stamp(self._env.now),
+            stamp=known.stamp if known else self._stamp(),
             reason="duplicate_goal_id",
             error_code=server.action.codes.rejected,
             error_msg=f"goal {goal_id} was sent before and is {status.name}",
@@ -302,17 +303,8 @@ class Dispatcher:
 
     def _publish(self, goal: _Goal, message: Message | None = None) -> None:
         server = goal.server
-        self._emit(
-            GoalChanged(
-                stamp(self._env.now),
-                server.robot.name,
-                server.action.name,
-                goal.goal_id,
-                goal.status,
-                goal=message,
-                result=goal.result,
-            )
-        )
+        robot, action = server.robot.name, server.action.name
+        self._emit(GoalChanged(self._stamp(), robot, action, goal.goal_id, goal.status, message, goal.result))
         if self._interest.status:
             self._emit(self._status(server))
 
@@ -392,6 +384,13 @@ class Dispatcher:
             goal.sample = None
             self._halt(goal, GoalEvent.ABORT, goal.server.action.codes.unknown, reason)
         return len(running)
+
+    def _stamp(self) -> int:
+        """Return the stamp of this instant, at which more may happen."""
+        now = self._env.now
+        if now != self._instant:
+            self._instant, self._instant_stamp = now, stamp(now)
+        return self._instant_stamp
 
     # --- small things ---------------------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from simpy import Timeout
+from simpy import Event, Timeout
 
 from hmrsim.components import registry as components
 from hmrsim.geometry import Pose, distance
@@ -16,7 +16,7 @@ from hmrsim.motion import drive
 from hmrsim.sim_time import stamp
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Mapping, Sequence
+    from collections.abc import Callable, Generator, Mapping, Sequence
 
     import simpy
 
@@ -71,6 +71,10 @@ class Robot:
         self._rest = Pose(*world.point(spec.at), spec.yaw)
         self._drive: Drive | None = None
         self._number = 0
+        self._seconds: Sequence[float] = ()
+        self._piece_ends: Timeout | None = None
+        self._arrived = Event(env)
+        self._on_piece_end: list[Callable[[Any], None]] = [self._begin_next]
         self._began = 0.0
 
     @property
@@ -158,7 +162,6 @@ class Robot:
 
     def drive(self, route: Route, final_yaw: float | None) -> Generator[Any, Any, None]:
         """Drive a route that begins here, then face *final_yaw*, if any; an interrupt stops it where it is."""
-        env, happened = self._env, self._happened
         driven = self._drive = drive(
             self.pose(),
             route.legs,
@@ -167,23 +170,47 @@ class Robot:
             acceleration=self._base.acceleration,
             turning_rate=self._base.turning_rate,
         )
-        try:
-            for self._number, seconds in enumerate(driven.seconds):
-                self._began = env.now
-                if happened.wanted:
-                    happened("motion", self._motion)
-                # env.timeout would be looked up anew each time.
-                yield Timeout(env, seconds)
-        except BaseException:
-            self._rest = self.pose()
-            self._drive = None
-            self._happened("stopped", lambda: {"robot": self.name, "at": [*self._rest.point]})
-            raise
         if driven.seconds:
+            try:
+                yield self._set_out(driven)
+            except BaseException:
+                self._rest = self.pose()
+                self._drive = self._piece_ends = None
+                self._happened("stopped", lambda: {"robot": self.name, "at": [*self._rest.point]})
+                raise
             self._rest = driven.piece(-1).end
         self._drive = None
         if final_yaw is not None:
             self._rest = Pose(*self._rest.point, final_yaw)
+
+    def _set_out(self, driven: Drive) -> Event:
+        """Begin the first piece of a drive; return what happens at the end of the last.
+
+        One timeout is scheduled anew for each piece, past the process that drives: with many robots that is half
+        the work of the whole simulation.
+        """
+        self._seconds, self._arrived = driven.seconds, Event(self._env)
+        self._piece_ends = Timeout(self._env, driven.seconds[0])
+        self._piece_ends.callbacks = self._on_piece_end
+        self._begin(0)
+        return self._arrived
+
+    def _begin(self, number: int) -> None:
+        self._number, self._began = number, self._env.now
+        if self._happened.wanted:
+            self._happened("motion", self._motion)
+
+    def _begin_next(self, piece_end: Event) -> None:
+        if piece_end is not self._piece_ends:
+            # The robot was stopped on that way.
+            return
+        number = self._number + 1
+        if number == len(self._seconds):
+            self._arrived.succeed()
+            return
+        self._begin(number)
+        piece_end.callbacks = self._on_piece_end
+        self._env.schedule(piece_end, delay=self._seconds[number])
 
     def _motion(self) -> dict[str, Any]:
         """Return the piece that is being driven, as an observer sees it."""

@@ -120,13 +120,7 @@ class Simulator:
         for name, spec in world.robots.items():
             robot = self.robots[name] = Robot(self.env, name, spec, world, self.graph, self.items, happened)
             self.dispatcher.add(robot)
-            self.telemetry.start(
-                robot,
-                Topic.ODOM,
-                0.0,
-                odom_rate,
-                lambda robot=robot: self._emit(self._odom(robot)),  # type: ignore[misc]  # binds the loop's robot
-            )
+        self.telemetry.start("odom", Topic.ODOM, 0.0, odom_rate, self._emit_odom)
         self.scripts = Scripts(self.env, world, submit=self.submit, happened=happened)
         if self.scripts.all:
             self._sinks.append(self.scripts)
@@ -189,6 +183,10 @@ class Simulator:
 
     def _clock(self) -> Sampled:
         return Sampled(Topic.CLOCK, "", Clock(clock=Time.from_nanoseconds(nanoseconds(self.now))))
+
+    def _emit_odom(self) -> None:
+        for robot in self.robots.values():
+            self._emit(self._odom(robot))
 
     def _odom(self, robot: Robot) -> Sampled:
         where = robot.pose_stamped()

@@ -256,6 +256,8 @@ class World(Model):
             KeyError: There is no such type.
         """
         kind = self.robot_types.get(robot.type) or BUILT_IN_TYPES[robot.type]
+        if not (robot.base.model_fields_set or robot.components):
+            return kind
         base = kind.base.model_copy(update=robot.base.model_dump(exclude_unset=True))
         components = {
             name: {**kind.components.get(name, {}), **(robot.components.get(name) or {})}
