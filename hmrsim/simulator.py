@@ -157,6 +157,8 @@ class Simulator:
 
     def stop(self, reason: str = "the simulation was stopped") -> None:
         """Abort every goal that runs; the simulation must not be run afterwards."""
+        # Nobody will tell any more who has come to listen.
+        self._interest.refresh()
         interrupted = self.dispatcher.stop(reason)
         # Interrupts come before all else; robots stand still after them.
         for _ in range(interrupted):

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from hmrsim.gateway import InterestChanged, Sampled, SendGoal, Topic
+from hmrsim.gateway import InterestChanged, Sampled, SendGoal, StatusChanged, Topic
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from tests.simulation import simulate
@@ -72,3 +72,14 @@ def test_who_listens_does_not_change_what_happens():
     quiet, loud = simulate(topics=frozenset()), simulate()
 
     assert quiet((0.0, GO)).changes("a" * 32) == loud((0.0, GO)).changes("a" * 32)
+
+
+def test_who_came_last_hears_of_the_end(make_run):
+    """A sink that began to listen without a word yet gets the last status."""
+    run = make_run(topics=frozenset())
+    run((0.0, SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=9)), "a" * 32)), until=1.0)
+    run.log.topics = frozenset({Topic.STATUS})
+
+    run.simulator.stop()
+
+    assert [6] == [event.goals[0].status for _, event in run.log.events if isinstance(event, StatusChanged)]
