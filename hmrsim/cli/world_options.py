@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.world import load_world
+from hmrsim.world import ReadOptions, load_world
+from hmrsim.world.options import renames
 
 if TYPE_CHECKING:
     import argparse
@@ -27,6 +28,13 @@ def add_world_options(parser: argparse.ArgumentParser, *, argument: str = "world
         "--robot", action="append", default=[], metavar="NAME@X,Y[:TYPE]", help="add a robot; repeatable"
     )
     group.add_argument("--item", action="append", default=[], metavar="NAME@X,Y[:KG]", help="add an item; repeatable")
+    group.add_argument(
+        "--page", metavar="PAGE", help="the page of a drawing: its name, or its number from 1 (the first)"
+    )
+    group.add_argument(
+        "--rename", action="append", default=[], metavar="OLD=NEW", help="rename a robot of a drawing; repeatable"
+    )
+    group.add_argument("--lenient", action="store_true", help="leave out objects of a drawing that have no known type")
 
 
 def read_world(args: argparse.Namespace, *, argument: str = "world") -> LoadedWorld:
@@ -35,4 +43,5 @@ def read_world(args: argparse.Namespace, *, argument: str = "world") -> LoadedWo
     Raises:
         WorldError: Something is wrong with it.
     """
-    return load_world(getattr(args, argument), add_robots=args.robot, add_items=args.item)
+    options = ReadOptions(page=args.page, rename=renames(args.rename), lenient=args.lenient)
+    return load_world(getattr(args, argument), add_robots=args.robot, add_items=args.item, options=options)

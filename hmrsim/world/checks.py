@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 _CHUNKS = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]*/[A-Za-z0-9_]+")
 
 _POLICIES = ("free",)
+_FAULTS: tuple[str, ...] = ()
 
 
 def check_world(world: World, file: str = "") -> list[Problem]:
@@ -61,6 +62,7 @@ def check(world: World, lost: Lost | None = None) -> list[Finding]:
         _check_items(world, lost),
         _check_inside(world),
         _check_traffic(world),
+        _check_faults(world),
         _check_remap(world, lost),
         check_scripts(world, lost),
     )
@@ -223,6 +225,15 @@ def _check_traffic(world: World) -> Iterator[Finding]:
     if policy not in _POLICIES:
         message = f"no traffic policy {policy!r}, traffic is free{instead(policy, _POLICIES)}"
         yield warning(("traffic", "policy"), message, policy)
+
+
+def _check_faults(world: World) -> Iterator[Finding]:
+    told: set[str] = set()
+    for i, fault in enumerate(world.faults):
+        if fault.type not in (*_FAULTS, *told):
+            told.add(fault.type)
+            message = f"no fault type {fault.type!r}, nothing will happen{instead(fault.type, _FAULTS)}"
+            yield warning(("faults", i, "type"), message, fault.type)
 
 
 def _check_remap(world: World, lost: Lost) -> Iterator[Finding]:

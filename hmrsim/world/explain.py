@@ -62,7 +62,7 @@ _PHRASES: dict[str, Callable[[Mapping[str, Any], object], str]] = {
 
 
 def explain(error: ValidationError, data: object, model: type[BaseModel] | None = None) -> list[Finding]:
-    """Return what is wrong with *data*, one finding a field.
+    """Return what is wrong with *data*, one finding a field, of hopeless data the first.
 
     Args:
         error: What pydantic says.
@@ -70,16 +70,13 @@ def explain(error: ValidationError, data: object, model: type[BaseModel] | None 
         model: What it was validated as, if that is no world.
     """
     found: dict[Path, Finding] = {}
-    for details in error.errors(include_url=False, include_context=True):
+    too_short: set[Path] = set()
+    for details in error.errors(include_url=False, include_input=False)[:MOST_FINDINGS]:
         path, value = _follow(data, details["loc"], missing=details["type"] == "missing")
         if path not in found:
-            message = _message(details, path, value, model) if len(found) < MOST_FINDINGS else "is wrong"
-            found[path] = Finding(path, message, value)
-    too_short = {
-        _follow(data, details["loc"], missing=False)[0]
-        for details in error.errors(include_url=False)
-        if details["type"] in ("too_short", "too_long")
-    }
+            found[path] = Finding(path, _message(details, path, value, model), value)
+        if details["type"] in ("too_short", "too_long"):
+            too_short.add(_follow(data, details["loc"], missing=False)[0])
     # Pydantic counts the parts that are left after the bad ones were taken out, which says nothing new.
     deeper = {path[:i] for path in found for i in range(len(path))}
     return [finding for path, finding in found.items() if path not in too_short & deeper]

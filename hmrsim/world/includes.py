@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world.files import read_text
-from hmrsim.world.finding import Finding, shown
+from hmrsim.world.finding import Finding, instead, shown
 from hmrsim.world.formats import choose, registry
 from hmrsim.world.merging import Merged, Source
+from hmrsim.world.options import AS_IT_IS, ReadOptions
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from hmrsim.world.formats import Document
 
 _DEEPEST = 10
@@ -19,33 +23,42 @@ _DEEPEST = 10
 
 _MOST_FILES = 100
 
+_PICTURES = (".png", ".jpg", ".jpeg", ".pdf", ".webp")
+"""What draw.io exports beside drawings; the name alone tells."""
 
-def read_document(path: Path, file: str) -> Document:
+
+def read_document(path: Path, file: str, options: ReadOptions = AS_IT_IS) -> Document:
     """Return what a file brings, whatever its format.
 
     Args:
         path: The file.
         file: Its name as the user knows it, for errors.
+        options: How to read it.
 
     Raises:
         WorldError: It can't be read, or is of no known format.
     """
+    if path.suffix.lower() in _PICTURES and path.is_file():
+        raise WorldError([Problem(file, "", "is a picture; open the drawing in draw.io and save it as .drawio")])
     text = read_text(path, file)
     kind = choose(path.name, text)
     if kind is None:
         suffixes = ", ".join(sorted(suffix for kind in registry().values() for suffix in kind.suffixes))
         raise WorldError([Problem(file, "", f"is of no known format; expected one of {suffixes}")])
-    return kind.read(text, file)
+    return kind.read(text, file, options)
 
 
-def read_all(path: Path, file: str) -> Merged:
+def read_all(path: Path, file: str, options: ReadOptions = AS_IT_IS) -> Merged:
     """Return a file with all that it includes.
 
     Raises:
         WorldError: The file itself can't be read; what is wrong with the others is in the result.
     """
-    merged = Merged(Source(file, read_document(path, file)))
-    _include(merged, merged.root, (_real(path),), {_real(path)})
+    merged = Merged(Source(file, read_document(path, file, options)))
+    reader = _Includes(merged, options, {_real(path)}, [merged.root.document])
+    reader.add(merged.root, (_real(path),))
+    merged.complete = merged.complete and all(document.complete for document in reader.documents)
+    merged.problems += _not_taken(options, reader.documents, complete=merged.complete)
     return merged
 
 
@@ -53,29 +66,51 @@ def _real(path: Path) -> Path:
     return path.parent.resolve() / path.name
 
 
-def _include(merged: Merged, source: Source, above: tuple[Path, ...], seen: set[Path]) -> None:
-    """Add the files that *source* includes, each once; the last of *above* is its own path."""
-    names = source.document.data.get("include", [])
-    if not isinstance(names, list):
-        finding = Finding(("include",), f"expected a list of files, got {shown(names)}", names)
-        merged.problems.append(source.problem(finding))
-        return
-    for i, name in enumerate(names):
-        target = _target(name, above, seen)
-        if isinstance(target, str):
-            merged.problems.append(source.problem(Finding(("include", i), target, name)))
-            merged.complete = False
-        elif target not in seen:
-            seen.add(target)
-            file = str(Path(source.file).parent / name)
-            try:
-                part = Source(file, read_document(target, file))
-            except WorldError as error:
-                merged.problems += error.problems
-                merged.complete = False
-                continue
-            merged.add(part)
-            _include(merged, part, (*above, target), seen)
+def _not_taken(options: ReadOptions, documents: Sequence[Document], *, complete: bool) -> Iterator[Problem]:
+    """Yield the options that no file had a use for; what could not be read might have had one."""
+    if options.page is not None and complete and not any(document.pages for document in documents):
+        yield Problem(f"--page {options.page}", "", "there are no pages; only drawings have them")
+    robots = [robot for document in documents for robot in document.robots]
+    for old, new in options.rename.items():
+        if complete and old not in robots:
+            yield Problem(f"--rename {old}={new}", "", f"no robot {old!r} in a drawing{instead(old, robots)}")
+
+
+@dataclass
+class _Includes:
+    """Adds what files include, each file once."""
+
+    merged: Merged
+    options: ReadOptions
+    seen: set[Path]
+    documents: list[Document]
+
+    def add(self, source: Source, above: tuple[Path, ...]) -> None:
+        """Add the files that *source* includes; the last of *above* is its own path."""
+        names = source.document.data.get("include", [])
+        if not isinstance(names, list):
+            finding = Finding(("include",), f"expected a list of files, got {shown(names)}", names)
+            self.merged.problems.append(source.problem(finding))
+            return
+        for i, name in enumerate(names):
+            target = _target(name, above, self.seen)
+            if isinstance(target, str):
+                self.merged.problems.append(source.problem(Finding(("include", i), target, name)))
+                self.merged.complete = False
+            elif target not in self.seen:
+                self.seen.add(target)
+                self._read(target, str(Path(source.file).parent / name), above)
+
+    def _read(self, target: Path, file: str, above: tuple[Path, ...]) -> None:
+        try:
+            part = Source(file, read_document(target, file, self.options))
+        except WorldError as error:
+            self.merged.problems += error.problems
+            self.merged.complete = False
+            return
+        self.documents.append(part.document)
+        self.merged.add(part)
+        self.add(part, (*above, target))
 
 
 def _target(name: object, above: tuple[Path, ...], seen: set[Path]) -> Path | str:

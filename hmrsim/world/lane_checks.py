@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
     from hmrsim.world.validation import Lost
 
+_MOST_LOOKED = 5_000_000
+"""What comparing lanes with walls may cost: some seconds."""
+
 
 def check_lanes(world: World, lost: Lost) -> Iterator[Finding]:
     """Yield what is wrong or odd with the lanes of a world."""
@@ -62,6 +65,9 @@ def _check_walls(world: World, good: list[int]) -> Iterator[Finding]:
         return
     grid = SegmentGrid([(a, b) for _, a, b in walls])
     for i in good:
+        if grid.looked > _MOST_LOOKED:
+            yield warning(("lanes",), f"and walls are too many to compare all; those from lanes.{i} on were not", i)
+            return
         hit = grid.first_crossing(*_segment(world, i))
         if hit is not None:
             lane = world.lanes[i]

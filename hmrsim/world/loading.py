@@ -13,6 +13,7 @@ from hmrsim.world.checks import check
 from hmrsim.world.files import find
 from hmrsim.world.finding import MOST_FINDINGS
 from hmrsim.world.includes import read_all
+from hmrsim.world.options import AS_IT_IS, ReadOptions
 from hmrsim.world.validation import Lost, validate
 
 if TYPE_CHECKING:
@@ -40,20 +41,27 @@ class LoadedWorld:
     hash: str
 
 
-def load_world(source: str | Path, *, add_robots: Sequence[str] = (), add_items: Sequence[str] = ()) -> LoadedWorld:
+def load_world(
+    source: str | Path,
+    *,
+    add_robots: Sequence[str] = (),
+    add_items: Sequence[str] = (),
+    options: ReadOptions = AS_IT_IS,
+) -> LoadedWorld:
     """Read a world with all that it includes, and check it.
 
     Args:
         source: A file of any format, or the bare name of a shipped world.
         add_robots: Further robots, each ``NAME@X,Y[:TYPE]``.
         add_items: Further items, each ``NAME@X,Y[:KG]``.
+        options: How to read drawings.
 
     Raises:
         WorldError: Something is wrong; it has all errors, in file order, and then all warnings.
     """
     path = find(source)
     file = str(path)
-    merged = read_all(path, file)
+    merged = read_all(path, file, options)
     problems: list[Problem] = []
     for texts, parse in ((add_robots, additions.robot), (add_items, additions.item)):
         for text in texts:

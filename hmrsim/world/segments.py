@@ -15,22 +15,30 @@ if TYPE_CHECKING:
 
 Segment = tuple["Point", "Point"]
 
-_MOST_PIECES = 2_000
-"""A long segment is cut into so many pieces at most; cells grow with the longest."""
+_MOST_PIECES = 100_000
+"""The segments are cut into so many pieces at most, more or less; cells grow with their length."""
+
+_LEAST_SIZE = 1e-6
 
 
 class SegmentGrid:
-    """Segments sorted into square cells.
+    """Segments sorted into square cells, about as many as make a cell hold one segment.
 
     Args:
         segments: The segments, at least one.
+
+    Attributes:
+        looked: How many cells and segments were looked at in all, which is what the answers cost.
     """
 
     def __init__(self, segments: Sequence[Segment]) -> None:
+        self.looked = 0
         self._segments = segments
-        lengths = [distance(a, b) for a, b in segments]
-        mean = math.fsum(lengths) / len(lengths)
-        self._size = max(mean, max(lengths) / _MOST_PIECES) or 1.0
+        xs, ys = ([point[axis] for segment in segments for point in segment] for axis in (0, 1))
+        self._low, self._high = (min(xs), min(ys)), (max(xs), max(ys))
+        extent = max(self._high[0] - self._low[0], self._high[1] - self._low[1])
+        length = math.fsum(distance(a, b) for a, b in segments)
+        self._size = max(extent / (2.0 * math.sqrt(len(segments))), length / _MOST_PIECES, _LEAST_SIZE)
         self._cells: dict[tuple[int, int], list[int]] = defaultdict(list)
         for i, (a, b) in enumerate(segments):
             for cell in self._along(a, b):
@@ -38,10 +46,23 @@ class SegmentGrid:
 
     def first_crossing(self, a: Point, b: Point) -> int | None:
         """Return the least index of the segments that the line from *a* to *b* meets; None for none."""
-        if distance(a, b) > self._size * _MOST_PIECES:
-            return next((i for i, (c, d) in enumerate(self._segments) if crosses(a, b, c, d)), None)
-        near = {i for cell in self._along(a, b) for i in self._cells.get(cell, ())}
+        near: set[int] = set()
+        for cell in self._along(*self._clipped(a, b)):
+            here = self._cells.get(cell, ())
+            near.update(here)
+            self.looked += 1 + len(here)
         return min((i for i in near if crosses(a, b, *self._segments[i])), default=None)
+
+    def _clipped(self, a: Point, b: Point) -> Segment:
+        """Return the part of a line that is near the segments, or one of its ends if there is none."""
+        first, last = 0.0, 1.0
+        for axis in (0, 1):
+            start, way = a[axis], b[axis] - a[axis]
+            low, high = self._low[axis] - self._size, self._high[axis] + self._size
+            if way:
+                enters, leaves = sorted(((low - start) / way, (high - start) / way))
+                first, last = max(first, enters), min(last, leaves)
+        return (between(a, b, first), between(a, b, last)) if first <= last else (a, a)
 
     def _along(self, a: Point, b: Point) -> Iterator[tuple[int, int]]:
         """Yield the cells around the line from *a* to *b*, each once."""

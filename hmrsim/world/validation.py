@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from hmrsim.world.explain import explain
+from hmrsim.world.finding import MOST_FINDINGS, Finding
 from hmrsim.world.model import World
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hmrsim.world.finding import Finding, Path
+    from hmrsim.world.finding import Path
 
 _ROUNDS = 20
 """Leaving out a field can make another one wrong, but not for ever."""
@@ -79,10 +80,15 @@ def validate(data: dict[str, Any]) -> Validated:
             break
         except ValidationError as error:
             found = [replace(one, path=_original(one.path, kept)) for one in explain(error, rest)]
+            count = error.error_count()
         for finding in found:
             if not _is_dead(dead, finding.path):
                 findings.append(finding)
             _kill(data, dead, finding.path)
+        if count > MOST_FINDINGS:
+            text = f"has {count} errors, of which nobody would read more than these"
+            findings = [Finding((), text, count), *findings][:MOST_FINDINGS]
+            break
     return Validated(world, tuple(findings), _lost(data, dead, world), _kept(data, dead))
 
 

@@ -10,7 +10,7 @@ import yaml
 
 from hmrsim.world.finding import Finding, Path, shown
 
-MOST_NODES = 1_000_000
+MOST_NODES = 500_000
 """Values in a file, aliases written out."""
 
 DEEPEST = 50
@@ -27,6 +27,7 @@ _OTHER_INT = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _TAG = "tag:yaml.org,2002:"
+_MERGE = "<<"
 
 Lines: TypeAlias = "int | tuple[int, dict[str, Lines] | list[Lines]]"
 """The line of a value; of a mapping or list, also those of what is in it."""
@@ -157,6 +158,8 @@ class _Builder:
     def _scalar(self, event: Any, line: int) -> None:
         self._count(1, 0, line)
         if self._open and self._wants_key():
+            if event.value == _MERGE and event.implicit[0]:
+                raise Unreadable(f"has the merge key {_MERGE}, which YAML 1.2 no longer has; write the keys out", line)
             self._open[-1].key = (event.value, line)
             return
         part = _Part(_resolve(event, line), line)

@@ -9,12 +9,13 @@ import pytest
 
 from hmrsim.errors import WorldError
 from hmrsim.world import load_world
+from tests.world.drawings import drawing
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from hmrsim.world import LoadedWorld
+    from hmrsim.world import LoadedWorld, World
 
 
 @pytest.fixture
@@ -52,3 +53,23 @@ def errors_of(write: Callable[..., Path]) -> Callable[..., list[str]]:
         return [str(problem).removeprefix(f"{path}:").strip() for problem in problems]
 
     return errors_of
+
+
+@pytest.fixture
+def draw(load: Callable[..., LoadedWorld]) -> Callable[..., World]:
+    """Loads a drawing with these cells."""
+    return lambda *cells: load(drawing(*cells), "map.drawio").world
+
+
+@pytest.fixture
+def wrong(errors_of: Callable[..., list[str]]) -> Callable[..., list[str]]:
+    """Returns the errors of a drawing with these cells."""
+    return lambda *cells: errors_of(drawing(*cells), "map.drawio")
+
+
+@pytest.fixture
+def warned(load: Callable[..., LoadedWorld]) -> Callable[..., list[str]]:
+    """Returns the warnings of a drawing with these cells."""
+    return lambda *cells: [
+        str(warning).partition("map.drawio:1: ")[2] for warning in load(drawing(*cells), "map.drawio").warnings
+    ]

@@ -99,6 +99,13 @@ def test_what_can_be_run_but_is_odd_is_a_warning(fields, path, message):
     assert (path, True) in [(where, message in text) for _, where, text in found]
 
 
+def test_a_fault_type_that_is_none_is_told_once():
+    """Whoever writes it would wait for what never comes."""
+    told = problems(faults=[{"type": "storm"}, {"type": "storm", "at": 3}])
+
+    assert told == [("warning", "faults.0.type", "no fault type 'storm', nothing will happen; there are none")]
+
+
 def test_lanes_in_opposite_directions_are_no_duplicates():
     """Two one-way lanes make one lane that goes both ways."""
     lanes = [

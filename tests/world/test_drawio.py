@@ -1,49 +1,16 @@
-"""The draw.io maps of the original."""
+"""Whole drawings: our own, and the original's where they are."""
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
-from hmrsim.errors import WorldError
 from hmrsim.graph import WaypointGraph
-from hmrsim.world import load_world
-
-if TYPE_CHECKING:
-    from types import ModuleType
+from hmrsim.world import ReadOptions, load_world
 
 HERE = Path(__file__).parent
 REFERENCE = HERE.parents[1].parent / "shared" / "data" / "drawio"
-
-
-def _module(name: str) -> ModuleType:
-    """Import a module beside this one; tests are no package."""
-    spec = importlib.util.spec_from_file_location(name, HERE / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-_drawings = _module("drawings")
-drawing, pack, packed_bytes = _drawings.drawing, _drawings.pack, _drawings.packed_bytes
-shape, typed, road = _drawings.shape, _drawings.typed, _drawings.road
-
-WALL = "shape=mxgraph.floorplan.wall"
-
-
-@pytest.fixture
-def draw(load):
-    """Loads a drawing with these cells."""
-    return lambda *cells: load(drawing("".join(cells)), "map.drawio").world
-
-
-@pytest.fixture
-def wrong(errors_of):
-    """Returns the errors of a drawing with these cells."""
-    return lambda *cells: errors_of(drawing("".join(cells)), "map.drawio")
 
 
 def spans(world):
@@ -54,13 +21,16 @@ def spans(world):
     ]
 
 
+def read(name, **options):
+    """Return one of our drawings, and what was said about it."""
+    loaded = load_world(HERE / "data" / f"{name}.drawio", options=ReadOptions(**options))
+    return loaded.world, [str(warning).rpartition(".drawio:")[2] for warning in loaded.warnings]
+
+
 @pytest.fixture(scope="module")
 def ward():
-    """A drawing with all that the original's maps use."""
-    return load_world(HERE / "data" / "ward.drawio").world
-
-
-# --- the fixture as a whole ---------------------------------------------------------------------------------------
+    """A drawing with all that the original's maps use, as the desktop editor saves it."""
+    return read("ward")[0]
 
 
 def test_page_is_the_world(ward):
@@ -124,237 +94,49 @@ def test_roads_are_waypoints_and_lanes(ward):
     ]
 
 
-def test_compressed_file_is_the_same_world(ward, load):
-    """Deflated, percent-encoded and in base64, broken into lines, or without any <mxfile>: all the same."""
-    text = (HERE / "data" / "ward.drawio").read_text(encoding="utf-8")
-    model = text[text.index("<mxGraphModel") : text.index("</diagram>")]
-    packed = pack(model)
+def test_old_map_has_ways_batteries_and_speeds():
+    """What maps of older versions say of their robots; saved on Windows."""
+    world, warnings = read("old_map")
+    walter, other = world.robots.values()
 
-    assert load(packed, "ward.xml").world == ward
-    assert load(packed.replace("</diagram>", "\n</diagram>\n"), "ward.drawio").world == ward
-    assert load(model, "bare.drawio").world.model_copy(update={"name": "Ward"}) == ward
-
-
-# --- shapes -------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("style", "boxes"),
-    [
-        (WALL, [(100, 100, 200, 160)]),
-        (f"{WALL};rotation=-90", [(120, 80, 180, 180)]),
-        ("rounded=0", [(100, 100, 200, 160)]),
-        ("shape=mxgraph.floorplan.doorLeft", [(100, 100, 200, 160)]),
-        (
-            "shape=mxgraph.floorplan.wallU",
-            [(100, 100, 110, 160), (100, 100, 200, 110), (190, 100, 200, 160)],
-        ),
-        ("shape=mxgraph.floorplan.wallCorner", [(100, 100, 110, 160), (100, 100, 200, 110)]),
-        ("shape=mxgraph.floorplan.wallCorner;direction=north", [(100, 100, 110, 160), (100, 150, 200, 160)]),
-        ("shape=mxgraph.floorplan.wallCorner;direction=south", [(190, 100, 200, 160), (100, 100, 200, 110)]),
-        ("shape=mxgraph.floorplan.wallCorner;direction=west", [(190, 100, 200, 160), (100, 150, 200, 160)]),
-        (
-            "shape=mxgraph.floorplan.room",
-            [(100, 100, 110, 160), (100, 100, 200, 110), (190, 100, 200, 160), (100, 150, 200, 160)],
-        ),
-        ("ellipse", [(100, 100, 200, 160)]),
-        ("text;html=1", []),
-        ("shape=text", []),
-        ("edgeLabel", []),
-    ],
-)
-def test_shape_covers_its_bars(draw, style, boxes):
-    """Each shape of the floor plan library, and what is none."""
-    assert spans(draw(shape(style, 100, 100, 100, 60))) == boxes
-
-
-def test_oblique_wall_is_turned_clockwise(draw):
-    """30 degrees clockwise on screen: the right end of the wall goes down."""
-    (wall,) = draw(shape(f"{WALL};rotation=30", 100, 100, 200, 0)).walls
-
-    assert [(round(x, 2), round(y, 2)) for x, y in wall.solid] == [
-        (113.65, 50.07),
-        (286.85, 150.07),
-        (286.35, 150.93),
-        (113.15, 50.93),
-    ]
-
-
-def test_children_of_a_group_are_inside_it(draw):
-    """A group is no obstacle; what is in it is placed from its corner."""
-    group = shape("group", 100, 50, 200, 200, id="g")
-    inner = shape("rounded=0", 10, 20, 30, 40).replace('parent="1"', 'parent="g"')
-
-    assert spans(draw(group, inner)) == [(110, 70, 140, 110)]
-
-
-# --- roads --------------------------------------------------------------------------------------------------------
-
-
-def lanes(world):
-    """Return the points that lanes join."""
-    return [(world.waypoints[lane.from_], world.waypoints[lane.to]) for lane in world.lanes]
-
-
-def test_crossing_roads_connect(draw):
-    """A waypoint stands where two roads cross."""
-    world = draw(road((0, 100), (200, 100)), road((100, 0), (100, 200)))
-
-    assert lanes(world) == [
-        ((0, 100), (100, 100)),
-        ((100, 100), (200, 100)),
-        ((100, 0), (100, 100)),
-        ((100, 100), (100, 200)),
-    ]
-
-
-def test_overlapping_roads_are_one(draw):
-    """What is drawn twice is there once."""
-    world = draw(road((0, 100), (200, 100)), road((150, 100), (300, 100)))
-
-    assert lanes(world) == [((0, 100), (150, 100)), ((150, 100), (200, 100)), ((200, 100), (300, 100))]
-
-
-@pytest.mark.parametrize(("end", "linked"), [(119, True), (120, True), (221, False)])
-def test_end_near_a_road_connects_there(draw, end, linked):
-    """Within 20 px of a road an end connects to the nearest point of it; beyond 100 px it does not."""
-    world = draw(road((0, 100), (200, 100)), road((100, 300), (100, end)))
-
-    assert (((100, end), (100, 100)) in lanes(world)) == linked
-
-
-def test_parts_apart_are_linked_by_their_nearest_points(draw):
-    """Two roads 100 px apart are linked."""
-    world = draw(road((0, 100), (200, 100)), road((300, 150), (300, 50)))
-
-    assert lanes(world)[-1] == ((200, 100), (300, 100))
-
-
-def test_parts_farther_apart_are_not_linked(draw):
-    """Two roads 101 px apart remain so."""
-    assert len(draw(road((0, 100), (200, 100)), road((301, 150), (301, 50))).lanes) == 2
-
-
-def test_parts_are_not_linked_through_a_wall(draw):
-    """A wall between two parts keeps them apart, and a link goes where there is none."""
-    wall = shape(WALL, 245, 0, 10, 150)
-    one, two = road((200, 20), (200, 130)), road((300, 20), (300, 130))
-
-    assert len(draw(wall, one, two).lanes) == 2
-    assert ((200, 180), (300, 180)) in lanes(draw(wall, road((200, 20), (200, 180)), road((300, 20), (300, 180))))
-
-
-def test_waypoints_take_no_name_of_a_place(draw):
-    """A POI that is called n1 keeps its name."""
-    world = draw(typed("POI", 10, 10, 10, 10, tag="n1"), road((0, 100), (200, 100)))
-
-    assert sorted(world.waypoints) == ["n2", "n3"]
-
-
-# --- what can't be understood -------------------------------------------------------------------------------------
-
-
-def test_all_bad_cells_are_told_at_once(wrong):
-    """Each cell is named, with its line."""
-    errors = wrong(
-        typed("drone", 1, 1, 1, 1, id="d"),
-        typed("", 1, 1, 1, 1, id="t"),
-        typed("pickable", 1, 1, 1, 1, id="p"),
-        typed("pickable", 1, 1, 1, 1, id="w", name="cup", weight="heavy"),
-        typed("robot", 1, 1, 30, 30, id="r", component_Claw="[80"),
-        typed("robot", 1, 1, 30, 30, id="q", component_Claw="[80, 1, 2]"),
-        typed("robot", 1, 1, 30, 30, id="c", component_Script="[[1], 0]"),
-        typed("robot", 50, 50, 30, 30, id="e", name="eve"),
-        typed("robot", 50, 50, 30, 30, id="f", name="eve"),
-        road((0, 0), (1, 1), identifier="m", ends='source="nobody"'),
-    )
-
-    assert errors == [
-        "1: drone cell 'd': has the unknown type 'drone'; there are robot, pickable, POI, map-path, path, debug",
-        "1: cell 't': has no type; expected one of robot, pickable, POI, map-path, path, debug",
-        "1: pickable cell 'p': has no name; items are picked up by it",
-        "1: pickable cell 'w': weight is 'heavy'; expected a number of at most 1e+07",
-        "1: robot cell 'r': component_Claw is '[80'; expected a JSON list such as [80, 1]",
-        "1: robot cell 'q': component_Claw has 3 arguments; expected at most 2: reach, max_weight",
-        "1: robot cell 'c': component_Script is [[1], 0]; expected [[\"Go place\", …], 0]",
-        "1: robot cell 'f': is another one named 'eve'; give it a name of its own",
-        "1: map-path cell 'm': has the source 'nobody', which is no shape on this page",
-    ]
-
-
-@pytest.mark.parametrize("number", ["nan", "inf", "-Infinity", "1e300", "1e8", "ten", "", "1e9999"])
-def test_absurd_coordinate_is_refused(wrong, number):
-    """NaN, infinity and absurd sizes."""
-    (error,) = wrong(typed("POI", 1, 2, 3, 4, id="p").replace('x="1"', f'x="{number}"'))
-
-    assert error == f"1: POI cell 'p': x is {number!r}; expected a number of at most 1e+07"
-
-
-def test_bad_setting_of_a_claw_is_told_at_its_robot(wrong):
-    """The settings of a component are checked as in any other world."""
-    (error,) = wrong(typed("robot", 1, 1, 30, 30, name="eve", component_Claw="[-80, 1]"))
-
-    assert error == "1: robots.eve.components.claw.reach: must be greater than 0, got -80"
-
-
-def test_what_is_left_out_is_a_warning(load):
-    """A component that we don't know, a way that a robot follows by itself, a shape without a size."""
-    cells = (
-        typed("robot", 1, 1, 30, 30, id="r", component_Laser="[1]")
-        + typed("path", 1, 1, 1, 1, id="p")
-        + shape("rounded=0", 1, 1, 0, 5)
-    )
-
-    assert [str(warning).partition(": ")[2] for warning in load(drawing(cells), "map.drawio").warnings] == [
-        "robot cell 'r': component_Laser is not known here and left out",
-        "path cell 'p': is a way that a robot follows by itself, which is not known here and left out",
-        "cell 's': has the size 0 x 5, so it is no obstacle",
-    ]
-
-
-LAUGHS = '<!DOCTYPE x [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]>'
+    assert warnings == []
+    assert list(world.robots) == ["walter", "robot_1"]
+    assert walter.base.speed == 300
+    assert walter.script == ("Follow 130 200 200.5 120 400 120 400 200", "Go desk", "Wait 2", "Go 500 350")
+    assert walter.components == {
+        "battery": {"capacity": 5000, "initial_charge": 5000, "drain": {"default": 1, "still": 0.5, "moving": 2}}
+    }
+    assert other.script == ("Follow 500 60 560 60",)
+    assert other.components == {"battery": {"capacity": 3600}, "claw": {"reach": 80, "max_weight": 1}}
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("page", "name", "places", "items", "walls"),
     [
-        (f"{LAUGHS}<mxfile>&b;</mxfile>", "has a DOCTYPE"),
-        ('<!DOCTYPE mxfile SYSTEM "file:///etc/passwd"><mxfile/>', "has a DOCTYPE"),
-        ("<mxfile>&b;</mxfile>", "is no XML: undefined entity"),
-        ("<mxfile>", "is no XML: no element found"),
-        ("<mxfile/>", "has no <diagram>"),
-        ("<mxfile><diagram/></mxfile>", "has an empty <diagram>"),
-        ("<mxfile><diagram>%%%</diagram></mxfile>", "is no base64"),
-        ("<mxfile><diagram>AAAA</diagram></mxfile>", "can't be inflated|cut off"),
-        ("<mxfile><diagram><svg/></diagram></mxfile>", "has no <mxGraphModel>"),
-        ("<?xml version='1.0'?><svg/>", "begins with <svg>; expected <mxfile> or <mxGraphModel>"),
-        ("<mxfile>" + "<a>" * 1000, "is nested deeper than 100"),
-        ("<mxfile>" + "<a/>" * 200_001 + "</mxfile>", "has more than 200000 elements"),
-        (packed_bytes(b"a" * (33 * 1024 * 1024)), "has a compressed <diagram> of more than 32 MiB"),
-        (packed_bytes(f"{LAUGHS}<mxGraphModel/>".encode()), "has a DOCTYPE"),
-        (packed_bytes(b"\xff\xfe"), "is not UTF-8"),
-        (packed_bytes(b"%FF"), "is not UTF-8"),
-        (packed_bytes(b"hello"), "is no XML: syntax error"),
-        (packed_bytes(b"<mxGraphModel/>")[:-30] + "</diagram></mxfile>", "cut off|is no base64|can't be inflated"),
+        (None, "Ground floor", {"lift"}, {"medicine"}, 4),
+        ("2", "Upper floor", {"lift", "bed"}, set(), 7),
+        ("Upper floor", "Upper floor", {"lift", "bed"}, set(), 7),
     ],
-    ids=lambda value: repr(value[:40]),
 )
-def test_hostile_or_broken_file_is_one_error(write, text, message):
-    """Entities, bombs and rubbish are refused, before they cost anything."""
-    with pytest.raises(WorldError, match=message) as caught:
-        load_world(write(text, "map.drawio"))
+def test_compressed_drawing_has_two_floors(page, name, places, items, walls):
+    """As the web editor saves it."""
+    world, warnings = read("two_floors", page=page, rename={"robot_1": "wall_e"})
 
-    assert len(caught.value.problems) == 1
-
-
-def test_too_many_roads_are_refused(wrong):
-    """All pieces are compared with all others, so there is a limit."""
-    (error,) = wrong(road(*((i % 2, i % 300) for i in range(2002))))
-
-    assert error == "1: lanes: 2001 pieces of road; at most 2000"
+    assert warnings == []
+    assert (world.name, set(world.places), set(world.items), len(world.walls)) == (name, places, items, walls)
+    assert {name: robot.at for name, robot in world.robots.items()} == {"wall_e": (100, 100)}
+    assert list(world.waypoints.values()) == [(100, 100), (100, 290), (100, 300)]
 
 
-# --- the original's own maps, where they are ----------------------------------------------------------------------
+def test_floor_plan_has_groups_in_groups_and_a_hidden_layer():
+    """A turned bay in a ward, a store, and notes that nobody is to see."""
+    world, warnings = read("floor_plan")
+
+    assert warnings == ["8: cell 'notes' (Notes): is a hidden layer; what is on it is read all the same"]
+    assert spans(world)[-2:] == [(20, 340, 220, 350), (125, 365, 155, 385)]
+    assert world.places["bed"].at == (140, 375)
+    assert world.items["syrup"].at == (326, 376)
+    assert list(world.waypoints.values()) == [(30, 380), (80, 380)]
 
 
 @pytest.mark.skipif(not REFERENCE.is_dir(), reason="the original's maps are not here; they are under the GPL")
@@ -374,3 +156,22 @@ def test_original_map_can_be_driven(name, start, goals):
 
     assert robot.at == start
     assert [graph.plan(robot.at, goal, 300.0).length > 0.0 for goal in goals] == [True] * len(goals)
+
+
+@pytest.mark.skipif(not REFERENCE.is_dir(), reason="the original's maps are not here; they are under the GPL")
+@pytest.mark.parametrize(
+    ("name", "robot", "components", "orders"),
+    [
+        ("hospital", "wall_e", {"claw": {"reach": 80, "max_weight": 1}}, ()),
+        ("place_with_walls", "wall_e", {"claw": {"reach": 80, "max_weight": 1}}, ()),
+        ("poi_test", "robot_1", {}, ("Go 1", "Go 2", "Go 3", "Go 7", "Go 9", "Go 450 330")),
+    ],
+)
+def test_original_map_has_its_robot(name, robot, components, orders):
+    """Nothing of it is left out."""
+    loaded = load_world(REFERENCE / f"{name}.drawio")
+
+    assert [str(warning) for warning in loaded.warnings if "left out" in str(warning)] == []
+    assert list(loaded.world.robots) == [robot]
+    assert loaded.world.robots[robot].components == components
+    assert loaded.world.robots[robot].script == orders

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from hmrsim.world.finding import Finding, Path
+    from hmrsim.world.options import ReadOptions
 
 
 @dataclass(frozen=True)
@@ -23,11 +24,17 @@ class Document:
         data: The top-level keys of a world, as in a native file; what is wrong with them is found later.
         line: Tells the line of a path in *data*, as near as it is known.
         findings: What the reader itself found wrong or odd.
+        complete: Whether all that the file names is in *data*, so that what is missing is really missing.
+        pages: The names of its pages; none of a file that has no such thing.
+        robots: What its robots are called there, before anything is renamed; none where they can't be.
     """
 
     data: dict[str, Any]
     line: Callable[[Path], int | None] = lambda _path: None
     findings: tuple[Finding, ...] = ()
+    complete: bool = True
+    pages: tuple[str, ...] = ()
+    robots: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -38,14 +45,14 @@ class Format:
         name: Its name, which is that of its module.
         suffixes: What the names of such files end with; of two that fit, the longer one decides.
         matches: Tells from the text whether this is such a file.
-        read: Makes a document of the text. The second argument is the name of the file, for the
-            :class:`~hmrsim.errors.WorldError` that it raises when there is nothing to read at all.
+        read: Makes a document of the text, as the options say. The second argument is the name of the file, for
+            the :class:`~hmrsim.errors.WorldError` that it raises when there is nothing to read at all.
     """
 
     name: str
     suffixes: tuple[str, ...]
     matches: Callable[[str], bool]
-    read: Callable[[str, str], Document]
+    read: Callable[[str, str, ReadOptions], Document]
 
 
 @cache

@@ -6,241 +6,128 @@ Pixels, y down, nothing is flipped. Every mistake is told with the cell that it 
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING
 
 from hmrsim.errors import Problem, WorldError
-from hmrsim.world.finding import Finding, Path, instead, shown
-from hmrsim.world.formats import Document, Format, _components
-from hmrsim.world.formats._mxgraph import BadCell, Box, Cell, number, read_cells, read_model
-from hmrsim.world.formats._roads import connect
-from hmrsim.world.formats._shapes import outlines
-from hmrsim.world.formats._xml import Element, Refused
-from hmrsim.world.segments import SegmentGrid
+from hmrsim.world.finding import Finding, instead, shown
+from hmrsim.world.formats import Document, Format, _lanes, _robots, _things
+from hmrsim.world.formats._cells import BadCell, Cell, number
+from hmrsim.world.formats._drawing import Drawing
+from hmrsim.world.formats._mxgraph import read_page
+from hmrsim.world.formats._xml import Refused
+from hmrsim.world.options import AS_IT_IS, ReadOptions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.geometry import Point
+    from hmrsim.world.formats._xml import Element
 
 _PAGE = 500.0
 
-_LOOKS = re.compile(r"\s*<(\?xml|mxfile|mxGraphModel|!DOCTYPE|!--)")
+_LOOKS = re.compile(r"\s*<(\?xml|mxfile|mxGraphModel|svg|!DOCTYPE|!--)")
+
+_SHAPES: dict[str, Callable[[Drawing, Cell], None]] = {
+    "robot": _robots.robot,
+    "pickable": _things.pickable,
+    "POI": _things.poi,
+}
+
+_LINES: dict[str, Callable[[Drawing, Cell], None]] = {"map-path": _lanes.road, "path": _robots.way}
+
+_TYPES = (*_SHAPES, *_LINES, "debug")
 
 
-def _read(text: str, file: str) -> Document:
+def _read(text: str, file: str, options: ReadOptions = AS_IT_IS) -> Document:
     try:
-        model, name = read_model(text)
+        page = read_page(text, options.page)
+        drawing = Drawing(page.model, options)
     except Refused as error:
         raise WorldError([Problem(file, "", str(error), error.line)]) from None
-    drawing = _Drawing(model, name)
-    return Document(drawing.data, drawing.line, tuple(drawing.findings))
+    _read_cells(drawing)
+    data = {
+        "name": page.name[:100],
+        "units": "px",
+        "bounds": _bounds(drawing, page.model),
+        **_lanes.network(drawing),
+        "walls": drawing.walls,
+        "places": drawing.places,
+        "items": drawing.items,
+        "robots": drawing.robots,
+    }
+    return Document(
+        data,
+        drawing.line,
+        tuple(drawing.findings),
+        complete=not any(cell.failed for cell in drawing.cells),
+        pages=page.all,
+        robots=tuple(drawing.renamable),
+    )
 
 
-class _Drawing:
-    """A page, being understood."""
+def _read_cells(drawing: Drawing) -> None:
+    """Read the shapes, then the lines between them, which may come first in the file."""
+    _warn_of_hidden_layers(drawing)
+    lines = [cell for cell in drawing.cells if cell.kind in _LINES]
+    for cell in [*(cell for cell in drawing.cells if cell.kind not in _LINES), *lines]:
+        # What is wrong with a robot beside its place is worth knowing; nothing else has more to tell.
+        if not cell.failed or cell.kind in _SHAPES:
+            drawing.attempt(cell, partial(_read_cell, drawing, cell))
+    _robots.follow_ways(drawing)
 
-    def __init__(self, model: Element, name: str) -> None:
-        self.findings: list[Finding] = []
-        self._lines: dict[Path, int] = {(): model.line}
-        self._cells = read_cells(model)
-        self._by_id: dict[str, Cell] = {}
-        self._roads: list[tuple[Cell, list[Point]]] = []
-        self._walls: list[dict[str, Any]] = []
-        self._places: dict[str, Any] = {}
-        self._items: dict[str, Any] = {}
-        self._robots: dict[str, Any] = {}
-        self._kinds: dict[str, Callable[[Cell], None]] = {
-            "robot": self._robot,
-            "pickable": self._pickable,
-            "POI": self._poi,
-            "map-path": self._map_path,
-            "path": self._path,
-            "debug": lambda _cell: None,
-        }
-        self._read_cells()
-        network = self._network()
-        self.data: dict[str, Any] = {
-            "name": name[:100] or "Window 1",
-            "units": "px",
-            "bounds": self._bounds(model),
-            **network,
-            "walls": self._walls,
-            "places": self._places,
-            "items": self._items,
-            "robots": self._robots,
-        }
 
-    def line(self, path: Path) -> int | None:
-        """Return the line of the cell that a field is from."""
-        for length in range(len(path), -1, -1):
-            if path[:length] in self._lines:
-                return self._lines[path[:length]]
+def _read_cell(drawing: Drawing, cell: Cell) -> None:
+    """Read a cell, if it is drawn as what it is.
+
+    Raises:
+        BadCell: It makes no sense.
+    """
+    if cell.kind is None:
+        _things.obstacle(drawing, cell)
+    elif cell.kind in _SHAPES:
+        _check_shape(drawing, cell)
+        _SHAPES[cell.kind](drawing, cell)
+    elif cell.kind in _LINES:
+        if not cell.is_edge:
+            raise BadCell(f"is a shape; a {cell.kind} is a line")
+        _LINES[cell.kind](drawing, cell)
+    elif cell.kind != "debug":
+        _unknown(drawing, cell)
+
+
+def _check_shape(drawing: Drawing, cell: Cell) -> None:
+    parent = drawing.by_id.get(cell.parent)
+    if cell.is_edge:
+        raise BadCell(f"is a line; a {cell.kind} is a shape")
+    if cell.geometry is None:
+        raise BadCell("has no mxGeometry, so it is nowhere")
+    if parent is not None and parent.is_edge:
+        raise BadCell(f"is a label of the line {shown(parent.id)}; put it on the page")
+
+
+def _unknown(drawing: Drawing, cell: Cell) -> None:
+    """Tell of an object of a type that nobody knows."""
+    what = f"has the unknown type {shown(cell.kind)}" if cell.kind else "has no type"
+    if drawing.options.lenient:
+        drawing.warn(cell, f"{what}; it is left out")
+        return
+    expected = instead(cell.kind, _TYPES) if cell.kind else f"; expected one of {', '.join(_TYPES)}"
+    raise BadCell(f"{what}{expected}; --lenient leaves it out")
+
+
+def _warn_of_hidden_layers(drawing: Drawing) -> None:
+    hidden = [cell for cell in drawing.cells if cell.is_layer and cell.own.get("visible") == "0"]
+    if hidden:
+        more = f", as are {len(hidden) - 1} more" if len(hidden) > 1 else ""
+        drawing.warn(hidden[0], f"is a hidden layer{more}; what is on it is read all the same")
+
+
+def _bounds(drawing: Drawing, model: Element) -> list[float] | None:
+    try:
+        return [0.0, 0.0, number(model, "pageWidth", _PAGE), number(model, "pageHeight", _PAGE)]
+    except BadCell as error:
+        drawing.findings.append(Finding(("bounds",), str(error), line=model.line))
         return None
-
-    def _bounds(self, model: Element) -> list[float]:
-        try:
-            width, height = number(model, "pageWidth", _PAGE), number(model, "pageHeight", _PAGE)
-        except BadCell as error:
-            self.findings.append(Finding(("bounds",), str(error), line=model.line))
-            return [-1e7, -1e7, 1e7, 1e7]
-        return [0.0, 0.0, width, height]
-
-    def _read_cells(self) -> None:
-        for cell in self._cells:
-            if cell.id in self._by_id:
-                self._complain(cell, "has an id that another cell has; draw.io gives every cell its own")
-            elif cell.id:
-                self._by_id[cell.id] = cell
-        self._unnamed = {"robot": 0, "POI": 0}
-        self._taken = {cell.attributes.get("name", "") for cell in self._cells if cell.kind == "robot"} | {
-            cell.attributes.get("tag", "") for cell in self._cells if cell.kind == "POI"
-        }
-        for cell in self._cells:
-            try:
-                self._read_cell(cell)
-            except BadCell as error:
-                self._complain(cell, str(error))
-
-    def _read_cell(self, cell: Cell) -> None:
-        if cell.kind is None:
-            self._untyped(cell)
-        elif cell.kind in self._kinds:
-            self._kinds[cell.kind](cell)
-        elif not cell.kind:
-            raise BadCell(f"has no type; expected one of {', '.join(self._kinds)}")
-        else:
-            raise BadCell(f"has the unknown type {shown(cell.kind)}{instead(cell.kind, self._kinds)}")
-
-    def _complain(self, cell: Cell, message: str, severity: str = "error") -> None:
-        what = f"{cell.kind} cell" if cell.kind else "cell"
-        path = (f"{what} {shown(cell.id)}",)
-        self.findings.append(Finding(path, message, cell.id, severity, cell.line))
-
-    def _warn(self, cell: Cell, message: str) -> None:
-        self._complain(cell, message, "warning")
-
-    # --- what stands there ----------------------------------------------------------------------------------------
-
-    def _untyped(self, cell: Cell) -> None:
-        if not cell.style or not cell.has_box or self._is_decoration(cell):
-            return
-        box = cell.box()
-        if cell.style.get("shape") == "mxgraph.floorplan.wall":
-            box = Box(box.x, box.y, box.width or 1.0, box.height or 1.0, box.rotation)
-        if not box.width or not box.height:
-            self._warn(cell, f"has the size {box.width:g} x {box.height:g}, so it is no obstacle")
-            return
-        for outline in outlines(box, cell.style):
-            self._lines["walls", len(self._walls)] = cell.line
-            self._walls.append({"solid": [list(point) for point in outline]})
-
-    def _is_decoration(self, cell: Cell) -> bool:
-        flags = {"text", "edgeLabel", "group"}
-        parent = self._by_id.get(cell.parent)
-        return (
-            not flags.isdisjoint(cell.style)
-            or cell.style.get("shape") == "text"
-            or (parent is not None and parent.is_edge)
-        )
-
-    def _name(self, cell: Cell, attribute: str, prefix: str) -> str:
-        """Return the name of a robot or POI; one that has none is numbered, from 1."""
-        name = cell.attributes.get(attribute, "")
-        while not name:
-            self._unnamed[cell.kind or ""] += 1
-            numbered = f"{prefix}_{self._unnamed[cell.kind or '']}"
-            name = "" if numbered in self._taken else numbered
-        return name
-
-    def _keep(self, cell: Cell, key: str, things: dict[str, Any], name: str, fields: dict[str, Any]) -> None:
-        if name in things:
-            raise BadCell(f"is another one named {name!r}; give it a name of its own")
-        things[name] = fields
-        self._lines[key, name] = cell.line
-
-    def _robot(self, cell: Cell) -> None:
-        box = cell.box()
-        fields: dict[str, Any] = {"at": list(box.centre), "components": _components.known(cell.attributes)}
-        orders = _components.script(cell.attributes)
-        if orders:
-            fields["script"] = orders
-        if box.width and box.height:
-            fields["base"] = {"radius": max(box.width, box.height) / 2}
-        for key in _components.others(cell.attributes):
-            self._warn(cell, f"{key} is not known here and left out")
-        self._keep(cell, "robots", self._robots, self._name(cell, "name", "robot"), fields)
-
-    def _pickable(self, cell: Cell) -> None:
-        name = cell.attributes.get("name", "")
-        if not name:
-            raise BadCell("has no name; items are picked up by it")
-        weight = number(Element("", cell.attributes, cell.line), "weight")
-        self._keep(cell, "items", self._items, name, {"at": list(cell.box().centre), "weight": weight})
-
-    def _poi(self, cell: Cell) -> None:
-        name = self._name(cell, "tag", "POI")
-        self._keep(cell, "places", self._places, name, {"at": list(cell.box().centre)})
-
-    # --- roads ----------------------------------------------------------------------------------------------------
-
-    def _map_path(self, cell: Cell) -> None:
-        points = [*self._end(cell, cell.source, "source"), *cell.points(), *self._end(cell, cell.target, "target")]
-        if len(set(points)) < 2:  # noqa: PLR2004
-            self._warn(cell, "has fewer than two points, so it is no road")
-            return
-        self._roads.append((cell, points))
-
-    def _end(self, cell: Cell, identifier: str, which: str) -> list[Point]:
-        if not identifier:
-            return []
-        other = self._by_id.get(identifier)
-        if other is None or other.is_edge:
-            raise BadCell(f"has the {which} {shown(identifier)}, which is no shape on this page")
-        return [other.box().centre] if cell is not other else []
-
-    def _path(self, cell: Cell) -> None:
-        self._warn(cell, "is a way that a robot follows by itself, which is not known here and left out")
-
-    def _network(self) -> dict[str, Any]:
-        try:
-            network = connect([points for _, points in self._roads], self._clear())
-        except ValueError as error:
-            self.findings.append(Finding(("lanes",), str(error)))
-            return {}
-        names = _numbered(len(network.points), {*self._places, *self._robots})
-        self._lines |= {
-            ("waypoints", name): self._roads[road][0].line
-            for name, (_, road) in zip(names, network.points, strict=True)
-        }
-        self._lines |= {("lanes", i): self._roads[road][0].line for i, (_, _, road) in enumerate(network.lanes)}
-        return {
-            "waypoints": {name: list(point) for name, (point, _) in zip(names, network.points, strict=True)},
-            "lanes": [[names[a], names[b]] for a, b, _ in network.lanes],
-        }
-
-    def _clear(self) -> Callable[[Point, Point], bool]:
-        """Return what tells whether no wall stands between two points."""
-        outlined = [wall["solid"] for wall in self._walls]
-        sides = [
-            ((a[0], a[1]), (b[0], b[1]))
-            for outline in outlined
-            for a, b in zip(outline, [*outline[1:], outline[0]], strict=True)
-        ]
-        if not sides:
-            return lambda _a, _b: True
-        grid = SegmentGrid(sides)
-        return lambda a, b: grid.first_crossing(a, b) is None
-
-
-def _numbered(count: int, taken: set[str]) -> list[str]:
-    """Return the names n1, n2, …, without those that are *taken*."""
-    names: list[str] = []
-    n = 0
-    while len(names) < count:
-        n += 1
-        if f"n{n}" not in taken:
-            names.append(f"n{n}")
-    return names
 
 
 FORMAT = Format(

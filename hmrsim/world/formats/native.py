@@ -9,6 +9,7 @@ from hmrsim.errors import Problem, WorldError
 from hmrsim.world.finding import shown
 from hmrsim.world.formats import Document, Format
 from hmrsim.world.model import World
+from hmrsim.world.options import AS_IT_IS, ReadOptions
 from hmrsim.world.yaml_text import Unreadable, line_of, read
 
 _KEYS = "|".join(World.model_fields)
@@ -21,7 +22,7 @@ def _matches(text: str) -> bool:
     return bool((_JSON_KEY if text.lstrip().startswith("{") else _TOP_LEVEL_KEY).search(text))
 
 
-def _read(text: str, file: str) -> Document:
+def _read(text: str, file: str, _options: ReadOptions = AS_IT_IS) -> Document:
     try:
         data, lines, findings = read(_from_json(text) if text.lstrip().startswith("{") else text)
     except Unreadable as error:

@@ -1,0 +1,201 @@
+"""The cells of a draw.io page, before anybody asks what they mean."""
+
+from __future__ import annotations
+
+import html
+import re
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from hmrsim.world.formats._xml import Refused
+from hmrsim.world.model import FARTHEST
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hmrsim.geometry import Point
+    from hmrsim.world.formats._xml import Element
+
+_NUMBER = re.compile(r"\s*[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]{1,3})?\s*")
+
+_TAG = re.compile(r"<[^<>]*>")
+
+_LABEL = 1_000
+"""So much of a label is looked at."""
+
+_SHOWN = 40
+
+
+MOST_CELLS = 10_000
+"""On a page."""
+
+
+class BadCell(Exception):
+    """A cell that can't be understood; the text says why."""
+
+
+class Box(NamedTuple):
+    """A rectangle: its corner of least x and y before it is turned, and how far it is turned, clockwise."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+    rotation: float = 0.0
+
+    @property
+    def centre(self) -> Point:
+        """The centre as the original has it: half the size, rounded down."""
+        return (self.x + self.width // 2, self.y + self.height // 2)
+
+    @property
+    def middle(self) -> Point:
+        """The exact centre, about which it is turned."""
+        return (self.x + self.width / 2, self.y + self.height / 2)
+
+
+_NOWHERE = Box(0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass
+class Cell:
+    """A shape, a line or a layer.
+
+    Attributes:
+        id: By which lines and groups refer to it.
+        kind: The ``type`` of an object, "" for one without; None for a bare cell.
+        label: What is written on it, HTML perhaps.
+        attributes: Those of the object.
+        own: Those of the ``mxCell``.
+        style: Keys and values; a word alone has the value "".
+        geometry: Its ``mxGeometry``.
+        line: Where it is in the file.
+        origin: Where the group that it is in begins on the page.
+        box: Where a shape is on the page.
+        failed: Whether something is wrong with it, which has been said.
+    """
+
+    id: str
+    kind: str | None
+    label: str
+    attributes: dict[str, str]
+    own: dict[str, str]
+    style: dict[str, str]
+    geometry: Element | None
+    line: int
+    origin: Point = (0.0, 0.0)
+    box: Box = _NOWHERE
+    failed: bool = False
+
+    @property
+    def is_edge(self) -> bool:
+        """Whether it is a line."""
+        return self.own.get("edge") == "1"
+
+    @property
+    def is_shape(self) -> bool:
+        """Whether it is neither a line nor a layer."""
+        return not self.is_edge and self.geometry is not None
+
+    @property
+    def is_layer(self) -> bool:
+        """Whether it only holds others."""
+        return self.geometry is None and {"vertex", "edge"}.isdisjoint(self.own)
+
+    @property
+    def is_relative(self) -> bool:
+        """Whether its place is a share of what it is in, or is a label of."""
+        return self.geometry is not None and self.geometry.attributes.get("relative") == "1"
+
+    @property
+    def parent(self) -> str:
+        """The id of the group or layer that it is in."""
+        return self.own.get("parent", "")
+
+    @property
+    def title(self) -> str:
+        """What it is called in errors: type, id and label."""
+        words = " ".join(html.unescape(_TAG.sub(" ", html.unescape(self.label[:_LABEL]))).split())
+        label = f" ({words if len(words) <= _SHOWN else words[: _SHOWN - 1] + '…'})" if words else ""
+        return f"{f'{self.kind[:_SHOWN]} ' if self.kind else ''}cell {self.id[:_SHOWN]!r}{label}"
+
+    def points(self) -> Iterator[Point]:
+        """Yield the points of a line, without those of the shapes at its ends.
+
+        Raises:
+            BadCell: A number makes no sense.
+        """
+        if self.geometry is None:
+            return
+        named = {point.attributes.get("as", ""): point for point in self.geometry.all("mxPoint")}
+        array = next((part for part in self.geometry.all("Array") if part.attributes.get("as") == "points"), None)
+        way = [named.get("sourcePoint"), *(array.all("mxPoint") if array else ()), named.get("targetPoint")]
+        for point in way:
+            if point is not None:
+                yield (number(point, "x") + self.origin[0], number(point, "y") + self.origin[1])
+
+
+def number(element: Element, key: str, default: float = 0.0) -> float:
+    """Return a number of an element, *default* when it is not there.
+
+    Raises:
+        BadCell: It is no number, or too large to be one of a map.
+    """
+    return default if key not in element.attributes else read_number(element.attributes[key], key)
+
+
+def style_number(style: dict[str, str], key: str, default: float = 0.0) -> float:
+    """Return a number of a style, *default* when it is not there.
+
+    Raises:
+        BadCell: It is no number.
+    """
+    return read_number(style[key], key) if style.get(key) else default
+
+
+def read_number(text: str, key: str) -> float:
+    """Return the number that the attribute *key* holds.
+
+    Raises:
+        BadCell: It is no number, or too large to be one of a map.
+    """
+    if not _NUMBER.fullmatch(text) or abs(float(text)) > FARTHEST:
+        raise BadCell(f"{key} is {text[:_SHOWN]!r}; expected a number of at most {FARTHEST:g}")
+    return float(text)
+
+
+def read_cells(model: Element) -> Iterator[Cell]:
+    """Yield the cells of a page, in its order.
+
+    Raises:
+        Refused: They are too many.
+    """
+    root = model.find("root")
+    if root and len(root.children) > MOST_CELLS:
+        raise Refused(f"has {len(root.children)} cells on a page; at most {MOST_CELLS}", root.line)
+    for element in root.children if root else ():
+        if element.tag == "mxCell":
+            yield _cell(element, element, None, element.attributes.get("value", ""))
+        elif element.tag in ("object", "UserObject") and (inner := element.find("mxCell")):
+            kind = element.attributes.get("type", "")
+            cell = _cell(element, inner, kind, element.attributes.get("label", ""))
+            # A layer may have data, too, and needs no type.
+            yield replace(cell, kind=None) if cell.is_layer and not kind else cell
+
+
+def _cell(element: Element, inner: Element, kind: str | None, label: str) -> Cell:
+    return Cell(
+        id=element.attributes.get("id") or inner.attributes.get("id", ""),
+        kind=kind,
+        label=label,
+        attributes=element.attributes if element is not inner else {},
+        own=inner.attributes,
+        style=_style(inner.attributes.get("style", "")),
+        geometry=inner.find("mxGeometry"),
+        line=element.line,
+    )
+
+
+def _style(text: str) -> dict[str, str]:
+    pairs = (part.partition("=") for part in text.split(";"))
+    return {key.strip(): value.strip() for key, _, value in pairs if key.strip()}

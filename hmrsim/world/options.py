@@ -1,0 +1,55 @@
+"""What a user may say about how world files are read."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from hmrsim.errors import Problem, WorldError
+from hmrsim.world.model import ROS_NAME
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """How to read drawings; other files are not asked.
+
+    Attributes:
+        page: The page of a drawing, by its name or its number from 1; None for the first.
+        rename: New names of the drawings' robots, by the names that they have there.
+        lenient: Whether objects of unknown types are left out instead of being errors.
+    """
+
+    page: str | None = None
+    rename: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    lenient: bool = False
+
+
+AS_IT_IS = ReadOptions()
+"""Nothing is asked for."""
+
+
+def renames(texts: Iterable[str]) -> dict[str, str]:
+    """Return what ``--rename OLD=NEW`` asks for.
+
+    Raises:
+        WorldError: A text is not as expected.
+    """
+    found: dict[str, str] = {}
+    problems = []
+    for text in texts:
+        old, equals, new = text.rpartition("=")
+        if not equals or not old or not re.fullmatch(ROS_NAME, new):
+            message = "expected OLD=NEW, with a new name of letters, digits and _ such as wall_e"
+            problems.append(Problem(f"--rename {text}", "", message))
+        elif old in found:
+            problems.append(Problem(f"--rename {text}", "", f"{old!r} is renamed to {found[old]!r} already"))
+        else:
+            found[old] = new
+    if problems:
+        raise WorldError(problems)
+    return found
