@@ -130,7 +130,7 @@ class _Settings:
             raise BadOptions(f"--timeout must be positive, got {options.timeout} s")
         for flag, endpoints in (("--connect", options.connect), ("--listen", options.listen)):
             for endpoint in endpoints:
-                _check_endpoint(flag, endpoint)
+                check_endpoint(flag, endpoint)
         self._config = _base_config(options.config_file)
         self._timeout = options.timeout
         self.mode: str | None = options.mode or json.loads(self._config.get_json("mode"))
@@ -215,8 +215,16 @@ def _endpoints(config: zenoh.Config, side: str, mode: str | None) -> tuple[Any, 
     return tuple(found)
 
 
-def _check_endpoint(flag: str, endpoint: str) -> None:
-    """Refuse what Zenoh would try in vain until the timeout."""
+def check_endpoint(flag: str, endpoint: str) -> None:
+    """Refuse what Zenoh would try in vain until the timeout.
+
+    Args:
+        flag: ``--connect`` or ``--listen``.
+        endpoint: What to connect to, or to listen on.
+
+    Raises:
+        BadOptions: It is no endpoint; the text begins with the flag.
+    """
     expected = "expected PROTOCOL/ADDRESS, such as tcp/127.0.0.1:7447"
     match = _ENDPOINT.fullmatch(endpoint)
     if not match:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, get_args
 
 from hmrsim.cli import names, send_goal
-from hmrsim.cli.connection import connected
+from hmrsim.cli.connection import add_connection_options, connected
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, yaml_flow
 from hmrsim.interfaces.message import Primitive
-from hmrsim_zenoh.options import ENVIRONMENT, add_session_options
+from hmrsim_zenoh.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     import argparse
@@ -57,7 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     listing.add_argument("-t", "--show-types", action="store_true", help="show the ROS type behind each name")
     listing.add_argument("--json", action="store_true", help="print one JSON list")
     listing.set_defaults(function=_list)
-    add_session_options(listing)
+    add_connection_options(listing)
     info = commands.add_parser(
         "info",
         help="show what an action takes and gives",
@@ -67,7 +67,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     info.add_argument("name", metavar="NAME", help="/ROBOT/ACTION or an alias")
     info.add_argument("--json", action="store_true", help="print one JSON object")
     info.set_defaults(function=_info)
-    add_session_options(info)
+    add_connection_options(info)
     send_goal.configure(commands.add_parser("send-goal", help="send a goal and follow it to its end"))
 
 
@@ -100,7 +100,7 @@ def _info(args: argparse.Namespace) -> int:
     for part, fields in _parts(action).items():
         show("\n".join((f"{part.title()}:", *(f"    {field}: {kind}" for field, kind in fields.items()))))
     if action.example is not None:
-        goal = yaml_flow(action.example.model_dump(mode="json", exclude_unset=True))
+        goal = yaml_flow(dict(action.example))
         show(f"Example: hmrsim action send-goal /{target} '{goal}'")
     return ExitCode.DONE
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import logging
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.cli.log_options import add_log_options, logging_to_stderr
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.errors import SimulatorGone
-from hmrsim_zenoh.options import session_options
+from hmrsim_zenoh.options import add_session_options, session_options
 
 if TYPE_CHECKING:
     import argparse
@@ -20,6 +22,14 @@ _LEAST_WAIT: Final = 0.1
 _GRACE: Final = 3.0
 """Wall seconds that a simulator may be out of reach, as when a router is restarted."""
 
+_log = logging.getLogger(__name__)
+
+
+def add_connection_options(parser: argparse.ArgumentParser) -> None:
+    """Give a command what `connected` reads: where the simulator is, and how much to log."""
+    add_session_options(parser)
+    add_log_options(parser)
+
 
 @contextmanager
 def connected(args: argparse.Namespace) -> Iterator[tuple[Client, Info]]:
@@ -29,14 +39,21 @@ def connected(args: argparse.Namespace) -> Iterator[tuple[Client, Info]]:
         NobodyThere: None answers.
     """
     options = session_options(args)
-    until = time.monotonic() + options.timeout
+    begin = time.monotonic()
 
     def left() -> float:
-        return max(_LEAST_WAIT, round(until - time.monotonic(), 1))
+        return max(_LEAST_WAIT, round(begin + options.timeout - time.monotonic(), 1))
 
-    with Client(options, acknowledge_timeout=options.timeout) as client:
-        client.wait_for_simulator(left())
-        yield client, client.info(left())
+    with logging_to_stderr(args) if "log_level" in args else nullcontext():
+        where = ", ".join(options.connect or options.listen) or "the default endpoint"
+        _log.debug("connecting to %s, prefix %r, for up to %g s", where, options.prefix, options.timeout)
+        with Client(options, acknowledge_timeout=options.timeout) as client:
+            _log.debug("session open after %.3f s; waiting for the simulator's token", time.monotonic() - begin)
+            client.wait_for_simulator(left())
+            info = client.info(left())
+            world = info.get("world", {})
+            _log.info("connected to hmrsim %s, world %r", info.get("hmrsim"), world.get("name"))
+            yield client, info
 
 
 def look_for_simulator(client: Client) -> Callable[[], None]:
@@ -47,7 +64,9 @@ def look_for_simulator(client: Client) -> Callable[[], None]:
         nonlocal seen
         if client.alive:
             seen = time.monotonic()
-        elif time.monotonic() - seen > _GRACE:
+            return
+        _log.debug("the simulator's token has been away for %.1f s", time.monotonic() - seen)
+        if time.monotonic() - seen > _GRACE:
             raise SimulatorGone("the simulator is gone")
 
     return look

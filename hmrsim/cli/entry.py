@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import os
 import sys
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim import __version__
+from hmrsim.command_line import ENVIRONMENT, CommandParser, autocomplete, run_program
 from hmrsim.errors import HmrsimError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    import argparse
+    from collections.abc import Mapping, Sequence
+
+    from hmrsim.command_line import Completer
 
 _COMMANDS: Final = {
     "run": "serve a world over Zenoh until Ctrl-C",
@@ -20,11 +23,13 @@ _COMMANDS: Final = {
     "demo": "watch a fleet do its work in the hospital, from start to end",
     "action": "list the robots' actions, look at one, send a goal",
     "topic": "list what is published, and follow it",
-    "map": "check a world file",
+    "service": "list what can be asked, and ask it",
+    "map": "check a world file, look at it, plan on it, convert it",
+    "completion": "print what makes a shell complete our commands",
 }
 """Each is a module of this package with a function *configure*, which adds arguments to the command's parser."""
 
-_EXIT_CODES: Final = """\
+_EPILOG: Final = f"""\
 exit codes:
   0  done
   1  it ran and did not succeed: goal rejected, aborted or canceled, unknown robot or action, errors found
@@ -35,41 +40,61 @@ exit codes:
 examples:
   hmrsim demo
   hmrsim run scenario1
-  hmrsim action send-goal /wall_e/navigate_to_pose '{pose: {pose: {position: {x: 512, y: 215}}}}'"""
+  hmrsim action send-goal /wall_e/navigate_to_pose '{{pose: {{pose: {{position: {{x: 512, y: 215}}}}}}}}'
+
+{ENVIRONMENT}"""
 
 _DONE: Final = 0
-_INTERRUPTED: Final = 130
 
 
-class _CommandParser(argparse.ArgumentParser):
+class _CommandParser(CommandParser):
     """A parser that gets its arguments when its command is the one asked for.
 
     Most commands load Zenoh and pydantic, which takes longer than ``hmrsim --help`` may.
     """
 
     def __init__(self, *, command: str | None = None, **options: Any) -> None:
-        options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
-        super().__init__(allow_abbrev=False, **options)
+        super().__init__(**options)
         self._command = command
 
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
-        """Parse, after the command's module has added its arguments."""
+    def load(self) -> None:
+        """Let the command's module add its arguments, once."""
         if self._command is not None:
             module = importlib.import_module(f"{__package__}.{self._command}")
             self._command = None
             module.configure(self)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """Parse, after the command's module has added its arguments."""
+        self.load()
         return super().parse_known_args(args, namespace)
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Print help, and let an error through that argparse would swallow: the help could not be printed."""
+        if file is sys.stdout:
+            file.write(message)
+        else:
+            super()._print_message(message, file)
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = _CommandParser(
-        prog="hmrsim", description="A mission-level simulator of robots, driven over Zenoh.", epilog=_EXIT_CODES
+        prog="hmrsim", description="A mission-level simulator of robots, driven over Zenoh.", epilog=_EPILOG
     )
     parser.add_argument("--version", action="version", version=f"hmrsim {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    words = os.environ.get("COMP_LINE", "").split() if "_ARGCOMPLETE" in os.environ else ()
     for name, summary in _COMMANDS.items():
-        commands.add_parser(name, help=summary, command=name)
+        command = commands.add_parser(name, help=summary, command=name)
+        if name in words:
+            command.load()
     return parser
+
+
+def _completers() -> Mapping[str, Completer]:
+    from hmrsim.cli.completers import COMPLETERS  # noqa: PLC0415
+
+    return COMPLETERS
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -78,10 +103,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     Args:
         argv: What stands behind ``hmrsim`` on the command line; that of this process if None.
     """
+    return run_program("hmrsim", lambda: _run(argv))
+
+
+def _run(argv: Sequence[str] | None) -> int:
     try:
-        args = _parser().parse_args(argv)
+        parser = _parser()
+        autocomplete(parser, _completers)
+        args = parser.parse_args(argv)
         code: int = args.function(args)
-        sys.stdout.flush()
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else _DONE
     except HmrsimError as error:
@@ -90,10 +120,4 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         print(text_of(error), file=sys.stderr)
         return code_of(error)
-    except BrokenPipeError:
-        # Whoever read our output has seen enough. Python would complain once more when it flushes at its end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return _DONE
-    except KeyboardInterrupt:
-        return _INTERRUPTED
     return code

@@ -58,4 +58,6 @@ def code_of(error: HmrsimError) -> ExitCode:
 
 def text_of(error: HmrsimError) -> str:
     """Return what a person is told of *error*; what has a file or a field in front needs no other name there."""
-    return str(error) if isinstance(error, (WorldError, WrongUse)) else f"hmrsim: {error}"
+    if isinstance(error, (WorldError, WrongUse)):
+        return str(error)
+    return "\n".join(f"hmrsim: {line}" for line in str(error).splitlines())

@@ -31,8 +31,12 @@ _WANTED: Final = {
 }
 
 
-def read_yaml(text: str) -> object:
+def read_yaml(text: str, noun: str = "goal") -> object:
     """Return the plain values that a goal's text stands for, in the YAML of world files: ``1e3`` is a number.
+
+    Args:
+        text: As typed.
+        noun: What it is, for errors.
 
     Raises:
         WrongUse: It is no YAML, or a key is there twice.
@@ -40,9 +44,9 @@ def read_yaml(text: str) -> object:
     try:
         data, _, findings = yaml_text.read(text)
     except yaml_text.Unreadable as error:
-        raise WrongUse(f"goal: {error}; expected a mapping such as '{{target_name: medicine}}'") from None
+        raise WrongUse(f"{noun}: {error}; expected a mapping such as '{{target_name: medicine}}'") from None
     if findings:
-        raise WrongUse("\n".join(f"goal: {dotted(finding.path)}: {finding.message}" for finding in findings))
+        raise WrongUse("\n".join(f"{noun}: {dotted(finding.path)}: {finding.message}" for finding in findings))
     return data
 
 

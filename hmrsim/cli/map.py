@@ -1,17 +1,20 @@
-"""``hmrsim map``: what is wrong with a world file."""
+"""``hmrsim map``: world files; here is what is wrong with them."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.cli import map_convert, map_info, map_plan
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.problems import line_of
+from hmrsim.cli.world_options import add_world_options, read_world
+from hmrsim.command_line import ENVIRONMENT
 from hmrsim.errors import WorldError
-from hmrsim.world import load_world
 from hmrsim.world.files import find
 from hmrsim.world.includes import read_document
+from hmrsim.world.options import ReadOptions
 
 if TYPE_CHECKING:
     import argparse
@@ -21,20 +24,24 @@ if TYPE_CHECKING:
 
 _EXAMPLES: Final = """\
 examples:
-  hmrsim map validate hospital
-  hmrsim map validate my_world.yaml && hmrsim run my_world.yaml"""
+  hmrsim map validate my_world.yaml && hmrsim run my_world.yaml
+  hmrsim map info hospital
+  hmrsim map plan hospital wall_e pharmacy
+  hmrsim map convert drawing.drawio my_world.yaml"""
 
-_VALIDATE_EXAMPLES: Final = """\
+_VALIDATE_EXAMPLES: Final = f"""\
 exit codes: 0 no errors, maybe warnings; 1 errors; 2 the file can't be read at all
 
 examples:
   hmrsim map validate my_world.yaml
-  hmrsim map validate my_world.yaml --json | jq -r '.[].message'"""
+  hmrsim map validate my_world.yaml --json | jq -r '.[].message'
+
+{ENVIRONMENT}"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim map``."""
-    parser.description = "Look at world files."
+    parser.description = "Look at world files, plan on them, convert them."
     parser.epilog = _EXAMPLES
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     validate = commands.add_parser(
@@ -43,23 +50,30 @@ def configure(parser: argparse.ArgumentParser) -> None:
         description="List everything that is wrong with a world file, and what looks odd.",
         epilog=_VALIDATE_EXAMPLES,
     )
-    validate.add_argument("file", metavar="FILE", help="a file of any format, or the name of a shipped world")
+    add_world_options(validate, argument="file")
     validate.add_argument("--json", action="store_true", help="print one JSON list")
     validate.set_defaults(function=_validate)
+    map_info.configure(commands.add_parser("info", help="tell what is in a world file"))
+    map_plan.configure(commands.add_parser("plan", help="print the way from here to there, and how long it takes"))
+    map_convert.configure(commands.add_parser("convert", help="write a world in another format"))
 
 
 def _validate(args: argparse.Namespace) -> int:
     try:
-        read_document(find(args.file), args.file)
+        problems, code = read_world(args, argument="file").warnings, ExitCode.DONE
     except WorldError as error:
-        _report(error.problems, as_json=args.json)
-        return ExitCode.WRONG_USE
-    try:
-        problems, code = load_world(args.file).warnings, ExitCode.DONE
-    except WorldError as error:
-        problems, code = error.problems, ExitCode.FAILED
+        problems, code = error.problems, ExitCode.FAILED if _readable(args) else ExitCode.WRONG_USE
     _report(problems, as_json=args.json)
     return code
+
+
+def _readable(args: argparse.Namespace) -> bool:
+    """Return whether a file is there and of a known format, whatever it says."""
+    try:
+        read_document(find(args.file), args.file, ReadOptions(page=args.page))
+    except WorldError:
+        return False
+    return True
 
 
 def _report(problems: Sequence[Problem], *, as_json: bool) -> None:

@@ -7,12 +7,12 @@ import queue
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli import topic_hz
-from hmrsim.cli.connection import connected, look_for_simulator
+from hmrsim.cli.connection import add_connection_options, connected, look_for_simulator
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, yaml_text
 from hmrsim.cli.signals import on_signals
 from hmrsim.cli.topics import find_topic, topics
-from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
+from hmrsim_zenoh.options import ENVIRONMENT, session_options
 
 if TYPE_CHECKING:
     import argparse
@@ -57,7 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     listing.add_argument("-t", "--show-types", action="store_true", help="show the ROS type behind each name")
     listing.add_argument("--json", action="store_true", help="print one JSON list")
     listing.set_defaults(function=_list)
-    add_session_options(listing)
+    add_connection_options(listing)
     echo = commands.add_parser(
         "echo",
         help="print what a topic publishes",
@@ -68,7 +68,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     echo.add_argument("--once", action="store_true", help="print one message and end")
     echo.add_argument("--json", action="store_true", help="print one JSON object a line, in place of YAML")
     echo.set_defaults(function=_echo)
-    add_session_options(echo)
+    add_connection_options(echo)
     topic_hz.configure(commands.add_parser("hz", help="measure how often a topic is published"))
 
 

@@ -10,12 +10,12 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli import numbers
-from hmrsim.cli.connection import connected, look_for_simulator
+from hmrsim.cli.connection import add_connection_options, connected, look_for_simulator
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.signals import on_signals
 from hmrsim.cli.topics import find_topic
-from hmrsim_zenoh.options import ENVIRONMENT, add_session_options
+from hmrsim_zenoh.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     import argparse
@@ -41,7 +41,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object a line")
     parser.set_defaults(function=_hz)
-    add_session_options(parser)
+    add_connection_options(parser)
 
 
 def _hz(args: argparse.Namespace) -> int:

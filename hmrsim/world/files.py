@@ -30,6 +30,8 @@ def find(source: str | Path) -> Path:
         return shipped[name]
     if bare and not path.exists():
         raise _error(name, f"no such file, and no shipped world of that name{instead(name, shipped)}")
+    if path.stem in shipped and not path.exists():
+        raise _error(name, f"no such file; the shipped world is called {path.stem!r}")
     return path
 
 

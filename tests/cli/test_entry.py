@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -34,8 +36,15 @@ COMMANDS = (
     ["topic", "list"],
     ["topic", "echo"],
     ["topic", "hz"],
+    ["service"],
+    ["service", "list"],
+    ["service", "call"],
     ["map"],
     ["map", "validate"],
+    ["map", "info"],
+    ["map", "plan"],
+    ["map", "convert"],
+    ["completion"],
 )
 
 
@@ -66,7 +75,7 @@ def test_help_names_every_command(capsys):
 
     out = capsys.readouterr().out
     assert 0 == code
-    assert all(f"\n    {name} " in out for name in ("run", "demo", "action", "topic", "map"))
+    assert all(f"\n    {name} " in out for name in ("run", "simulate", "demo", "action", "topic", "service", "map"))
     assert "130  Ctrl-C" in out
 
 
@@ -83,7 +92,7 @@ def test_help_loads_nothing_slow():
     """``hmrsim --help`` is quick because it loads neither Zenoh nor pydantic."""
     program = (
         "import sys; from hmrsim.cli import main; main(['--help']); "
-        "print([name for name in ('zenoh', 'pydantic', 'rich', 'yaml') if name in sys.modules], file=sys.stderr)"
+        "slow = {'zenoh', 'pydantic', 'rich', 'yaml', 'argcomplete'}; print([*slow & {*sys.modules}], file=sys.stderr)"
     )
 
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
@@ -103,6 +112,11 @@ def test_help_loads_nothing_slow():
         ["run", "scenario1", "--feedback-rate", "nan"],
         ["action", "send-goal", "/wall_e/wait"],
         ["map", "validate", "hospital", "--jso"],
+        ["map", "plan", "hospital", "lab"],
+        ["map", "plan", "hospital", "lab", "pharmacy", "--speed", "1", "--for", "eve"],
+        ["completion", "tcsh"],
+        ["topic", "list", "--connect", "nowhere"],
+        ["topic", "list", "--log-level", "loud"],
     ],
     ids=" ".join,
 )
@@ -173,3 +187,34 @@ def test_reader_that_has_seen_enough_is_no_failure():
         complaint = process.stderr.read()
 
     assert (0, b"") == (process.returncode, complaint)
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["map", "info", "hospital"], ["completion", "bash"]], ids=" ".join)
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_full_disk_is_one_line(arguments, unbuffered):
+    """What can't be written ends with 1 and one line, whatever Python buffers."""
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "hmrsim.cli", *arguments],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
+            text=True,
+            check=False,
+        )
+
+    assert (1, "hmrsim: can't write the output: no space left on device\n") == (done.returncode, done.stderr)
+
+
+def test_closed_output_is_one_line():
+    """Where there is no stdout nothing can be told: 1 and one line."""
+    command = f"{sys.executable} -m hmrsim.cli map info hospital >&-"
+
+    done = subprocess.run(["/bin/sh", "-c", command], stderr=subprocess.PIPE, text=True, check=False)
+
+    assert (1, "hmrsim: can't write the output: stdout is closed\n") == (done.returncode, done.stderr)
+
+
+def test_every_line_of_an_error_names_the_program():
+    """Where several names are unknown each has a line of its own."""
+    assert "hmrsim: no a\nhmrsim: no b" == text_of(UnknownName("no a\nno b"))

@@ -82,6 +82,30 @@ def test_what_cannot_be_read_is_2(content, tmp_path, capsys):
     assert capsys.readouterr().out.startswith(str(path))
 
 
+def test_a_page_that_is_not_there_is_2(capsys):
+    """The options of every command that takes a world are there; a drawing without the page can't be read."""
+    code = main(["map", "validate", "tests/world/data/ward.drawio", "--page", "3"])
+
+    assert 2 == code
+    assert "has no page '3'" in capsys.readouterr().out
+
+
+def test_what_the_command_line_adds_is_checked(capsys):
+    """A robot of a name that is taken is found as if it were in the file."""
+    code = main(["map", "validate", "hospital", "--robot", "eve@1,2"])
+
+    assert 1 == code
+    assert capsys.readouterr().out.startswith("--robot eve@1,2: robots.eve: 'eve' is in ")
+
+
+def test_a_shipped_world_by_its_file_name(capsys):
+    """Who adds a suffix to the name of a shipped world is told its name."""
+    code = main(["map", "validate", "hospital.yaml"])
+
+    assert 2 == code
+    assert capsys.readouterr().out.startswith("hospital.yaml: no such file; the shipped world is called 'hospital'\n")
+
+
 def test_running_a_broken_world_is_2(broken, capsys):
     """`run` refuses a world with errors and lists them on stderr."""
     code = main(["run", str(broken)])

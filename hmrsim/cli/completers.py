@@ -1,0 +1,78 @@
+"""What completes the arguments of ``hmrsim``, by program and metavar; loaded only when a shell asks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from argcomplete.completers import FilesCompleter
+
+from hmrsim.cli import names
+from hmrsim.cli.services import services
+from hmrsim.cli.topics import topics
+from hmrsim.cli.world_options import read_world
+from hmrsim.errors import HmrsimError
+from hmrsim.resources import shipped_maps
+from hmrsim.world.formats import registry as formats
+from hmrsim_zenoh.completion import running
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Iterable, Mapping
+
+    from hmrsim.command_line import Completer
+
+
+def _worlds(prefix: str, **_unused: object) -> Iterable[str]:
+    suffixes = [suffix.removeprefix(".") for kind in formats().values() for suffix in kind.suffixes]
+    files = FilesCompleter(suffixes)(prefix)
+    return [*shipped_maps(), *files]
+
+
+def _points(parsed_args: argparse.Namespace, **_unused: object) -> Iterable[str]:
+    """Return what has a name and a place in the world that is on the line already."""
+    try:
+        world = read_world(parsed_args, argument="file").world
+    except (HmrsimError, AttributeError):
+        return ()
+    return [*world.places, *world.docks, *world.waypoints, *world.robots, *world.items]
+
+
+def _robots_of_file(parsed_args: argparse.Namespace, **_unused: object) -> Iterable[str]:
+    try:
+        return list(read_world(parsed_args, argument="file").world.robots)
+    except (HmrsimError, AttributeError):
+        return ()
+
+
+def _actions(prefix: str, parsed_args: argparse.Namespace, **_unused: object) -> Iterable[str]:
+    return _as_typed(prefix, (one.name for one in names.actions(running(parsed_args))))
+
+
+def _topics(prefix: str, parsed_args: argparse.Namespace, **_unused: object) -> Iterable[str]:
+    info = running(parsed_args)
+    return _as_typed(prefix, (one.name for one in topics(info))) if info else ()
+
+
+def _services(prefix: str, parsed_args: argparse.Namespace, **_unused: object) -> Iterable[str]:
+    info = running(parsed_args)
+    return _as_typed(prefix, (one.name for one in services(info))) if info else ()
+
+
+def _as_typed(prefix: str, found: Iterable[str]) -> Iterable[str]:
+    """Return names without their first slash when it was not typed."""
+    return found if prefix.startswith("/") or not prefix else [name.removeprefix("/") for name in found]
+
+
+COMPLETERS: Final[Mapping[str, Completer]] = {
+    "WORLD": _worlds,
+    "FILE": _worlds,
+    "IN": _worlds,
+    "hmrsim map plan FROM": _points,
+    "hmrsim map plan TO": _points,
+    "hmrsim map plan ROBOT": _robots_of_file,
+    "hmrsim action info NAME": _actions,
+    "hmrsim action send-goal NAME": _actions,
+    "hmrsim topic echo NAME": _topics,
+    "hmrsim topic hz NAME": _topics,
+    "hmrsim service call NAME": _services,
+}

@@ -1,0 +1,38 @@
+"""``hmrsim completion``: what makes a shell complete our commands."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show
+
+if TYPE_CHECKING:
+    import argparse
+
+_PROGRAMS: Final = ("hmrsim", "bt-controller")
+
+_EXAMPLES: Final = """\
+examples:
+  hmrsim completion bash >> ~/.bashrc
+  eval "$(hmrsim completion zsh)"         # in ~/.zshrc, behind: autoload -U compinit && compinit
+  hmrsim completion fish > ~/.config/fish/completions/hmrsim.fish
+
+Names of robots, actions, topics and services are those of the simulator that runs, if one answers at once at
+HMRSIM_CONNECT or at the default endpoint."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim completion``."""
+    parser.description = "Print what makes a shell complete `hmrsim` and `bt-controller`."
+    parser.epilog = _EXAMPLES
+    parser.add_argument("shell", metavar="SHELL", choices=("bash", "zsh", "fish"), help="bash, zsh or fish")
+    parser.set_defaults(function=_print_script)
+
+
+def _print_script(args: argparse.Namespace) -> int:
+    # It takes longer to load than --help may.
+    from argcomplete.shell_integration import shellcode  # noqa: PLC0415
+
+    show(shellcode(_PROGRAMS, shell=args.shell).rstrip("\n"))
+    return ExitCode.DONE

@@ -1,0 +1,55 @@
+"""How much a command logs: ``--log-level``, or ``HMRSIM_LOG_LEVEL``."""
+
+from __future__ import annotations
+
+import logging
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Iterator
+
+LEVELS: Final = ("debug", "info", "warning", "error")
+
+PACKAGES: Final = ("hmrsim", "hmrsim_zenoh", "bt_controller")
+"""Ours: the level is theirs, others' loggers keep their own."""
+_FORMAT: Final = "[%(levelname)s] %(message)s"
+
+
+def add_log_options(parser: argparse.ArgumentParser, *, default: str = "warning") -> None:
+    """Give a command the option that says how much it logs.
+
+    Args:
+        parser: Of the command.
+        default: One of `LEVELS`.
+    """
+    parser.add_argument(
+        "--log-level",
+        choices=LEVELS,
+        default=default,
+        help="log to stderr what is at least as grave (default: %(default)s)",
+    )
+
+
+def log_level(args: argparse.Namespace) -> int:
+    """Return the level that a command line asks for, as a number of :mod:`logging`."""
+    return logging.getLevelNamesMapping()[args.log_level.upper()]
+
+
+@contextmanager
+def logging_to_stderr(args: argparse.Namespace) -> Iterator[None]:
+    """Write what our packages log to stderr; for commands without a log of their own."""
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter(_FORMAT))
+    loggers = [logging.getLogger(name) for name in PACKAGES]
+    before = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.addHandler(handler)
+        logger.setLevel(log_level(args))
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, before, strict=True):
+            logger.removeHandler(handler)
+            logger.setLevel(level)

@@ -1,0 +1,150 @@
+"""``hmrsim map convert``: the same world in another format."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.output import show, show_json, warn
+from hmrsim.cli.problems import line_of
+from hmrsim.cli.world_options import add_world_options, read_world
+from hmrsim.command_line import ENVIRONMENT
+from hmrsim.errors import HmrsimError
+from hmrsim.graph import WaypointGraph
+from hmrsim.route_graph import to_geojson
+from hmrsim.world.formats import choose
+from hmrsim.world.writing import to_json, to_yaml
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Callable, Mapping
+
+    from hmrsim.world import World
+
+_EXAMPLES: Final = f"""\
+OUT's suffix says the format: .yaml or .json is a native world, which holds everything; .geojson is the route graph
+of Nav2's Route Server. What a format can't hold is said on stderr. Files that IN includes are merged in.
+
+examples:
+  hmrsim map convert drawing.drawio world.yaml
+  hmrsim map convert hospital hospital.geojson --force
+  hmrsim map convert scenario1 - --to geojson | jq '.features | length'
+
+{ENVIRONMENT}"""
+
+_STDOUT: Final = "-"
+_SCHEMA: Final = Path("schemas", "world.schema.json")
+_NOT_IN_GEOJSON: Final = (
+    "walls",
+    "places",
+    "docks",
+    "items",
+    "robot_types",
+    "robots",
+    "faults",
+    "remap",
+)
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim map convert``."""
+    parser.description = "Write a world in another format."
+    parser.epilog = _EXAMPLES
+    add_world_options(parser, argument="in")
+    parser.add_argument("out", metavar="OUT", help="the file to write, or - for stdout")
+    parser.add_argument("--to", choices=[*_WRITERS], help="the format (default: what OUT's suffix says; yaml for -)")
+    parser.add_argument("--force", action="store_true", help="overwrite OUT")
+    parser.add_argument("--json", action="store_true", help="print one JSON object that says what was written")
+    parser.set_defaults(function=_convert)
+
+
+def _convert(args: argparse.Namespace) -> int:
+    to = args.to or _format(args.out)
+    out = Path(args.out)
+    if args.out == _STDOUT and args.json:
+        raise WrongUse("--json says what was written, and so does OUT -; name a file")
+    if args.out != _STDOUT:
+        _check_target(out, force=args.force)
+    loaded = read_world(args, argument="in")
+    for problem in loaded.warnings:
+        warn(line_of(problem))
+    text = _WRITERS[to](loaded.world, out)
+    left = _left_out(loaded.world) if to == "geojson" else {}
+    for kind, number in left.items():
+        warn(f"{args.out}: GeoJSON holds no {kind.replace('_', ' ')}: {number} left out")
+    if to == "geojson" and loaded.world.units == "px":
+        warn(f"{args.out}: coordinates stay in pixels, y downwards; Nav2 will take them for metres, y upwards")
+    if args.out == _STDOUT:
+        show(text.rstrip("\n"))
+        return ExitCode.DONE
+    _write(out, text)
+    if args.json:
+        show_json({"file": args.out, "format": to, "world": loaded.world.name, "hash": loaded.hash, "left_out": left})
+    else:
+        show(f"{args.out}: {loaded.world.name!r} as {to}")
+    return ExitCode.DONE
+
+
+def _format(out: str) -> str:
+    """Return the format that a file's name asks for."""
+    suffix = Path(out).suffix.lower().removeprefix(".").replace("yml", "yaml")
+    kind = choose(Path(out).name, "")
+    if out == _STDOUT:
+        return "yaml"
+    if suffix not in _WRITERS or (kind is not None and kind.name not in ("native", "geojson")):
+        known = ", ".join(f".{name}" for name in _WRITERS)
+        raise WrongUse(f"{out}: is of no format that can be written; expected one of {known}, or --to")
+    return suffix
+
+
+def _check_target(out: Path, *, force: bool) -> None:
+    if out.is_file():
+        if not force:
+            raise WrongUse(f"{out}: is there already; overwrite it with --force")
+    elif out.exists():
+        raise WrongUse(f"{out}: is no ordinary file; name another, or - for stdout")
+    elif not out.parent.is_dir():
+        raise WrongUse(f"{out}: there is no folder {str(out.parent)!r}")
+
+
+def _write(out: Path, text: str) -> None:
+    """Write a file as a whole or not at all."""
+    target = out.resolve()
+    draft = target.with_name(f".{target.name}.{os.getpid()}")
+    try:
+        try:
+            draft.write_text(text, encoding="utf-8")
+            draft.replace(target)
+        finally:
+            draft.unlink(missing_ok=True)
+    except OSError as error:
+        raise HmrsimError(f"{out}: can't be written: {os.strerror(error.errno or 0).lower()}") from None
+
+
+def _left_out(world: World) -> dict[str, int]:
+    """Return how many of what a route graph doesn't hold."""
+    return {kind: len(getattr(world, kind)) for kind in _NOT_IN_GEOJSON if getattr(world, kind)}
+
+
+def _as_yaml(world: World, out: Path) -> str:
+    """Return YAML that names its schema if that is in a folder near by."""
+    folders = out.absolute().parents if str(out) != _STDOUT else ()
+    near = next((folder for folder in folders if (folder / _SCHEMA).is_file()), None)
+    schema = None if near is None else os.path.relpath(near / _SCHEMA, folders[0])
+    return to_yaml(world, schema=schema)
+
+
+def _as_geojson(world: World, _out: Path) -> str:
+    graph = to_geojson(WaypointGraph(world).graph)
+    features = ",\n".join(f"    {json.dumps(feature)}" for feature in graph.pop("features"))
+    return f'{json.dumps(graph)[:-1]}, "features": [\n{features}\n]}}\n'
+
+
+_WRITERS: Final[Mapping[str, Callable[[World, Path], str]]] = {
+    "yaml": _as_yaml,
+    "json": lambda world, _out: to_json(world),
+    "geojson": _as_geojson,
+}

@@ -1,0 +1,190 @@
+"""``hmrsim map info``: what is in a world file."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show, show_json
+from hmrsim.cli.world_options import add_world_options, read_world
+from hmrsim.command_line import ENVIRONMENT
+from hmrsim.geometry import distance
+from hmrsim.world.files import read_text
+from hmrsim.world.formats import choose
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Iterable, Iterator
+
+    from hmrsim.geometry import Point
+    from hmrsim.world import LoadedWorld, World
+
+_EXAMPLES: Final = f"""\
+examples:
+  hmrsim map info hospital
+  hmrsim map info drawing.drawio --json | jq '.counts, .parts'
+  hmrsim map info a.yaml --json | jq -r .hash
+
+{ENVIRONMENT}"""
+
+_COUNTED: Final = ("waypoints", "lanes", "walls", "places", "docks", "items", "robot_types", "robots", "faults")
+_MOST: Final = 20
+"""So many lines of a kind are shown."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim map info``."""
+    parser.description = "Tell what is in a world file."
+    parser.epilog = _EXAMPLES
+    add_world_options(parser, argument="file")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(function=_info)
+
+
+def _info(args: argparse.Namespace) -> int:
+    values = facts(read_world(args, argument="file"))
+    if args.json:
+        show_json(values)
+    else:
+        for line in _lines(values):
+            show(line)
+    return ExitCode.DONE
+
+
+def facts(loaded: LoadedWorld) -> dict[str, Any]:
+    """Return what there is to know of a world, as plain values."""
+    world = loaded.world
+    kind = choose(loaded.path.name, read_text(loaded.path, str(loaded.path)))
+    parts = connected_parts(world)
+    return {
+        "name": world.name,
+        "file": str(loaded.path),
+        "format": kind.name if kind else None,
+        "units": world.units,
+        "bounds": world.bounds,
+        "extent": _extent(world),
+        "seed": world.seed,
+        "hash": loaded.hash,
+        "warnings": len(loaded.warnings),
+        "counts": {key: len(getattr(world, key)) for key in _COUNTED},
+        "one_way_lanes": sum(lane.one_way for lane in world.lanes),
+        "lane_length": math.fsum(
+            distance(world.waypoints[lane.from_], world.waypoints[lane.to]) for lane in world.lanes
+        ),
+        "parts": [len(part) for part in parts],
+        "robots": [_robot(world, name) for name in world.robots],
+        "items": [{"name": name, "at": world.point(one.at), "weight": one.weight} for name, one in world.items.items()],
+        "places": [{"name": name, "at": one.at} for name, one in world.places.items()],
+        "docks": [{"name": name, **one.model_dump()} for name, one in world.docks.items()],
+        "remap": world.remap,
+        "not_acted_on": list(_not_acted_on(world)),
+    }
+
+
+def connected_parts(world: World) -> list[set[str]]:
+    """Return the waypoints in sets that lanes connect, whatever their direction; the largest first."""
+    neighbours: dict[str, list[str]] = {name: [] for name in world.waypoints}
+    for lane in world.lanes:
+        neighbours[lane.from_].append(lane.to)
+        neighbours[lane.to].append(lane.from_)
+    parts: list[set[str]] = []
+    left = dict.fromkeys(neighbours)
+    while left:
+        part = {next(iter(left))}
+        edge = [*part]
+        while edge:
+            new = set(neighbours[edge.pop()]) - part
+            part |= new
+            edge += new
+        parts.append(part)
+        for name in part:
+            del left[name]
+    return sorted(parts, key=len, reverse=True)
+
+
+def _robot(world: World, name: str) -> dict[str, Any]:
+    robot = world.robots[name]
+    kind = world.robot_type(robot)
+    return {
+        "name": name,
+        "type": robot.type,
+        "components": list(kind.components),
+        "speed": world.speed(kind.base),
+        "at": world.point(robot.at),
+        "yaw": robot.yaw,
+        "script": len(robot.script),
+    }
+
+
+def _extent(world: World) -> tuple[float, float, float, float] | None:
+    """Return least and greatest x and y of all that has a place; None in an empty world."""
+    points = list(_points(world))
+    if not points:
+        return None
+    xs, ys = zip(*points, strict=True)
+    return min(xs), min(ys), max(xs), max(ys)
+
+
+def _points(world: World) -> Iterator[Point]:
+    yield from world.waypoints.values()
+    for wall in world.walls:
+        yield from wall if isinstance(wall, tuple) else wall.solid
+    named = (world.places, world.docks, world.robots, world.items)
+    yield from (world.point(thing.at) for things in named for thing in things.values())
+
+
+def _not_acted_on(world: World) -> Iterator[str]:
+    """Yield what a simulation keeps and does not act on; a line goes when the simulation learns it."""
+    kept = {
+        "docks": bool(world.docks),
+        "faults": bool(world.faults),
+        "traffic": world.traffic.policy != "free",
+        "lanes' capacity": any(lane.capacity is not None for lane in world.lanes),
+        "planner: external": any(robot.planner == "external" for robot in world.robots.values()),
+        "battery": any("battery" in world.robot_type(robot).components for robot in world.robots.values()),
+    }
+    return (name for name, there in kept.items() if there)
+
+
+def _lines(values: dict[str, Any]) -> Iterator[str]:
+    units = values["units"]
+    yield f"{values['name']} ({values['file']}, {values['format']})"
+    box = values["bounds"] or values["extent"]
+    if box:
+        kind = "bounds" if values["bounds"] else "no bounds; all is within"
+        yield f"{kind} ({box[0]:g}, {box[1]:g}) to ({box[2]:g}, {box[3]:g}) {units}"
+    yield ", ".join(f"{number} {key.replace('_', ' ')}" for key, number in values["counts"].items() if number)
+    if values["counts"]["lanes"]:
+        parts = f"in {len(values['parts'])} parts of {', '.join(map(str, values['parts'][:_MOST]))} waypoints"
+        joined = "all connected" if len(values["parts"]) == 1 else parts
+        yield f"lanes: {values['lane_length']:g} {units} in all, {values['one_way_lanes']} one-way, {joined}"
+    yield from _listed("robots", (_robot_line(one, units) for one in values["robots"]))
+    yield from _listed("items", (f"{one['name']} {_at(one)} {one['weight']:g} kg" for one in values["items"]))
+    yield from _listed("places", (f"{one['name']} {_at(one)}" for one in values["places"]))
+    yield from _listed("docks", (f"{one['name']} {_at(one)} {one['type']}" for one in values["docks"]))
+    yield from _listed("remap", (f"{alias} -> {target}" for alias, target in values["remap"].items()))
+    if values["not_acted_on"]:
+        yield f"kept, but not acted on: {', '.join(values['not_acted_on'])}"
+    yield f"seed {values['seed']}, hash {values['hash']}"
+    if values["warnings"]:
+        yield f"{values['warnings']} warnings; see `hmrsim map validate {values['file']}`"
+
+
+def _listed(title: str, lines: Iterable[str]) -> Iterator[str]:
+    rows = list(lines)
+    if rows:
+        yield f"{title}:"
+    yield from (f"  {row}" for row in rows[:_MOST])
+    if len(rows) > _MOST:
+        yield f"  and {len(rows) - _MOST} more; --json has all"
+
+
+def _robot_line(robot: dict[str, Any], units: str) -> str:
+    parts = [f"{robot['name']} {_at(robot)} {robot['type']}, {robot['speed']:g} {units}/s", *robot["components"]]
+    script = [f"a script of {robot['script']} lines"] if robot["script"] else []
+    return ", ".join([*parts, *script])
+
+
+def _at(thing: dict[str, Any]) -> str:
+    return f"({thing['at'][0]:g}, {thing['at'][1]:g})"

@@ -1,0 +1,208 @@
+"""``hmrsim map plan``: the way from here to there, and how long it takes."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.cli import numbers
+from hmrsim.cli.exits import ExitCode, UnknownName
+from hmrsim.cli.output import show, show_json
+from hmrsim.cli.world_options import add_world_options, read_world
+from hmrsim.command_line import ENVIRONMENT
+from hmrsim.errors import HmrsimError, NoRoute
+from hmrsim.geometry import Pose, heading
+from hmrsim.graph import WaypointGraph
+from hmrsim.motion import drive
+from hmrsim.world.finding import instead
+from hmrsim.world.model import Base
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Sequence
+
+    from hmrsim.geometry import Point
+    from hmrsim.graph import Leg, Route
+    from hmrsim.world import World
+
+_EXAMPLES: Final = f"""\
+exit codes: 0 there is a way; 1 there is none, or no such name; 2 the file can't be read
+
+examples:
+  hmrsim map plan hospital wall_e pharmacy
+  hmrsim map plan hospital lab 39,6.5 --for eve
+  hmrsim map plan my_world.yaml home -3,4 --speed 0.8 --json | jq .length
+
+{ENVIRONMENT}"""
+
+_NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?"
+_POINT: Final = re.compile(rf"(?P<x>{_NUMBER}),\s*(?P<y>{_NUMBER})", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Trip:
+    """A route and how it is driven.
+
+    Attributes:
+        route: The way.
+        base: What drives it; its speed is given.
+        seconds: For each leg.
+        turning: Seconds of all turns between them.
+    """
+
+    route: Route
+    base: Base
+    seconds: tuple[float, ...]
+    turning: float
+
+    @property
+    def duration(self) -> float:
+        """Seconds in all."""
+        return sum(self.seconds) + self.turning
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim map plan``."""
+    parser.description = "Print the quickest way from one point to another, each leg of it, and how long it takes."
+    parser.epilog = _EXAMPLES
+    add_world_options(parser, argument="file")
+    where = "X,Y, or the name of a waypoint, place, dock, robot or item"
+    parser.add_argument("start", metavar="FROM", help=where)
+    parser.add_argument("goal", metavar="TO", help=where)
+    who = parser.add_mutually_exclusive_group()
+    who.add_argument("--for", dest="driver", metavar="ROBOT", help="who drives (default: FROM, if that is a robot)")
+    who.add_argument(
+        "--speed",
+        type=numbers.positive,
+        metavar="V",
+        help="how fast, in the world's unit a second (default: that of a robot without one)",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(function=_plan)
+
+
+def _plan(args: argparse.Namespace) -> int:
+    world = read_world(args, argument="file").world
+    driver = args.driver or (args.start if args.speed is None and args.start in world.robots else None)
+    start, goal = _ends(world, (args.start, args.goal), driver)
+    base = Base(speed=args.speed) if driver is None else world.robot_type(world.robots[driver]).base
+    base = base.model_copy(update={"speed": world.speed(base)})
+    yaw = world.robots[driver].yaw if driver is not None and driver == args.start else None
+    try:
+        trip = _trip(WaypointGraph(world).plan(start, goal, world.speed(base)), base, yaw)
+    except NoRoute as error:
+        raise HmrsimError(f"{error} (error_code {error.code})") from None
+    names = {point: name for name, point in world.waypoints.items()}
+    if args.json:
+        ends_told = {"from": {"name": args.start, "point": start}, "to": {"name": args.goal, "point": goal}}
+        show_json({**ends_told, "robot": driver, "units": world.units, **_values(trip, names)})
+        return ExitCode.DONE
+    for line in _lines(trip, names, world.units):
+        show(line)
+    return ExitCode.DONE
+
+
+def _trip(route: Route, base: Base, yaw: float | None) -> Trip:
+    """Return a route as somebody drives it who stands at its start and faces *yaw*, or already the right way."""
+    if not route.legs:
+        return Trip(route, base, (), 0.0)
+    first = route.legs[0]
+    driven = drive(
+        Pose(*first.start, heading(first.start, first.end) if yaw is None else yaw),
+        route.legs,
+        None,
+        speed=base.speed or 1.0,
+        acceleration=base.acceleration,
+        turning_rate=base.turning_rate,
+    )
+    pieces = [driven.piece(number) for number in range(len(driven.seconds))]
+    seconds = tuple(piece.duration for piece in pieces if piece.leg is not None)
+    return Trip(route, base, seconds, sum(piece.duration for piece in pieces if piece.leg is None))
+
+
+def _ends(world: World, texts: Sequence[str], driver: str | None) -> list[Point]:
+    """Return the points that are meant.
+
+    Raises:
+        UnknownName: There is nothing of a name; it tells all of them.
+    """
+    found = [_point(world, text) for text in texts]
+    named = [*world.places, *world.docks, *world.waypoints, *world.robots, *world.items]
+    lines = [
+        f"no point, place or thing {text!r}{instead(text, named)}"
+        for text, point in zip(texts, found, strict=True)
+        if point is None
+    ]
+    if driver is not None and driver not in world.robots:
+        lines.append(f"no robot {driver!r}{instead(driver, world.robots)}")
+    if lines:
+        raise UnknownName("\n".join(lines))
+    return [point for point in found if point is not None]
+
+
+def _point(world: World, text: str) -> Point | None:
+    if match := _POINT.fullmatch(text):
+        return float(match["x"]), float(match["y"])
+    thing = world.robots.get(text) or world.items.get(text)
+    try:
+        return world.point(text)
+    except KeyError:
+        return None if thing is None else world.point(thing.at)
+
+
+def _values(trip: Trip, names: dict[Point, str]) -> dict[str, Any]:
+    legs = [
+        {
+            "from": leg.start,
+            "to": leg.end,
+            "lane": leg.lane,
+            "length": leg.length,
+            "speed_limit": leg.speed_limit if leg.lane and leg.speed_limit < math.inf else None,
+            "duration": seconds,
+        }
+        for leg, seconds in zip(trip.route.legs, trip.seconds, strict=True)
+    ]
+    return {
+        "speed": trip.base.speed,
+        "waypoints": _waypoints(trip.route, names),
+        "legs": legs,
+        "length": trip.route.length,
+        "turning": trip.turning,
+        "duration": trip.duration,
+    }
+
+
+def _waypoints(route: Route, names: dict[Point, str]) -> list[str]:
+    points = [leg.start for leg in route.legs[:1]] + [leg.end for leg in route.legs]
+    return [names[point] for point in points if point in names]
+
+
+def _lines(trip: Trip, names: dict[Point, str], units: str) -> list[str]:
+    legs = trip.route.legs
+    rows = [(_called(legs[0].start, names), "", "", "start")] if legs else []
+    rows += [
+        (_called(leg.end, names), f"{_rounded(leg.length)} {units}", f"{seconds:.1f} s", _way(leg, units))
+        for leg, seconds in zip(legs, trip.seconds, strict=True)
+    ]
+    widths = [max((len(row[i]) for row in rows), default=0) for i in range(3)]
+    table = [f"{a:<{widths[0]}}  {b:>{widths[1]}}  {c:>{widths[2]}}  {d}".rstrip() for a, b, c, d in rows]
+    turning = f", of which {trip.turning:.1f} s are for turning" if trip.turning else ""
+    total = f"{_rounded(trip.route.length)} {units} in {trip.duration:.1f} s at up to {trip.base.speed:g} {units}/s"
+    return [*table, f"{total}{turning}"]
+
+
+def _rounded(length: float) -> str:
+    return f"{round(length, 2):.10g}"
+
+
+def _called(point: Point, names: dict[Point, str]) -> str:
+    at = f"({point[0]:g}, {point[1]:g})"
+    return f"{names[point]} {at}" if point in names else at
+
+
+def _way(leg: Leg, units: str) -> str:
+    if leg.lane is None:
+        return "off the lanes"
+    return "" if leg.speed_limit == math.inf else f"at most {leg.speed_limit:g} {units}/s"

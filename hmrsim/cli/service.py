@@ -1,0 +1,179 @@
+"""``hmrsim service``: what can be asked, as ``ros2 service``."""
+
+from __future__ import annotations
+
+import json
+import queue
+import re
+import threading
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.cli.connection import add_connection_options, connected, look_for_simulator
+from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
+from hmrsim.cli.goal_text import read_yaml
+from hmrsim.cli.output import show, show_json, yaml_text
+from hmrsim.cli.services import services
+from hmrsim.errors import HmrsimError
+from hmrsim.world.finding import instead, shown
+from hmrsim_zenoh.errors import RequestError, Unreachable
+from hmrsim_zenoh.options import ENVIRONMENT
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Iterable
+
+    from hmrsim_zenoh.client import Client
+
+_EXAMPLES: Final = f"""\
+examples:
+  hmrsim service list -t
+  hmrsim service call /_world/info
+
+{ENVIRONMENT}"""
+
+_LIST_EXAMPLES: Final = f"""\
+examples:
+  hmrsim service list
+  hmrsim service list --show-types --include-hidden-services
+  hmrsim service list --json | jq -r '.[].name'
+
+{ENVIRONMENT}"""
+
+_CALL_EXAMPLES: Final = f"""\
+exit codes: 0 it answered; 1 there is no such service, robot or action; 2 it can't read the request; 3 nobody there
+
+examples:
+  hmrsim service call /_world/info --json | jq -r '.robots[].name'
+  hmrsim service call /wall_e/wait/_action/send_goal '{{goal: {{time: {{sec: 3}}}}}}'
+  hmrsim service call /wall_e/wait/_action/cancel_goal
+  hmrsim service call /wall_e/wait/_action/get_result '{{goal_id: 0123456789abcdef0123456789abcdef}}'
+
+The answer is waited for as long as the simulator is there: get_result, for one, answers when the goal has ended.
+--timeout is for reaching the simulator. Ctrl-C gives up; what was asked for may be done all the same.
+
+{ENVIRONMENT}"""
+
+_TYPE: Final = re.compile(r"\w+(/\w+)+")
+_WILDCARDS: Final = frozenset("*$#?")
+_LOOK: Final = 0.5
+_FOR_EVER: Final = 1e6
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim service``."""
+    parser.description = "What can be asked, as `ros2 service`."
+    parser.epilog = _EXAMPLES
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    listing = commands.add_parser(
+        "list", help="list all services", description="List all services, one a line.", epilog=_LIST_EXAMPLES
+    )
+    listing.add_argument("-t", "--show-types", action="store_true", help="show the ROS type behind each name")
+    listing.add_argument(
+        "-a", "--include-hidden-services", action="store_true", help="list those that actions are made of, too"
+    )
+    listing.add_argument("--json", action="store_true", help="print one JSON list")
+    listing.set_defaults(function=_list)
+    add_connection_options(listing)
+    call = commands.add_parser(
+        "call", help="ask a service", description="Ask a service and print its answer.", epilog=_CALL_EXAMPLES
+    )
+    call.add_argument("name", metavar="NAME", help="such as /_world/info")
+    call.add_argument("type", metavar="TYPE", nargs="?", help="the service's type, as `ros2 service call` wants it")
+    call.add_argument("request", metavar="REQUEST", nargs="?", help="the request as YAML (default: {})")
+    call.add_argument("--json", action="store_true", help="print one JSON object, in place of YAML")
+    call.set_defaults(function=_call)
+    add_connection_options(call)
+
+
+def _list(args: argparse.Namespace) -> int:
+    with connected(args) as (_, info):
+        found = [one for one in services(info) if args.include_hidden_services or not one.hidden]
+    if args.json:
+        show_json([{"name": one.name, "type": one.ros_type, "hidden": one.hidden} for one in found])
+        return ExitCode.DONE
+    for one in found:
+        show(f"{one.name} [{one.ros_type}]" if args.show_types else one.name)
+    return ExitCode.DONE
+
+
+def _call(args: argparse.Namespace) -> int:
+    ros_type, request = args.type, args.request
+    if ros_type is not None and request is None and not _TYPE.fullmatch(ros_type):
+        ros_type, request = None, ros_type
+    name = f"/{args.name.removeprefix('/')}"
+    if not _WILDCARDS.isdisjoint(name):
+        raise WrongUse(f"{args.name!r} has a wildcard; expected the name of one service")
+    payload = _payload(request)
+    with connected(args) as (client, info):
+        known = {one.name: one.ros_type for one in services(info)}
+        if ros_type is not None and known.get(name, ros_type) != ros_type:
+            raise WrongUse(f"{name} is a {known[name]}, not a {ros_type}")
+        try:
+            answer = _answer(client, f"{client.keys.prefix}{name}", payload)
+        except RequestError as error:
+            raise (_unreadable(error) if name in known else _unknown(name, known, f"; the answer: {error}")) from None
+        except (Unreachable, ValueError):
+            raise _unknown(name, known) from None
+    _print(answer, as_json=args.json)
+    return ExitCode.DONE
+
+
+def _payload(text: str | None) -> bytes:
+    data = {} if text is None else read_yaml(text, "request")
+    if not isinstance(data, dict):
+        raise WrongUse(f"request: expected a mapping such as '{{goal_id: …}}', got {shown(data)}")
+    try:
+        return json.dumps(data, allow_nan=False).encode()
+    except ValueError:
+        raise WrongUse("request: NaN and infinity are no JSON; expected finite numbers") from None
+
+
+def _answer(client: Client, key: str, payload: bytes) -> bytes:
+    """Return what a service answers, however long that takes.
+
+    Raises:
+        SimulatorGone: The simulator has been out of reach for too long.
+    """
+    answers: queue.SimpleQueue[bytes | Exception] = queue.SimpleQueue()
+
+    def ask() -> None:
+        try:
+            answers.put(client.get(key, _FOR_EVER, payload=payload))
+        except (HmrsimError, ValueError) as error:
+            answers.put(error)
+
+    threading.Thread(target=ask, name="hmrsim call", daemon=True).start()
+    look = look_for_simulator(client)
+    while True:
+        try:
+            answer = answers.get(timeout=_LOOK)
+        except queue.Empty:
+            look()
+            continue
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+
+def _unreadable(error: RequestError) -> WrongUse:
+    """Return an error reply of a service, a line a mistake."""
+    lines = [": ".join(part for part in (item.get("field"), item.get("message")) if part) for item in error.details]
+    return WrongUse("\n".join(f"request: {line}" for line in lines or [str(error)]))
+
+
+def _unknown(name: str, known: Iterable[str], answer: str = "") -> UnknownName:
+    names = list(known)
+    owner = f"{name.rpartition('/_action/')[0] or '/_world'}/"
+    near = [one for one in names if one.startswith(owner)] or [one for one in names if "/_action/" not in one]
+    return UnknownName(f"no service {name!r}{instead(name, near)}{answer}")
+
+
+def _print(answer: bytes, *, as_json: bool) -> None:
+    try:
+        data: Any = json.loads(answer)
+    except ValueError as error:
+        raise HmrsimError(f"what was answered is no JSON: {error}") from None
+    if as_json:
+        show_json(data)
+    else:
+        show(yaml_text(data).rstrip("\n"))

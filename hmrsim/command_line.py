@@ -1,0 +1,170 @@
+"""The parsers of our commands: what a command line leaves open, the environment may say.
+
+Nothing here takes time to load; argcomplete is only loaded when a shell asks for completions.
+"""
+
+from __future__ import annotations
+
+import argparse
+import errno
+import os
+import re
+import sys
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    Completer = Callable[..., Iterable[str]]
+
+ENVIRONMENT: Final = """\
+environment:
+  HMRSIM_CONNECT, HMRSIM_TIMEOUT, HMRSIM_SEED, … stand for options that have a value: HMRSIM_ and the option in
+  capitals, _ for -, and commas between several values. The command line comes first. What is of one run only
+  (--robot, --item, --goal-id, …) has no variable."""
+"""For the end of a command's ``--help``."""
+
+_OF_ONE_RUN: Final = frozenset(
+    {"--robot", "--item", "--page", "--rename", "--goal-id", "--for", "--speed", "--to", "--name"}
+)
+"""Options that would surprise whoever forgot that a variable is set."""
+
+_EXPECTED: Final[Mapping[object, str]] = {int: "a whole number", float: "a number"}
+
+_HELP: Final = {"-h", "--help"}
+
+_NO_SPACE: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
+"""What writing to a full disk, or to what was closed, ends with."""
+
+_DONE: Final = 0
+_FAILED: Final = 1
+_INTERRUPTED: Final = 130
+
+
+class CommandParser(argparse.ArgumentParser):
+    """A parser whose options with a value can be given as ``HMRSIM_<OPTION>``, too.
+
+    The command line comes before the environment, which comes before the default. An empty variable is none.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
+        options.setdefault("allow_abbrev", False)
+        super().__init__(**options)
+        # Points such as -3,4 are no options.
+        self._negative_number_matcher = re.compile(r"-\.?\d.*", re.DOTALL)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """Parse, after the environment has said what the command line doesn't."""
+        given = sys.argv[1:] if args is None else list(args)
+        if _HELP.isdisjoint(given):
+            self._read_environment(given)
+        return super().parse_known_args(args, namespace)
+
+    def _read_environment(self, given: list[str]) -> None:
+        for action in self._actions:
+            variable = variable_of(action)
+            text = os.environ.get(variable, "") if variable else ""
+            if not text or any(word.partition("=")[0] in action.option_strings for word in given):
+                continue
+            try:
+                value = self._value(action, text)
+            except argparse.ArgumentError as error:
+                self.exit(2, f"{self.prog}: error: {variable}: {error.message}\n")
+            action.required = False
+            self.set_defaults(**{action.dest: value})
+
+    def _value(self, action: argparse.Action, text: str) -> Any:
+        """Return the value that *text* stands for; several, with commas between, for what can be repeated."""
+        if isinstance(action, argparse._AppendAction) or action.nargs in ("*", "+"):  # noqa: SLF001
+            parts = [part.strip() for part in text.split(",") if part.strip()]
+            return [self._one_value(action, part) for part in parts]
+        return self._one_value(action, text)
+
+    def _one_value(self, action: argparse.Action, text: str) -> Any:
+        value = self._get_value(action, text)
+        self._check_value(action, value)
+        return value
+
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        """Return a word's value; what is no number is told in our words."""
+        try:
+            return super()._get_value(action, arg_string)
+        except argparse.ArgumentError:
+            if action.type in _EXPECTED:
+                raise argparse.ArgumentError(action, f"{arg_string!r} is not {_EXPECTED[action.type]}") from None
+            raise
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Refuse what is none of the choices, in our words."""
+        if action.choices is not None and value not in action.choices:
+            noun = (action.option_strings[-1].lstrip("-") if action.option_strings else str(action.metavar)).lower()
+            choices = ", ".join(str(choice) for choice in action.choices)
+            raise argparse.ArgumentError(action, f"no {noun} {value!r}; there are {choices}")
+
+
+def variable_of(action: argparse.Action) -> str:
+    """Return the variable that stands for an option; empty if none does."""
+    names = [name for name in action.option_strings if name.startswith("--")]
+    if not names or action.nargs == 0 or not _OF_ONE_RUN.isdisjoint(names):
+        return ""
+    return f"HMRSIM_{names[0][2:].replace('-', '_').upper()}"
+
+
+def run_program(program: str, run: Callable[[], int]) -> int:
+    """Return a program's exit code, also when its output can't be written or Ctrl-C ends it."""
+    if sys.stdout is None:
+        print(f"{program}: can't write the output: stdout is closed", file=sys.stderr)  # noqa: T201
+        return _FAILED
+    try:
+        code = run()
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # Whoever read our output has seen enough.
+        _mute_stdout()
+        return _DONE
+    except KeyboardInterrupt:
+        return _INTERRUPTED
+    except OSError as error:
+        if error.filename is not None or error.errno not in _NO_SPACE:
+            raise
+        _mute_stdout()
+        with suppress(OSError):
+            print(f"{program}: can't write the output: {os.strerror(error.errno).lower()}", file=sys.stderr)  # noqa: T201
+        return _FAILED
+    return code
+
+
+def _mute_stdout() -> None:
+    """Let go of what could not be written: Python would complain once more when it flushes at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def autocomplete(parser: argparse.ArgumentParser, completers: Callable[[], Mapping[str, Completer]]) -> None:
+    """Answer the shell and end the process, if it is a shell that asks for completions; else do nothing.
+
+    Args:
+        parser: Of the program, with the arguments of all commands that are on the line.
+        completers: Gives what completes the positional arguments whose metavar is the key, or any argument whose
+            metavar stands behind the command in the key, such as ``"hmrsim topic echo NAME"``.
+    """
+    if "_ARGCOMPLETE" not in os.environ:
+        return
+    import argcomplete  # noqa: PLC0415
+
+    _attach(parser, completers())
+    argcomplete.autocomplete(parser, always_complete_options=False)
+
+
+def _attach(parser: argparse.ArgumentParser, completers: Mapping[str, Completer]) -> None:
+    for action in parser._actions:  # noqa: SLF001
+        if isinstance(action, argparse._SubParsersAction):  # noqa: SLF001
+            for command in action.choices.values():
+                _attach(command, completers)
+            continue
+        known = completers.get(f"{parser.prog} {action.metavar}")
+        if known is None and not action.option_strings:
+            known = completers.get(str(action.metavar))
+        if known is not None:
+            action.completer = known  # type: ignore[attr-defined]  # argcomplete's way of telling

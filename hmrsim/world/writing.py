@@ -1,0 +1,147 @@
+"""Worlds as native files, written as a person would: a thing a line, what is the default left out.
+
+Read again they are the same world, with the same hash.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hmrsim.world.model import World
+
+_WIDTH: Final = 110
+_PLAIN: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*( [A-Za-z0-9_./-]+)*")
+_RESERVED: Final = {"null", "true", "false", "yes", "no", "on", "off", "y", "n"}
+"""Words that are more than words, in YAML 1.2 or in what came before."""
+
+_MINUS_ZERO: Final = "-0.0"
+
+_HEAD: Final = ("name", "units", "bounds", "seed")
+
+
+def native_data(world: World) -> dict[str, Any]:
+    """Return a world as the plain values of a native file."""
+    data: dict[str, Any] = {"name": world.name, "units": world.units}
+    data |= world.model_dump(mode="json", by_alias=True, exclude_defaults=True)
+    for name, robot in world.robots.items():
+        # Whatever is said of a robot's base comes before its type's, though it be the default.
+        if said := robot.base.model_dump(mode="json", exclude_unset=True):
+            data["robots"][name]["base"] = said
+    for key, field in (("robots", "yaw"), ("items", "weight")):
+        for name, thing in getattr(world, key).items():
+            # It counts as the default, and yet has a hash of its own.
+            if str(getattr(thing, field)) == _MINUS_ZERO:
+                data[key][name][field] = -0.0
+    if "lanes" in data:
+        data["lanes"] = [[*lane.values()] if lane.keys() == {"from", "to"} else lane for lane in data["lanes"]]
+    return {key: value if key in ("faults", "traffic") else _tidy(value) for key, value in _ordered(data).items()}
+
+
+def to_yaml(world: World, *, schema: str | None = None) -> str:
+    """Return a world as YAML.
+
+    Args:
+        world: The world.
+        schema: Where an editor finds the schema, seen from the file; None to leave it out.
+    """
+    lines = [f"# yaml-language-server: $schema={schema}"] if schema else []
+    for key, value in native_data(world).items():
+        if key in _HEAD or not isinstance(value, (dict, list)):
+            lines.append(f"{key}: {_flow(value)}")
+        else:
+            lines += ["", f"{key}:", *_block(value, "  ")]
+    return "\n".join(lines) + "\n"
+
+
+def to_json(world: World) -> str:
+    """Return a world as JSON."""
+    sections = (f"  {json.dumps(key)}: {_section(value)}" for key, value in native_data(world).items())
+    return "{\n" + ",\n".join(sections) + "\n}\n"
+
+
+def _ordered(data: dict[str, Any]) -> dict[str, Any]:
+    """Return what is told in a line before what takes many."""
+    return {key: data[key] for key in (*_HEAD, *data) if key in data}
+
+
+def _tidy(value: Any) -> Any:
+    """Return a value with whole numbers written as such; a component's settings stay as they are."""
+    if isinstance(value, dict):
+        return {key: part if key == "components" else _tidy(part) for key, part in value.items()}
+    if isinstance(value, list):
+        return [_tidy(part) for part in value]
+    whole = isinstance(value, float) and value.is_integer() and str(value) != _MINUS_ZERO
+    return int(value) if whole else value
+
+
+def _section(value: Any) -> str:
+    if isinstance(value, dict) and value:
+        return "{\n" + ",\n".join(f"    {json.dumps(key)}: {json.dumps(part)}" for key, part in value.items()) + "\n  }"
+    if isinstance(value, list) and any(isinstance(part, (dict, list)) for part in value):
+        return "[\n" + ",\n".join(f"    {json.dumps(part)}" for part in value) + "\n  ]"
+    return json.dumps(value)
+
+
+def _block(value: dict[str, Any] | list[Any], pad: str) -> Iterator[str]:
+    """Yield the lines of what is in a mapping or list."""
+    for head, part in _entries(value, pad):
+        text = f"{head} {_flow(part)}"
+        if len(text) <= _WIDTH or not isinstance(part, (dict, list)):
+            yield text
+        elif _is_outline(part):
+            yield from _wrapped(text, pad + "   ")
+        else:
+            yield head
+            yield from _block(part, pad + "  ")
+
+
+def _entries(value: dict[str, Any] | list[Any], pad: str) -> Iterator[tuple[str, Any]]:
+    """Yield what stands before each value, and the value."""
+    if isinstance(value, dict):
+        for key, part in value.items():
+            yield f"{pad}{_scalar(key)}:", part
+        return
+    for part in value:
+        if isinstance(part, dict) and len(part) == 1:
+            yield from _entries(part, f"{pad}- ")
+        else:
+            yield f"{pad}-", part
+
+
+def _is_outline(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(part, list) for part in value)
+
+
+def _wrapped(text: str, pad: str) -> Iterator[str]:
+    """Yield a list of points as lines that are not too long."""
+    line, *points = text.split(", [")
+    for point in points:
+        if len(line) + len(point) + len(", [,") > _WIDTH:
+            yield f"{line},"
+            line = f"{pad}[{point}"
+        else:
+            line = f"{line}, [{point}"
+    yield line
+
+
+def _flow(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_scalar(key)}: {_flow(part)}" for key, part in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(_flow(part) for part in value) + "]"
+    return _scalar(value)
+
+
+def _scalar(value: Any) -> str:
+    """Return text as it is if it can only be read as that text; numbers and the rest as JSON has them."""
+    if not isinstance(value, str):
+        return json.dumps(value)
+    if _PLAIN.fullmatch(value) and value.lower() not in _RESERVED:
+        return value
+    text = json.dumps(value, ensure_ascii=False)
+    return "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in text)

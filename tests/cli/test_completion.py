@@ -1,0 +1,104 @@
+"""Completion, as a shell asks for it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from hmrsim.cli import main
+
+NOBODY = "tcp/127.0.0.1:1"
+
+
+@pytest.fixture
+def complete(tmp_path):
+    """Return the function that completes the last word of a line, as argcomplete's shell functions ask for it."""
+
+    def ask(line, connect=NOBODY):
+        asked = {"_ARGCOMPLETE": "1", "_ARGCOMPLETE_IFS": "\n", "_ARGCOMPLETE_SUPPRESS_SPACE": "1", "COMP_TYPE": "9"}
+        done = subprocess.run(
+            ["/bin/sh", "-c", f'exec "{sys.executable}" -m hmrsim.cli 8>&1 9>/dev/null 1>/dev/null 2>"{tmp_path}/err"'],
+            env={**os.environ, **asked, "COMP_LINE": line, "COMP_POINT": str(len(line)), "HMRSIM_CONNECT": connect},
+            stdout=subprocess.PIPE,
+            text=True,
+            check=True,
+        )
+        assert "" == (tmp_path / "err").read_text()
+        return done.stdout.split()
+
+    return ask
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("hmrsim ma", ["map"]),
+        ("hmrsim map ", ["validate", "info", "plan", "convert"]),
+        ("hmrsim map info hosp", ["hospital"]),
+        ("hmrsim run hosp", ["hospital"]),
+        ("hmrsim map plan hospital wall", ["wall_e"]),
+        ("hmrsim map plan hospital wall_e pharmacy_", ["pharmacy_door", "pharmacy_counter"]),
+        ("hmrsim map plan hospital lab pharmacy --for e", ["eve"]),
+        ("hmrsim map convert hospital x --to ", ["yaml", "json", "geojson"]),
+        ("hmrsim run scenario1 --real-", ["--real-time-factor"]),
+        ("hmrsim topic list --mode ", ["peer", "client", "router"]),
+        ("hmrsim completion ", ["bash", "zsh", "fish"]),
+    ],
+)
+def test_what_needs_no_simulator(complete, line, words):
+    """Commands, options, choices, shipped worlds, and what is in the world on the line."""
+    assert words == complete(line)
+
+
+@pytest.mark.parametrize("line", ["hmrsim action info ", "hmrsim topic echo /", "hmrsim service call "])
+def test_where_nobody_answers_nothing_is_said(complete, line):
+    """No name, no error, and no long wait."""
+    assert [] == complete(line)
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("hmrsim action info /wall_e/p", ["/wall_e/pickup", "/wall_e/place"]),
+        ("hmrsim action send-goal wall_e/gr", ["wall_e/grab"]),
+        ("hmrsim topic echo /_world/cl", ["/_world/clock"]),
+        ("hmrsim topic hz /wall_e/od", ["/wall_e/odom"]),
+        ("hmrsim service call /_world/inf", ["/_world/info"]),
+    ],
+)
+def test_names_come_from_the_simulator_that_runs(complete, endpoint, line, words):
+    """Robots, actions, topics and services are those that there are."""
+    assert words == complete(line, endpoint)
+
+
+def test_files_are_worlds(complete, tmp_path):
+    """Beside the shipped worlds there are the files that can be read."""
+    (tmp_path / "mine.yaml").write_text("name: mine\n")
+    (tmp_path / "mine.txt").write_text("")
+
+    assert [f"{tmp_path}/mine.yaml"] == complete(f"hmrsim map info {tmp_path}/mi")
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_scripts_are_for_both_programs(shell, capsys):
+    """The script of each shell registers both commands."""
+    code = main(["completion", shell])
+
+    out = capsys.readouterr().out
+    assert 0 == code
+    assert "hmrsim" in out
+    assert "bt-controller" in out
+
+
+def test_bash_reads_the_script(capsys):
+    """It has no mistake that bash would complain of, and registers a function."""
+    main(["completion", "bash"])
+    script = capsys.readouterr().out + "complete -p hmrsim bt-controller\n"
+
+    done = subprocess.run(["bash", "--norc"], input=script, capture_output=True, text=True, check=True)
+    assert "" == done.stderr
+    assert 2 == done.stdout.count("_python_argcomplete")

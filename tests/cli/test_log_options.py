@@ -1,0 +1,43 @@
+"""How much a command logs."""
+
+from __future__ import annotations
+
+import logging
+
+import pytest
+
+from hmrsim.cli.log_options import add_log_options, log_level, logging_to_stderr
+from hmrsim.command_line import CommandParser
+
+
+@pytest.fixture
+def parser():
+    """Return a parser with the option."""
+    made = CommandParser()
+    add_log_options(made)
+    return made
+
+
+@pytest.mark.parametrize(("words", "level"), [([], logging.WARNING), (["--log-level", "debug"], logging.DEBUG)])
+def test_levels_are_those_of_logging(parser, words, level):
+    """The default is to warn only."""
+    assert level == log_level(parser.parse_args(words))
+
+
+def test_the_environment_says_the_level(parser, monkeypatch):
+    """``HMRSIM_LOG_LEVEL`` stands for the option."""
+    monkeypatch.setenv("HMRSIM_LOG_LEVEL", "error")
+
+    assert logging.ERROR == log_level(parser.parse_args([]))
+
+
+def test_what_is_grave_enough_goes_to_stderr(parser, capsys):
+    """What is below the level is not written; afterwards nothing is."""
+    log = logging.getLogger("hmrsim_zenoh.some_module")
+    with logging_to_stderr(parser.parse_args(["--log-level", "info"])):
+        log.debug("too small")
+        log.info("told")
+    log.error("too late")
+
+    captured = capsys.readouterr()
+    assert ("", "[INFO] told\n") == (captured.out, captured.err.replace("too late\n", ""))
