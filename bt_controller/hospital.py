@@ -2,7 +2,7 @@
 
 ::
 
-    bt-controller run bt_controller.hospital:mission --robot wall_e eve burn_e m_o
+    bt-controller run bt_controller.hospital:mission --robot wall_e eve burn_e m_o nan_e d_fib auto vaq_m
 """
 
 from __future__ import annotations
@@ -30,8 +30,11 @@ PLACES: Final[Mapping[str, tuple[float, float]]] = MappingProxyType(
         "kitchen": (6.0, 5.0),
         "laundry": (15.0, 5.0),
         "ward_a": (22.6, 17.5),
+        "ward_a_window": (27.4, 17.5),
         "ward_b": (34.6, 17.5),
+        "ward_b_window": (39.4, 17.5),
         "ward_c": (30.6, 6.5),
+        "ward_d": (38.6, 6.5),
         "nurse_station": (27.0, 12.8),
     }
 )
@@ -47,8 +50,16 @@ def mission(robot: str) -> Behaviour:
             steps = [_deliver("blood_samples", "ward_a", "lab"), _go("nurse_station")]
         case "burn_e":
             steps = [_deliver("linen", "laundry", "ward_c")]
+        case "nan_e":
+            steps = [_deliver("meal", "kitchen", "ward_d")]
+        case "d_fib":
+            steps = [_deliver("defibrillator", "nurse_station", "ward_b"), _stay("Treat the patient", 20)]
+        case "auto":
+            steps = [_visit("ward_a_window"), _visit("ward_b_window")]
+        case "vaq_m":
+            steps = [_go("lab"), _stay("Disinfect the lab", 30)]
         case _:
-            steps = [_go("nurse_station"), _clean()]
+            steps = [_go("nurse_station"), _stay("Clean", 15)]
     return Sequence(f"Mission of {robot}", memory=True, children=steps)
 
 
@@ -57,6 +68,11 @@ def _deliver(item: str, source: str, target: str) -> Behaviour:
     fetch = Sequence(f"Fetch {item}", memory=True, children=[_go(source), _pick_up(item)])
     bring = Sequence(f"Bring {item}", memory=True, children=[_go(target), _place(item)])
     return Sequence(f"Deliver {item}", memory=True, children=[fetch, bring])
+
+
+def _visit(place: str) -> Behaviour:
+    """Return the errand of letting a doctor far away talk with a patient."""
+    return Sequence(f"Visit {place}", memory=True, children=[_go(place), _stay(f"Talk at {place}", 10)])
 
 
 def _go(place: str) -> Behaviour:
@@ -74,8 +90,9 @@ def _place(item: str) -> Behaviour:
     return _leaf(f"Place {item}", "place", Place.Goal(attached_object_name=item))
 
 
-def _clean() -> Behaviour:
-    return _leaf("Clean", "wait", Wait.Goal(time=Duration(sec=15)))
+def _stay(name: str, seconds: int) -> Behaviour:
+    """Return a piece of work that is done where the robot stands."""
+    return _leaf(name, "wait", Wait.Goal(time=Duration(sec=seconds)))
 
 
 def _leaf(name: str, action: str, goal: Any) -> Behaviour:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import subprocess
@@ -17,9 +18,13 @@ _PATIENCE: Final = 3.0
 _LAST_WORDS: Final = 1.0
 _KEPT_LINES: Final = 50
 
+_log = logging.getLogger(__name__)
+
 
 class Child:
     """One process, in a group of its own, so that Ctrl-C on the terminal is ours to handle.
+
+    What it writes to its stderr is kept, and logged.
 
     Args:
         name: What it is, for threads and errors.
@@ -99,6 +104,7 @@ class Child:
     def _listen(self) -> None:
         for line in self._process.stderr or ():
             self._complaints.append(line.rstrip("\n"))
+            _log.info("%s: %s", self.name, self._complaints[-1])
 
 
 def _environment() -> dict[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import queue
 import sys
 import time
@@ -11,10 +12,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli import numbers
 from hmrsim.cli.children import Child
-from hmrsim.cli.demo_screen import Screen
+from hmrsim.cli.demo_screen import JsonLines, Screen
 from hmrsim.cli.demo_story import Story
+from hmrsim.cli.demo_turns import Turns
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.output import show_json
+from hmrsim.cli.log_options import add_log_options, logging_to_stderr
+from hmrsim.cli.output import warn
 from hmrsim.cli.signals import on_signals
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.client import Client
@@ -23,11 +26,14 @@ from hmrsim_zenoh.session import SessionOptions
 if TYPE_CHECKING:
     import argparse
 
+    from hmrsim.cli.demo_screen import Audience
+
 _EXAMPLES: Final = """\
 examples:
   hmrsim demo
   hmrsim demo --real-time-factor 2 --seed 3
-  hmrsim demo --json 2>/dev/null | jq '.robots.eve.distance'"""
+  hmrsim demo --log-level info 2>processes.log
+  hmrsim demo --json | tail -n 1 | jq '.robots.eve.distance'"""
 
 _WORLD: Final = "hospital"
 _TREE: Final = "bt_controller.hospital:mission"
@@ -38,6 +44,8 @@ _FREE_SECONDS: Final = 15.0
 """Wall seconds that it may take besides."""
 _LOOK: Final = 0.1
 _LAST_EVENTS: Final = 0.3
+_PATIENCE: Final = 0.5
+"""Wall seconds that what is heard from one process waits for what the other has to say before."""
 _SIGNAL_EXIT: Final = 128
 
 
@@ -69,16 +77,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="simulated seconds a wall second (default: %(default)g)",
     )
     parser.add_argument("--seed", type=int, metavar="N", help="replaces the world's")
-    parser.add_argument("--json", action="store_true", help="print the sum as one JSON object; the rest goes to stderr")
+    parser.add_argument(
+        "--json", action="store_true", help="what happens, and the sum at the end, as one JSON object a line"
+    )
+    add_log_options(parser)
     parser.set_defaults(function=_demo)
 
 
 def _demo(args: argparse.Namespace) -> int:
-    demo = _Demo(args, Screen(sys.stderr if args.json else sys.stdout))
+    demo = _Demo(args, JsonLines() if args.json else Screen(sys.stdout))
     try:
-        with on_signals(lambda number: demo.news.put(_Interrupted(number))):
+        with logging_to_stderr(args), on_signals(lambda number: demo.news.put(_Interrupted(number))):
             return demo.run()
     except _Interrupted as interruption:
+        warn("interrupted; the simulator and the controller have ended")
         return _SIGNAL_EXIT + interruption.signal
 
 
@@ -90,10 +102,11 @@ class _Demo:
         screen: Where to show it.
     """
 
-    def __init__(self, args: argparse.Namespace, screen: Screen) -> None:
+    def __init__(self, args: argparse.Namespace, screen: Audience) -> None:
         self.news: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._args = args
         self._screen = screen
+        self._turns = Turns(_PATIENCE)
 
     def run(self) -> int:
         """Start everything, follow the mission to its end, and end everything.
@@ -120,9 +133,11 @@ class _Demo:
             with self._screen.opened():
                 self._follow(story)
             code = controller.code(_START_SECONDS)
-        self._sum_up(story, code, time.monotonic() - began, info["world"].get("units", "m"))
-        if code:
-            self._screen.say(f"the mission failed; the controller says:\n{controller.complaints}")
+        units = info["world"].get("units", "m")
+        self._screen.summary(story, time.monotonic() - began, units, succeeded=code == 0)
+        for child in (simulator, controller) if code else ():
+            if failure := child.code(_LOOK):
+                self._screen.say(f"the {child.name} ended with {failure}; it says:\n{child.complaints}")
         return ExitCode.DONE if code == 0 else ExitCode.FAILED
 
     def _run_arguments(self) -> list[str]:
@@ -154,12 +169,15 @@ class _Demo:
             if item == (None,):
                 # The last events may be on their way still.
                 while (item := self._next(_LAST_EVENTS)) is not None:
-                    self._tell(story, item)
+                    self._hear(story, item)
+                self._tell(math.inf)
                 return
-            self._tell(story, item)
+            self._hear(story, item)
+            self._tell(time.monotonic())
         raise DemoFailed(f"the mission takes longer than {limit:.0f} s; the machine may be too slow")
 
-    def _tell(self, story: Story, item: Any) -> None:
+    def _hear(self, story: Story, item: Any) -> None:
+        """Take an event of the world, or a tree of the controller."""
         match item:
             case bytes():
                 lines = story.happened(json.loads(item))
@@ -168,6 +186,10 @@ class _Demo:
             case _:
                 return
         for line in lines:
+            self._turns.add(line, time.monotonic())
+
+    def _tell(self, now: float) -> None:
+        for line in self._turns.ready(now):
             self._screen.tell(line)
 
     def _next(self, timeout: float) -> Any:
@@ -183,9 +205,3 @@ class _Demo:
         if isinstance(item, _Interrupted):
             raise item
         return item
-
-    def _sum_up(self, story: Story, code: int, wall_seconds: float, units: str) -> None:
-        self._screen.summary(story, wall_seconds, units)
-        if self._args.json:
-            times = {"simulated_seconds": round(story.sim_time, 3), "wall_seconds": round(wall_seconds, 3)}
-            show_json({"succeeded": code == 0, **times, "robots": story.to_json()})

@@ -1,15 +1,17 @@
-"""Where a demo shows its mission: a live table with the log above it on a terminal, plain lines elsewhere."""
+"""Where a demo shows its mission: a live table with the log above it on a terminal, lines of text or JSON elsewhere."""
 
 from __future__ import annotations
 
 import time
-from contextlib import contextmanager
-from typing import IO, TYPE_CHECKING, Final
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from typing import IO, TYPE_CHECKING, Final, Protocol
 
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
+
+from hmrsim.cli.output import show_json, warn
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -18,6 +20,49 @@ if TYPE_CHECKING:
 
 _PERIOD: Final = 0.25
 _STYLES: Final = {"world": "cyan", "tree": "yellow"}
+
+
+class Audience(Protocol):
+    """Whom a demo tells what happens."""
+
+    def opened(self) -> AbstractContextManager[None]:
+        """Return what has to be entered while the mission goes on."""
+
+    def say(self, text: str) -> None:
+        """Show a line that is no part of the mission."""
+
+    def tell(self, line: Line) -> None:
+        """Show what happened."""
+
+    def refresh(self, story: Story) -> None:
+        """Show how things stand now."""
+
+    def summary(self, story: Story, wall_seconds: float, units: str, *, succeeded: bool) -> None:
+        """Show the sum."""
+
+
+class JsonLines:
+    """Writes what happens as one JSON object a line, the sum as the last; all else goes to stderr."""
+
+    def opened(self) -> AbstractContextManager[None]:
+        """Return what does nothing."""
+        return nullcontext()
+
+    def say(self, text: str) -> None:
+        """Show a line that is no part of the mission."""
+        warn(text)
+
+    def tell(self, line: Line) -> None:
+        """Write what happened."""
+        show_json(line.to_json())
+
+    def refresh(self, story: Story) -> None:
+        """Do nothing: programs want to know what happens, not how things stand."""
+
+    def summary(self, story: Story, wall_seconds: float, _units: str, *, succeeded: bool) -> None:
+        """Write the sum."""
+        times = {"simulated_seconds": round(story.sim_time, 3), "wall_seconds": round(wall_seconds, 3)}
+        show_json({"succeeded": succeeded, **times, "robots": story.to_json()})
 
 
 class Screen:
@@ -64,7 +109,7 @@ class Screen:
             self._next = now + _PERIOD
             self._live.update(_now(story), refresh=True)
 
-    def summary(self, story: Story, wall_seconds: float, units: str) -> None:
+    def summary(self, story: Story, wall_seconds: float, units: str, *, succeeded: bool) -> None:
         """Show the sum."""
         table = Table(title="What the fleet did", title_justify="left")
         for heading in ("robot", "type"):
@@ -77,7 +122,8 @@ class Screen:
             table.add_row(name, robot.type, *numbers, ", ".join(robot.moved))
         self._console.print()
         self._console.print(table)
-        self.say(f"{story.sim_time:.1f} s of simulated time in {wall_seconds:.1f} s")
+        verdict = "succeeded" if succeeded else "failed"
+        self.say(f"the mission {verdict}: {story.sim_time:.1f} s of simulated time in {wall_seconds:.1f} s")
 
 
 def _now(story: Story) -> Table:

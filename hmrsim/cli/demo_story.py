@@ -24,12 +24,19 @@ class Line(NamedTuple):
         source: ``world`` for what the simulator says, ``tree`` for what the controller does.
         robot: Whose.
         text: What.
+        hands_over: Whether what comes next of this robot comes from the other source.
     """
 
     sim_time: float | None
     source: str
     robot: str
     text: str
+    hands_over: bool = False
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it for programs, the time in whole milliseconds."""
+        time = None if self.sim_time is None else round(self.sim_time, 3)
+        return {"sim_time": time, "source": self.source, "robot": self.robot, "text": self.text}
 
     def __str__(self) -> str:
         """Return it as one line of a log."""
@@ -77,13 +84,15 @@ class Story:
     def happened(self, event: dict[str, Any]) -> Iterator[Line]:
         """Take an event of ``_world/events``; yield what people want to know."""
         stamp = event["stamp"]
-        self.sim_time = max(self.sim_time, stamp["sec"] + stamp["nanosec"] * _SECOND)
+        self.sim_time = stamp["sec"] + stamp["nanosec"] * _SECOND
         robot = self.robots.get(event.get("robot", ""))
         if robot is None:
             return
         text = ""
+        ended = False
         match event["kind"]:
             case "status":
+                ended = GoalStatus(event["status"]).terminal
                 text = _goal_change(robot, event)
             case "picked":
                 robot.carries = event["item"]
@@ -98,11 +107,11 @@ class Story:
             case "stopped":
                 robot.distance -= math.dist(event["at"], robot.target)
         if text:
-            yield Line(self.sim_time, "world", event["robot"], text)
+            yield Line(self.sim_time, "world", event["robot"], text, hands_over=ended)
 
     def ticked(self, tree: dict[str, Any]) -> Iterator[Line]:
         """Take a tree as the controller shows it; yield which behaviours began and ended."""
-        robot = self.robots.get(tree["robot"])
+        robot = self.robots.get(tree.get("robot", ""))
         if robot is None:
             return
         before = self._trees[tree["robot"]]
@@ -113,7 +122,8 @@ class Story:
                 robot.does = name
             if before.get(name) != status and status in _MARKS:
                 message = f": {node['message']}" if status == "FAILURE" and node["message"] else ""
-                yield Line(tree["sim_time"], "tree", tree["robot"], f"{name} {_MARKS[status]}{message}")
+                text = f"{name} {_MARKS[status]}{message}"
+                yield Line(tree["sim_time"], "tree", tree["robot"], text, hands_over=status == "RUNNING")
             before[name] = status
         if tree["status"] in ("SUCCESS", "FAILURE"):
             robot.does = f"mission {_MARKS[tree['status']]}"

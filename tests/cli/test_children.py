@@ -60,6 +60,16 @@ def test_lines_and_exit_code(start):
     assert (7, "a complaint") == (code, process.complaints)
 
 
+def test_complaints_are_logged(start, caplog):
+    """What a child writes to its stderr is there for whoever wants the log."""
+    with caplog.at_level("INFO", "hmrsim.cli.children"):
+        process, _ = start("greet")
+        with process:
+            process.code(PATIENCE)
+
+    assert ["greet: a complaint"] == caplog.messages
+
+
 def test_a_child_that_will_not_end_is_killed(start, monkeypatch):
     """Who ignores SIGTERM is killed in the end."""
     monkeypatch.setattr("hmrsim.cli.children._PATIENCE", 0.2)

@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
+import re
+import select
 import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -14,20 +20,59 @@ pytestmark = pytest.mark.system
 PATIENCE = 30.0
 
 
-def test_demo(capsys):
-    """The whole fleet does its work; the log goes to stderr and the sum is one JSON object."""
-    code = main(["demo", "--real-time-factor", "50", "--json"])
+@pytest.fixture(scope="module")
+def told():
+    """Return the objects that a demo writes for programs, and its exit code."""
+    process = subprocess.run(
+        [sys.executable, "-m", "hmrsim.cli", "demo", "--real-time-factor", "30", "--json"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return [json.loads(line) for line in process.stdout.splitlines()], process.returncode
 
-    captured = capsys.readouterr()
-    done = json.loads(captured.out)
-    moved = [item for robot in done["robots"].values() for item in robot["items_moved"]]
+
+def test_demo(told):
+    """The whole fleet of eight does its work, and no goal fails; the sum is the last line."""
+    lines, code = told
+    robots = lines[-1]["robots"]
+
+    moved = sorted(item for robot in robots.values() for item in robot["items_moved"])
+    assert (0, True) == (code, lines[-1]["succeeded"])
+    assert ["blood_samples", "defibrillator", "linen", "meal", "medicine"] == moved
+    assert [(name, 0) for name in robots] == [(name, robot["failed"]) for name, robot in robots.items()]
+    assert len(robots) == 8
+
+
+def test_demo_tells_cause_before_effect(told):
+    """What the tree and the world say of one robot is in order, and its times never go back."""
+    lines = [line for line in told[0][:-1] if line["robot"] == "wall_e"]
+
+    assert [
+        "Go to pharmacy begun",
+        "navigate_to_pose accepted",
+        "navigate_to_pose SUCCEEDED",
+        "Go to pharmacy done",
+        "Pick up medicine begun",
+        "pickup accepted",
+        "picked up medicine",
+        "pickup SUCCEEDED",
+        "Pick up medicine done",
+    ] == [line["text"] for line in lines[:9]]
+    times = [line["sim_time"] or 0.0 for line in lines]
+    assert sorted(times) == times
+
+
+def test_demo_for_people(capsys):
+    """Without a terminal the demo is lines of text, and a table at the end."""
+    code = main(["demo", "--real-time-factor", "30"])
+
+    out = capsys.readouterr().out
     assert 0 == code
-    assert done["succeeded"] is True
-    assert ["blood_samples", "linen", "medicine"] == sorted(moved)
-    assert all(robot["failed"] == 0 for robot in done["robots"].values())
-    assert " | world | wall_e   | picked up medicine\n" in captured.err
-    assert " | tree  | wall_e   | Pick up medicine done\n" in captured.err
-    assert "What the fleet did" in captured.err
+    assert " | world | wall_e   | picked up medicine\n" in out
+    assert " | tree  | wall_e   | Pick up medicine done\n" in out
+    assert "What the fleet did" in out
+    assert "the mission succeeded: " in out
 
 
 def test_demo_whose_simulator_does_not_start(monkeypatch, capsys):
@@ -36,25 +81,35 @@ def test_demo_whose_simulator_does_not_start(monkeypatch, capsys):
     code = main(["demo"])
 
     assert 1 == code
-    assert "the simulator does not start; it says:\nnosuch: no such file" in capsys.readouterr().err
+    assert re.search(r"the simulator does not start; it says:\n.*nosuch: no such file", capsys.readouterr().err)
 
 
 def test_demo_whose_mission_fails(monkeypatch, capsys):
-    """The demo ends with 1 and says what the controller says."""
+    """The demo ends with 1 and tells what the controller says, which is where the fault is."""
     monkeypatch.setattr(demo, "_TREE", "bt_controller.hospital:nosuch")
     code = main(["demo"])
 
+    out = capsys.readouterr().out
     assert 1 == code
-    assert "the mission failed; the controller says:" in capsys.readouterr().out
+    assert "the mission failed: " in out
+    assert re.search("the controller ended with 2; it says:\nbt-controller: .* has no 'nosuch'", out)
+    assert "the simulator ended" not in out
 
 
-def test_demo_ends_its_children_on_ctrl_c(start):
-    """Ctrl-C ends the demo with 130, and its output ends, too: no child holds it."""
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_demo_ends_its_children(start, number, code):
+    """A signal ends the demo with its own code, and both its processes."""
     process = start("demo")
     for line in process.stdout:
         if "accepted" in line:
             break
-    process.send_signal(signal.SIGINT)
-    process.communicate(timeout=PATIENCE)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    descriptors = [os.pidfd_open(int(child)) for child in children]
+    process.send_signal(number)
+    _, complaints = process.communicate(timeout=PATIENCE)
 
-    assert 130 == process.returncode
+    assert (code, 2) == (process.returncode, len(children))
+    assert complaints == "interrupted; the simulator and the controller have ended\n"
+    assert descriptors == select.select(descriptors, [], [], 0)[0]
+    for descriptor in descriptors:
+        os.close(descriptor)

@@ -58,6 +58,31 @@ def test_what_is_not_told(what, story):
     assert [] == list(story.happened(what))
 
 
+@pytest.mark.parametrize(
+    ("status", "hands_over"),
+    [(1, False), (4, True), (5, True), (6, True)],
+)
+def test_the_end_of_a_goal_hands_over(status, hands_over, story):
+    """When a goal has ended it is the tree's turn."""
+    (line,) = story.happened(event("status", action="wait", status=status))
+
+    assert hands_over == line.hands_over
+
+
+def test_the_begin_of_a_behaviour_hands_over(story):
+    """When a behaviour has begun it is the world's turn; when it is done the tree goes on."""
+    lines = [*story.ticked(tree("RUNNING")), *story.ticked(tree("SUCCESS"))]
+
+    assert [True, False] == [line.hands_over for line in lines]
+
+
+def test_a_line_for_programs(story):
+    """A line has its time in milliseconds."""
+    (line,) = story.happened(event("picked", item="linen"))
+
+    assert {"sim_time": 2.5, "source": "world", "robot": "eve", "text": "picked up linen"} == line.to_json()
+
+
 def test_goals_are_counted(story):
     """Goals that succeeded and that did not are counted apart."""
     for status in (1, 2, 4, 4, 5, 6):

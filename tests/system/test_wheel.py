@@ -40,7 +40,7 @@ def test_the_demo_runs_from_elsewhere(installed, tmp_path):
 @pytest.mark.timeout(300)
 def test_shipped_worlds_are_found_by_name(installed, tmp_path):
     """From any folder."""
-    for world in ("scenario1", "scenario2", "hospital"):
+    for world in ("scenario1", "scenario2", "hospital", "warehouse"):
         done = subprocess.run(
             [installed / "hmrsim", "map", "validate", world], cwd=tmp_path, capture_output=True, text=True, check=False
         )

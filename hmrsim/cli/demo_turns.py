@@ -1,0 +1,50 @@
+"""The order in which a demo tells what it hears from two processes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hmrsim.cli.demo_story import Line
+
+_OTHER: Final = {"tree": "world", "world": "tree"}
+
+
+class Turns:
+    """Puts the lines of the world and of the trees in the order of cause and effect.
+
+    They come by different ways, and the controller reads the time off a clock that ticks, so neither arrival nor
+    time tells. But a robot's behaviour begins, the world pursues its goal, and then the behaviour is done: a line
+    waits for its source's turn.
+
+    Args:
+        patience: Wall seconds that a line waits at most.
+    """
+
+    def __init__(self, patience: float) -> None:
+        self._patience = patience
+        self._waiting: list[tuple[float, Line]] = []
+        self._turns: dict[str, str] = {}
+        self._times: dict[str, float] = {}
+
+    def add(self, line: Line, now: float) -> None:
+        """Take a line that came *now*, in wall seconds."""
+        self._waiting.append((now + self._patience, line))
+
+    def ready(self, now: float) -> Iterator[Line]:
+        """Yield the lines whose turn it is *now*, in wall seconds, with times that never go back for a robot."""
+        while (i := self._next(now)) is not None:
+            _, line = self._waiting.pop(i)
+            self._turns[line.robot] = _OTHER[line.source] if line.hands_over else line.source
+            time = max(line.sim_time or 0.0, self._times.get(line.robot, 0.0))
+            self._times[line.robot] = time
+            yield line._replace(sim_time=time or None)
+
+    def _next(self, now: float) -> int | None:
+        """Return the first line that may be told; None if all have to wait."""
+        for i, (until, line) in enumerate(self._waiting):
+            if line.source == self._turns.get(line.robot, "tree") or until <= now:
+                return i
+        return None

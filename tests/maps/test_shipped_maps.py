@@ -1,0 +1,86 @@
+"""The worlds that hmrsim brings along."""
+
+from __future__ import annotations
+
+import json
+
+import jsonschema
+import pytest
+import yaml
+
+from hmrsim.actions import registry
+from hmrsim.gateway import SendGoal
+from hmrsim.graph import WaypointGraph
+from hmrsim.resources import folder, shipped_maps
+from hmrsim.simulator import Simulator
+from hmrsim.world import load_world
+from tests.simulation import Log
+
+NAVIGATE = registry()["navigate_to_pose"]
+
+
+@pytest.fixture(params=["hospital", "scenario1", "scenario2", "warehouse"], scope="module")
+def name(request):
+    """Return the bare name of a shipped world."""
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def loaded(name):
+    """Return a shipped world."""
+    return load_world(name)
+
+
+def places(world):
+    """Return where robots go: the points of all places and docks, or of waypoints where there are none."""
+    points = [place.at for place in (*world.places.values(), *world.docks.values())]
+    return points or [*world.waypoints.values()]
+
+
+def go(x, y):
+    """Return a goal for navigate_to_pose."""
+    return NAVIGATE.goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": y}}}})
+
+
+def test_what_is_shipped():
+    """The folder has these worlds, and nothing else that would be taken for one."""
+    assert ["hospital", "scenario1", "scenario2", "warehouse"] == list(shipped_maps())
+
+
+def test_nothing_is_odd(loaded):
+    """A shipped world has no warnings."""
+    assert () == loaded.warnings
+
+
+def test_files_are_completed_by_editors(loaded):
+    """The first line names the schema, and the file is valid by it."""
+    text = loaded.path.read_text(encoding="utf-8")
+    schema = json.loads((folder("schemas") / "world.schema.json").read_text(encoding="utf-8"))
+
+    jsonschema.validate(yaml.safe_load(text), schema)
+    assert text.splitlines()[0] == "# yaml-language-server: $schema=../schemas/world.schema.json"
+
+
+def test_everything_is_reached_from_everywhere(loaded):
+    """A route leads from each place, dock and start of a robot to each other."""
+    graph = WaypointGraph(loaded.world)
+    points = [*places(loaded.world), *(loaded.world.point(robot.at) for robot in loaded.world.robots.values())]
+    points = [*dict.fromkeys(points)]
+
+    routes = [graph.plan(start, goal, 1.0) for start in points for goal in points]
+
+    assert len(points) == sum(not route.legs for route in routes)
+
+
+def test_every_robot_drives(loaded):
+    """In virtual time all robots set out at once, and each arrives; nobody follows a script meanwhile."""
+    log = Log(frozenset())
+    robots = {name: robot.model_copy(update={"script": ()}) for name, robot in loaded.world.robots.items()}
+    simulator = Simulator(loaded.world.model_copy(update={"robots": robots}), [log])
+    points = places(loaded.world)
+    for i, robot in enumerate(simulator.robots, start=1):
+        simulator.submit(SendGoal(robot, NAVIGATE.name, go(*points[i % len(points)]), goal_id=f"{i:032x}"))
+    simulator.run()
+
+    ends = {robot: log.changes(f"{i:032x}")[-1][1] for i, robot in enumerate(simulator.robots, start=1)}
+    assert dict.fromkeys(simulator.robots, "SUCCEEDED") == ends
