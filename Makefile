@@ -42,8 +42,8 @@ format: $(READY)  ## Format the code, and mend what can be mended
 schemas: $(READY)  ## Write schemas/ anew from the models
 	$(BIN)/python -m hmrsim_zenoh.schemas
 
-bench: $(READY)  ## Measure, and print tables
-	$(BIN)/python -m benchmarks
+bench: $(READY)  ## Measure, and print tables; some of them by ARGS="scale --quick"
+	$(BIN)/python -m benchmarks $(ARGS)
 
 package: $(READY)  ## Build the wheel and the source distribution
 	$(BIN)/python -m build

@@ -1,27 +1,48 @@
-"""Run every benchmark and print its table."""
+"""``python -m benchmarks [NAME …] [--quick] [--json FILE] [--write FILE]``: measure, and print tables."""
 
 from __future__ import annotations
 
+import argparse
 import importlib
+import json
 import pkgutil
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.table import Table
 
 import benchmarks
+from benchmarks import _report
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
-def main() -> None:
-    """Run each module of this folder that has a *run* function."""
-    console = Console()
-    for info in pkgutil.iter_modules(benchmarks.__path__):
-        if info.name.startswith("_"):
-            continue
-        module = importlib.import_module(f"benchmarks.{info.name}")
-        table = Table(*["what", "median", "against bare"], title=(module.__doc__ or "").partition("\n")[0])
-        for row in module.run():
-            table.add_row(*row)
-        console.print(table)
+def main(argv: Sequence[str] | None = None) -> None:
+    """Run the benchmarks that are named, or all."""
+    names = [info.name for info in pkgutil.iter_modules(benchmarks.__path__) if not info.name.startswith("_")]
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Measure, and print tables.")
+    parser.add_argument("name", nargs="*", metavar="NAME", help=f"which, of {', '.join(names)}; all by default")
+    parser.add_argument("--quick", action="store_true", help="small sizes and short times: does it run at all?")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, too")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="replace the tables of this document")
+    args = parser.parse_args(argv)
+    for unknown in set(args.name) - set(names):
+        parser.error(f"no benchmark {unknown!r}; there are {', '.join(names)}")
+    out, err = Console(), Console(stderr=True)
+    out.print(_report.machine(), highlight=False)
+    figures = {}
+    for name in args.name or names:
+        module = importlib.import_module(f"benchmarks.{name}")
+        with err.status(f"{name} …"):
+            rows = module.run(**module.QUICK) if args.quick else module.run()
+        out.print(_report.as_table((module.__doc__ or "").partition("\n")[0], rows))
+        figures[name] = [_report.as_json(row) for row in rows]
+        if args.write:
+            _report.write(args.write, name, f"{datetime.now(UTC):%Y-%m-%d}", rows)
+    if args.json:
+        args.json.write_text(json.dumps({"machine": _report.machine(), "benchmarks": figures}, indent=2) + "\n")
 
 
 if __name__ == "__main__":

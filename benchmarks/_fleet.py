@@ -1,0 +1,105 @@
+"""A crowd that never rests: robots on a grid of lanes, each of which gets a new random goal when it has arrived."""
+
+from __future__ import annotations
+
+import itertools
+import random
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hmrsim.gateway import Answered, GetResult, SendGoal
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.world import LoadedWorld
+from hmrsim.world.model import World
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from hmrsim.gateway import Event, Topic
+    from hmrsim.interfaces.message import Message
+    from hmrsim.simulator import Simulator
+
+SIDE = 32
+"""Waypoints along each side of the grid."""
+
+LANE_SECONDS = 5.0
+"""What a lane takes on average: lanes are about 5 m long, robots drive 1 m/s."""
+
+_JITTER = 1.0
+
+
+def grid_world(robots: int, *, side: int = SIDE, seed: int = 1) -> World:
+    """Return a world of that many robots, ``robot_0`` and so on, at random waypoints of a grid."""
+    chance = random.Random(seed)
+    waypoints = {
+        f"w{row:02}{column:02}": tuple(LANE_SECONDS * at + chance.uniform(-_JITTER, _JITTER) for at in (column, row))
+        for row, column in itertools.product(range(side), repeat=2)
+    }
+    across = [[f"w{row:02}{column:02}" for column in range(side)] for row in range(side)]
+    lines = [*across, *zip(*across, strict=True)]
+    starts = list(waypoints)
+    return World.model_validate(
+        {
+            "name": f"{robots} robots on a grid",
+            "waypoints": waypoints,
+            "lanes": [pair for line in lines for pair in itertools.pairwise(line)],
+            "robots": {f"robot_{number}": {"at": chance.choice(starts)} for number in range(robots)},
+        }
+    )
+
+
+def loaded(world: World) -> LoadedWorld:
+    """Return a world that no file has, as `Host` takes it."""
+    return LoadedWorld(world=world, path=Path("benchmark.yaml"), warnings=(), hash="")
+
+
+def plan_everything(simulator: Simulator) -> None:
+    """Plan a trip to every waypoint, so that no search is left to be made during a measurement."""
+    points = list(simulator.world.waypoints.values())
+    for start, goal in itertools.pairwise([*points, points[0]]):
+        simulator.graph.plan(start, goal, 1.0)
+
+
+class Wanderers:
+    """A sink that sends each robot to a random waypoint, waits for the result, and sends it on.
+
+    It takes the way of every client: a command for the goal, one for its result, and the answer to the latter.
+    Robots first wait for a random part of a second, so that they don't keep step.
+    """
+
+    def __init__(self, simulator: Simulator, seed: int = 1) -> None:
+        self._simulator = simulator
+        self._chance = random.Random(seed)
+        self._numbers = itertools.count(1)
+        self._goals = [
+            NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=Point(x=x, y=y))))
+            for x, y in simulator.world.waypoints.values()
+        ]
+
+    def start(self, robots: Iterable[str]) -> None:
+        """Attach to the simulator, and send these robots off; before its thread starts, if it has one."""
+        self._simulator.attach(self)
+        for robot in robots:
+            self._send(robot, "wait", Wait.Goal(time=Duration.from_seconds(self._chance.random())))
+
+    def emit(self, event: Event) -> None:
+        """Send on the robot whose result has come."""
+        if isinstance(event, Answered) and isinstance(event.reply_to, _Wanderer):
+            self._send(event.reply_to, "navigate_to_pose", self._chance.choice(self._goals))
+
+    def wants(self, _topic: Topic) -> bool:
+        """Return False: results come unasked."""
+        return False
+
+    def _send(self, robot: str, action: str, goal: Message) -> None:
+        goal_id = f"{next(self._numbers):032x}"
+        self._simulator.submit(SendGoal(robot, action, goal, goal_id))
+        self._simulator.submit(GetResult(robot, action, goal_id, _Wanderer(robot)))
+
+
+class _Wanderer(str):
+    """The name of a robot that wanders, as the address of its results."""
+
+    __slots__ = ()

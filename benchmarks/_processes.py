@@ -1,0 +1,117 @@
+"""Processes to be measured: fresh ones of ours, the commands that users start, and what the kernel says of both."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from multiprocessing.connection import Connection
+
+ROOT = Path(__file__).parents[1]
+HMRSIM = (sys.executable, "-m", "hmrsim.cli")
+"""The command ``hmrsim``, of the Python that runs now."""
+
+ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+"""For commands: whoever installs hmrsim has it compiled, so that only the first start takes the time for that."""
+
+_PATIENCE = 10.0
+_TICKS = os.sysconf("SC_CLK_TCK")
+_MB = 1e6
+
+
+class Child:
+    """A process of ours, and its end of a pipe."""
+
+    def __init__(self, process: Any, pipe: Connection) -> None:
+        self._process = process
+        self._pipe = pipe
+
+    @property
+    def pid(self) -> int:
+        """Its process id."""
+        return int(self._process.pid)
+
+    def ask(self, question: object) -> Any:
+        """Send something, and return what comes back."""
+        self._pipe.send(question)
+        return self.receive()
+
+    def receive(self) -> Any:
+        """Return what the process sends next.
+
+        Raises:
+            EOFError: It has ended.
+        """
+        return self._pipe.recv()
+
+
+@contextmanager
+def child(function: Callable[..., None], *args: object) -> Iterator[Child]:
+    """Call *function* with a pipe's end and *args* in a fresh process; the pipe's end of file tells it to end."""
+    context = multiprocessing.get_context("spawn")
+    here, there = context.Pipe()
+    process = context.Process(target=function, args=(there, *args), daemon=True)
+    process.start()
+    there.close()  # so that a process that dies is the end of the pipe
+    try:
+        yield Child(process, here)
+    finally:
+        here.close()
+        process.join(_PATIENCE)
+        if process.is_alive():
+            process.kill()
+
+
+def wait_for_end(pipe: Connection) -> None:
+    """Return when the process that started this one wants it to end."""
+    try:
+        pipe.recv()
+    except EOFError:
+        return
+
+
+@contextmanager
+def command(*words: str) -> Iterator[subprocess.Popen[str]]:
+    """Run a command from the project's folder, with its output in a pipe; end it with SIGTERM."""
+    process = subprocess.Popen(
+        words, cwd=ROOT, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
+    try:
+        yield process
+    finally:
+        process.terminate()
+        process.communicate(timeout=_PATIENCE)
+
+
+def line_of(process: subprocess.Popen[str]) -> str:
+    """Return the next line that a command says.
+
+    Raises:
+        RuntimeError: It has ended.
+    """
+    line = process.stdout.readline() if process.stdout else ""
+    if not line:
+        raise RuntimeError(f"{process.args!r} ended with {process.wait()}, and said nothing")
+    return line
+
+
+def memory(pid: int | str) -> tuple[float, float]:
+    """Return the resident and the proportional memory of a process, in MB."""
+    sizes = {}
+    for line in Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()[1:]:
+        name, _, size = line.partition(":")
+        sizes[name] = int(size.split()[0]) * 1024 / _MB
+    return sizes["Rss"], sizes["Pss"]
+
+
+def processor_seconds(pid: int) -> float:
+    """Return the processor time that a process has used so far, in all its threads."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / _TICKS

@@ -1,0 +1,126 @@
+"""What a benchmark says: rows, and how they are shown to people and to programs."""
+
+from __future__ import annotations
+
+import os
+import platform
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+_HEAD = ("what", "value", "ratio", "target", "met")
+_PACKAGES = ("simpy", "eclipse-zenoh", "pydantic", "networkx")
+_SEVERAL_DIGITS = 100
+
+
+@dataclass(frozen=True)
+class Row:
+    """One figure, most often a median.
+
+    Attributes:
+        what: What was measured.
+        value: How much of it.
+        unit: Of the value.
+        ratio: Against what the benchmark compares with, which was measured in the same run; None for no comparison.
+        at_most: The value's target; None for none.
+        at_least: Likewise.
+        ratio_at_most: The ratio's target; None for none.
+    """
+
+    what: str
+    value: float
+    unit: str
+    ratio: float | None = None
+    at_most: float | None = None
+    at_least: float | None = None
+    ratio_at_most: float | None = None
+
+    @property
+    def met(self) -> bool | None:
+        """Whether every target is met; None when there is none."""
+        verdicts = []
+        if self.at_most is not None:
+            verdicts.append(self.value <= self.at_most)
+        if self.at_least is not None:
+            verdicts.append(self.value >= self.at_least)
+        if self.ratio_at_most is not None and self.ratio is not None:
+            verdicts.append(self.ratio <= self.ratio_at_most)
+        return all(verdicts) if verdicts else None
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The row as people read it."""
+        targets = [
+            f"{sign} {_number(limit)} {unit}"
+            for sign, limit, unit in (
+                ("≤", self.at_most, self.unit),
+                ("≥", self.at_least, self.unit),
+                ("≤", self.ratio_at_most, "x"),
+            )
+            if limit is not None
+        ]
+        ratio = "" if self.ratio is None else f"{self.ratio:.2f}x"
+        met = {None: "", True: "yes", False: "no"}[self.met]
+        return self.what, f"{_number(self.value)} {self.unit}", ratio, ", ".join(targets), met
+
+
+def _number(value: float) -> str:
+    """Return three digits or more of a number."""
+    return f"{value:,.0f}" if abs(value) >= _SEVERAL_DIGITS else f"{value:.3g}"
+
+
+def machine() -> str:
+    """Return what the figures depend on: the machine, and the versions of what runs on it."""
+    model = next(
+        (line.partition(":")[2].strip() for line in _lines("/proc/cpuinfo") if line.startswith("model name")),
+        platform.processor() or platform.machine(),
+    )
+    packages = ", ".join(f"{package} {version(package)}" for package in _PACKAGES)
+    system = f"{platform.system()} {platform.machine()}"
+    return f"{os.cpu_count()} cores of {model}, {system}; Python {platform.python_version()}, {packages}"
+
+
+def _lines(path: str) -> list[str]:
+    file = Path(path)
+    return file.read_text().splitlines() if file.exists() else []
+
+
+def as_table(title: str, rows: Iterable[Row]) -> Table:
+    """Return rows as a table for the terminal."""
+    table = Table(title=title, title_justify="left")
+    for heading in _HEAD:
+        table.add_column(heading, justify="left" if heading == "what" else "right")
+    for row in rows:
+        table.add_row(*row.cells, style=None if row.met is not False else "red")
+    return table
+
+
+def as_json(row: Row) -> dict[str, Any]:
+    """Return a row as JSON values."""
+    return {**asdict(row), "met": row.met}
+
+
+def as_markdown(rows: Iterable[Row]) -> str:
+    """Return rows as a table in Markdown."""
+    lines = [_HEAD, ("---", *["---:"] * (len(_HEAD) - 1)), *(row.cells for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def write(path: Path, name: str, when: str, rows: Sequence[Row]) -> None:
+    """Put a benchmark's rows into a document, between the comments ``<!-- begin NAME -->`` and ``<!-- end NAME -->``.
+
+    Raises:
+        ValueError: The document has no such comments.
+    """
+    begin, end = f"<!-- begin {name} -->", f"<!-- end {name} -->"
+    head, began, rest = path.read_text().partition(begin)
+    _, ended, tail = rest.partition(end)
+    if not began or not ended:
+        raise ValueError(f"{path}: no {begin} … {end} to write between")
+    path.write_text(f"{head}{begin}\n{when}: {machine()}.\n\n{as_markdown(rows)}\n{end}{tail}")

@@ -1,0 +1,145 @@
+"""A world served from a process of its own, and clients of it that cost as little as Python allows."""
+
+from __future__ import annotations
+
+import json
+import uuid
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from benchmarks._fleet import Wanderers, loaded, plan_everything
+from benchmarks._processes import Child, child, wait_for_end
+from hmrsim_zenoh.host import Host, HostSettings
+from hmrsim_zenoh.session import SessionOptions, open_client
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from multiprocessing.connection import Connection
+
+    from hmrsim.world.model import World
+
+BARE = "bare/query"
+BARE_PAYLOAD = b"x" * 200
+"""About what a goal or a result has."""
+
+_TIMEOUT = 30.0
+_BEGINNING = 2.0
+"""Simulated seconds until all robots are on their way."""
+_LOOK = 0.05
+
+
+@dataclass(frozen=True)
+class Served:
+    """A world that is served by another process.
+
+    Attributes:
+        child: The process.
+        endpoint: Where to connect.
+    """
+
+    child: Child
+    endpoint: str
+
+    @contextmanager
+    def session(self) -> Iterator[zenoh.Session]:
+        """Connect."""
+        with open_client(SessionOptions(connect=(self.endpoint,))) as session:
+            yield session
+
+
+@contextmanager
+def served(world: World, settings: HostSettings, *, wandering: int = 0) -> Iterator[Served]:
+    """Serve a world, whose last *wandering* robots never rest, and a bare queryable on the same session."""
+    with child(_serve, world, settings, wandering) as process:
+        yield Served(process, process.receive())
+
+
+def _serve(pipe: Connection, world: World, settings: HostSettings, wandering: int) -> None:
+    with Host(loaded(world), SessionOptions(listen=("tcp/127.0.0.1:0",)), settings) as host:
+        bare: zenoh.handlers.Callback[zenoh.Query] = zenoh.handlers.Callback(
+            lambda query: query.reply(query.key_expr, BARE_PAYLOAD), indirect=False
+        )
+        host._session.declare_queryable(BARE, bare)  # noqa: SLF001 - it must share the simulator's session
+        if wandering:
+            plan_everything(host.simulator)
+            Wanderers(host.simulator).start(list(host.simulator.robots)[-wandering:])
+        host.start()
+        while wandering and host.simulator.now < _BEGINNING:
+            if host.wait(_LOOK):
+                raise RuntimeError("the simulation died") from host.error
+        pipe.send(host.endpoints[0])
+        wait_for_end(pipe)
+
+
+def ask(session: zenoh.Session, key: str, payload: bytes) -> bytes:
+    """Send a query, wait for its first reply, and return what it says."""
+    return answer(session.get(key, payload=payload, timeout=_TIMEOUT), key)
+
+
+def answer(replies: Any, key: str) -> bytes:
+    """Return what the first of a query's replies says, when it has come.
+
+    Raises:
+        RuntimeError: It is an error.
+    """
+    reply = replies.recv()
+    if reply.ok is None:
+        raise RuntimeError(f"{key}: {reply.err.payload.to_string()}")
+    return bytes(reply.ok.payload.to_bytes())
+
+
+@dataclass
+class GoalSender:
+    """Sends goals of one robot's action by bare keys, with ids of its own making.
+
+    Attributes:
+        session: An open session.
+        action: Robot and action, as in keys.
+        goal: The goal, as JSON values.
+    """
+
+    session: zenoh.Session
+    action: str
+    goal: dict[str, Any] = field(default_factory=dict)
+    _last: str = ""
+
+    def accepted(self) -> None:
+        """Send the goal, and return when it is accepted."""
+        self._accepted(ask(self.session, self._key("send_goal"), self._next_goal()))
+
+    def result(self) -> None:
+        """Return when the goal that was sent last has ended."""
+        self._succeeded(ask(self.session, self._key("get_result"), self._last_id()))
+
+    def one_by_one(self) -> None:
+        """Send the goal; when it is accepted, ask for the result, and return with it."""
+        self.accepted()
+        self.result()
+
+    def right_behind(self) -> None:
+        """Send the goal and ask for its result at once, and return with it."""
+        key = self._key("send_goal")
+        sent = self.session.get(key, payload=self._next_goal(), timeout=_TIMEOUT)
+        self.result()
+        self._accepted(answer(sent, key))
+
+    def _key(self, verb: str) -> str:
+        return f"hmrsim/{self.action}/_action/{verb}"
+
+    def _next_goal(self) -> bytes:
+        self._last = uuid.uuid4().hex
+        return json.dumps({"goal_id": self._last, "goal": self.goal}).encode()
+
+    def _last_id(self) -> bytes:
+        return json.dumps({"goal_id": self._last}).encode()
+
+    def _accepted(self, payload: bytes) -> None:
+        if not json.loads(payload)["accepted"]:
+            raise RuntimeError(f"{self.action}: {payload!r}")
+
+    def _succeeded(self, payload: bytes) -> None:
+        if json.loads(payload)["status"] != 4:  # noqa: PLR2004 - SUCCEEDED
+            raise RuntimeError(f"{self.action}: {payload!r}")

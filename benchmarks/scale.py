@@ -1,0 +1,154 @@
+"""How fast many robots run with nobody watching: simulated seconds a wall second, all of them driving.
+
+The ratio says how much faster bare simpy is: as many processes that only wait for lanes' ends.
+"""
+
+from __future__ import annotations
+
+import random
+import statistics
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import simpy
+
+from benchmarks._fleet import LANE_SECONDS, SIDE, Wanderers, grid_world, plan_everything
+from benchmarks._processes import child, memory
+from benchmarks._report import Row
+from hmrsim.simulator import Simulator
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Sequence
+    from multiprocessing.connection import Connection
+
+    from hmrsim.graph import Route
+
+QUICK: dict[str, Any] = {"sizes": (1, 10, 100, 1000), "window": 0.3}
+
+_TARGETS = {100: 10_000.0, 1000: 1000.0, 10_000: 40.0}
+_EVENTS_A_LOOK = 1000
+_SLICES = 8
+"""Into which the window is cut, so that the simulator and bare simpy take turns."""
+_LEAST_FOR_MEMORY = 10_000
+"""Robots from which on the memory of the rest does not count."""
+
+
+@dataclass(frozen=True)
+class _Speed:
+    """Simulated seconds and events a wall second."""
+
+    factor: float
+    events: float
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What one size gave.
+
+    Attributes:
+        whole: All of it.
+        bare: Simpy alone.
+        planning: Share of the time that is spent in planning.
+        searching: Wall seconds to find the ways to one waypoint from everywhere, for the first time.
+        megabytes: Resident memory of the robots, that of the graph not counted.
+    """
+
+    whole: _Speed
+    bare: _Speed
+    planning: float
+    searching: float
+    megabytes: float
+
+
+def run(
+    *, sizes: Sequence[int] = (1, 10, 100, 1000, 10_000, 100_000), window: float = 4.0, side: int = SIDE
+) -> list[Row]:
+    """Return rows for each number of robots, each measured in a fresh process for *window* wall seconds."""
+    rows: list[Row] = []
+    for robots in sizes:
+        with child(_measure, robots, window, side) as process:
+            found: _Found = process.receive()
+        name = f"{robots:,} robot{'s' * (robots > 1)}"
+        factor, bare = found.whole.factor, found.bare.factor
+        rows += [
+            Row(name, factor, "simulated s/s", bare / factor, at_least=_TARGETS.get(robots)),
+            Row(f"{name}: events", found.whole.events, "events/s"),
+            Row(f"{name}: planning", found.planning * 100, "% of the time"),
+        ]
+        if robots >= _LEAST_FOR_MEMORY:
+            rows.append(Row(f"{name}: memory while they drive", found.megabytes * 1000 / robots, "MB/1,000 robots"))
+    return [*rows, Row(f"search for the ways to one of {side * side:,} waypoints", found.searching * 1e3, "ms")]
+
+
+def _measure(pipe: Connection, robots: int, window: float, side: int) -> None:
+    """Send what this size gives."""
+    empty = _resident()
+    simulator = Simulator(grid_world(robots, side=side), keep_results=10)
+    unplanned, began = _resident(), time.perf_counter()
+    plan_everything(simulator)
+    searching = (time.perf_counter() - began) / len(simulator.world.waypoints)
+    empty += _resident() - unplanned
+    Wanderers(simulator).start(simulator.robots)
+    # All begin within the first second: a rush that comes never again.
+    simulator.run(until=2.0)
+    megabytes = _resident() - empty
+    bare = _bare(robots)
+    whole, floor = [], []
+    for _ in range(_SLICES):
+        whole.append(_speed(simulator.env, simulator.run, robots, window / _SLICES))
+        floor.append(_speed(bare, bare.run, robots, window / _SLICES))
+    planning = _planning_share(simulator, robots, window / 2)
+    pipe.send(_Found(_median(whole), _median(floor), planning, searching, megabytes))
+
+
+def _speed(env: simpy.Environment, run_until: Callable[[float], None], robots: int, window: float) -> _Speed:
+    """Run for *window* wall seconds, and a little more: the wall clock is read once in some thousand events."""
+    chunk = _EVENTS_A_LOOK * LANE_SECONDS / robots
+    scheduled, since = next(env._eid), env.now  # noqa: SLF001 - simpy counts its events there
+    began = time.perf_counter()
+    while (took := time.perf_counter() - began) < window:
+        run_until(env.now + chunk)
+    return _Speed((env.now - since) / took, (next(env._eid) - scheduled) / took)  # noqa: SLF001 - likewise
+
+
+def _median(speeds: Sequence[_Speed]) -> _Speed:
+    return _Speed(
+        statistics.median(speed.factor for speed in speeds), statistics.median(speed.events for speed in speeds)
+    )
+
+
+def _bare(robots: int) -> simpy.Environment:
+    """Return an environment of processes that do nothing but wait as long as a lane takes."""
+    env, chance = simpy.Environment(), random.Random(1)
+
+    def lanes() -> Generator[simpy.Event, Any, None]:
+        while True:
+            yield env.timeout(chance.uniform(0.6, 1.4) * LANE_SECONDS)
+
+    for _ in range(robots):
+        env.process(lanes())
+    env.run(until=2.0)
+    return env
+
+
+def _planning_share(simulator: Simulator, robots: int, window: float) -> float:
+    """Return the share of the wall time that is spent in planning, by a run in which each plan is timed."""
+    plan, spent = simulator.graph.plan, 0.0
+
+    def timed(*args: Any) -> Route:
+        nonlocal spent
+        began = time.perf_counter()
+        try:
+            return plan(*args)
+        finally:
+            spent += time.perf_counter() - began
+
+    simulator.graph.plan = timed  # type: ignore[method-assign,assignment]
+    began = time.perf_counter()
+    _speed(simulator.env, simulator.run, robots, window)
+    return spent / (time.perf_counter() - began)
+
+
+def _resident() -> float:
+    return memory("self")[0]

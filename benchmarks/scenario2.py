@@ -1,0 +1,151 @@
+"""Scenario 2 over the wire: what a goal costs, against the bare round trip of a Zenoh query."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any
+
+from benchmarks._fleet import SIDE, grid_world
+from benchmarks._report import Row
+from benchmarks._timing import Variant, medians
+from benchmarks._wire import BARE, BARE_PAYLOAD, GoalSender, ask, served
+from hmrsim.actions import registry
+from hmrsim.gateway import Answered, GetResult, SendGoal
+from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim.simulator import Simulator
+from hmrsim.world import load_world
+from hmrsim_zenoh import Client
+from hmrsim_zenoh.host import HostSettings
+
+if TYPE_CHECKING:
+    import zenoh
+
+    from hmrsim.gateway import Event, Topic
+    from hmrsim.world.model import World
+
+QUICK: dict[str, Any] = {"rounds": 20, "crowd": 100}
+
+_GOAL = {"pose": {"pose": {"position": {"x": 450.0, "y": 330.0}}}}
+_HOME = {"pose": {"pose": {"position": {"x": 78.0, "y": 86.0}}}}
+_DRIVE = "wall_e/navigate_to_pose"
+_BARE = "bare query"
+_FREE = HostSettings(real_time_factor=0.0, keep_results=10)
+_PACED = HostSettings(real_time_factor=1.0, keep_results=10)
+
+
+def run(*, rounds: int = 500, crowd: int = 1000, side: int = SIDE) -> list[Row]:
+    """Return what goals cost, with nothing else to do and beside a crowd that keeps the simulation's thread busy."""
+    return [*_with_nothing_else(rounds), *_beside(grid_world(crowd, side=side), rounds)]
+
+
+def _with_nothing_else(rounds: int) -> list[Row]:
+    world = load_world("scenario2").world
+    with ExitStack() as stack:
+        free, paced = (
+            stack.enter_context(stack.enter_context(served(world, settings)).session()) for settings in (_FREE, _PACED)
+        )
+        client = stack.enter_context(Client(session=free))
+        there, back, idle = GoalSender(free, _DRIVE, _GOAL), GoalSender(free, _DRIVE, _HOME), _waiter(free, "wall_e")
+        on_time = _waiter(paced, "wall_e")
+        drive = client.action_client("wall_e", registry()["navigate_to_pose"])
+        here, scripted = _Here(world), _Scripted(world)
+        took = medians(
+            [
+                _bare(free),
+                Variant("send_goal to accepted, idle", idle.accepted, idle.result),
+                Variant("send_goal to accepted, paced", on_time.accepted, on_time.result),
+                Variant("goal to result, one by one", there.one_by_one, back.right_behind),
+                Variant("goal to result, right behind", there.right_behind, back.right_behind),
+                Variant(
+                    "goal to result, by hmrsim_zenoh.Client",
+                    lambda: drive.send_goal(NavigateToPose.Goal.model_validate(_GOAL)).result(),
+                    back.right_behind,
+                ),
+                Variant("goal to result, in process", lambda: here.drive(_GOAL), lambda: here.drive(_HOME)),
+                Variant("script of one goal, in process", scripted.run, scripted.load),
+            ],
+            rounds,
+        )
+    limits = {
+        "send_goal to accepted, idle": 1.3,
+        "goal to result, one by one": 2.7,
+        "goal to result, right behind": 1.4,
+    }
+    return _rows(took, limits)
+
+
+def _beside(world: World, rounds: int) -> list[Row]:
+    """Return what it costs when all robots but one wander, so that the simulation's thread is never idle.
+
+    The bare query goes to another process, which has nothing to do but runs on the same busy machine.
+    """
+    with ExitStack() as stack:
+        crowd = len(world.robots)
+        idle = stack.enter_context(stack.enter_context(served(grid_world(1, side=2), _FREE)).session())
+        busy = stack.enter_context(stack.enter_context(served(world, _FREE, wandering=crowd - 1)).session())
+        sender = _waiter(busy, "robot_0")
+        name = f"send_goal to accepted, saturated by {crowd:,} robots"
+        took = medians([_bare(idle), Variant(name, sender.accepted, sender.result)], rounds)
+    return _rows({f"{what} beside it" if what == _BARE else what: time for what, time in took.items()}, {name: 2.0})
+
+
+def _waiter(session: zenoh.Session, robot: str) -> GoalSender:
+    """Return who sends goals that are over at once: a wait of no time."""
+    return GoalSender(session, f"{robot}/wait")
+
+
+def _bare(session: zenoh.Session) -> Variant:
+    return Variant(_BARE, lambda: ask(session, BARE, BARE_PAYLOAD))
+
+
+def _rows(took: dict[str, float], limits: dict[str, float]) -> list[Row]:
+    """Return a row a median; the first is what the others are compared with."""
+    bare = next(iter(took.values()))
+    return [
+        Row(name, seconds * 1e6, "µs", seconds / bare, ratio_at_most=limits.get(name)) for name, seconds in took.items()
+    ]
+
+
+class _Here:
+    """Scenario 2 in this process, driven by commands."""
+
+    def __init__(self, world: World) -> None:
+        self._simulator = Simulator(world, [self], keep_results=10)
+        self._sent = 0
+        self._results: list[object] = []
+
+    def drive(self, goal: dict[str, Any]) -> None:
+        """Send wall_e somewhere, and return when the result is there."""
+        self._sent += 1
+        goal_id = f"{self._sent:032x}"
+        message = NavigateToPose.Goal.model_validate(goal)
+        self._simulator.submit(SendGoal("wall_e", "navigate_to_pose", message, goal_id))
+        self._simulator.submit(GetResult("wall_e", "navigate_to_pose", goal_id, self))
+        self._simulator.run()
+        self._results.pop()
+
+    def emit(self, event: Event) -> None:
+        """Take a result."""
+        if isinstance(event, Answered):
+            self._results.append(event.answer)
+
+    def wants(self, _topic: Topic) -> bool:
+        """Return False: results come unasked."""
+        return False
+
+
+class _Scripted:
+    """Scenario 2 in this process, whose robot has a script; it runs once, from the beginning of the world."""
+
+    def __init__(self, world: World) -> None:
+        robot = world.robots["wall_e"].model_copy(update={"script": ("Go goal",)})
+        self._world = world.model_copy(update={"robots": {"wall_e": robot}})
+        self.load()
+
+    def load(self) -> None:
+        """Begin anew, so that the way has to be found again, too."""
+        self._simulator = Simulator(self._world)
+
+    def run(self) -> None:
+        """Run the script to its end."""
+        self._simulator.run()

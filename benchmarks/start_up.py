@@ -1,0 +1,58 @@
+"""How long one waits for the simulator to start."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+from contextlib import ExitStack
+from functools import partial
+from typing import Any
+
+from benchmarks._processes import ENVIRONMENT, HMRSIM, ROOT, command, line_of
+from benchmarks._report import Row
+from benchmarks._timing import Variant, medians
+
+QUICK: dict[str, Any] = {"rounds": 1}
+
+_LIMITS = {
+    "hmrsim --help": 0.3,
+    "hmrsim run scenario2 until ready": 0.5,
+    "with hmrsim_zenoh.Client until its first goal": 0.5,
+    "with a bare Zenoh client until its first goal": 0.5,
+}
+
+
+def run(*, rounds: int = 11) -> list[Row]:
+    """Return the wall seconds until each of these has said what it was started for."""
+    begun = ExitStack()
+    variants = [
+        Variant("python -c pass", partial(_run, sys.executable, "-c", "pass")),
+        Variant("hmrsim --help", partial(_run, *HMRSIM, "--help")),
+        Variant("hmrsim run scenario2 until ready", partial(_until_ready, begun), begun.close),
+        Variant("with hmrsim_zenoh.Client until its first goal", partial(_first_goal, "client", begun), begun.close),
+        Variant("with a bare Zenoh client until its first goal", partial(_first_goal, "bare", begun), begun.close),
+    ]
+    took = medians(variants, rounds)
+    return [Row(name, seconds, "s", at_most=_LIMITS.get(name)) for name, seconds in took.items()]
+
+
+def _run(*words: str) -> None:
+    subprocess.run(words, cwd=ROOT, env=ENVIRONMENT, stdout=subprocess.DEVNULL, check=True)
+
+
+def _until_ready(begun: ExitStack) -> None:
+    line_of(begun.enter_context(command(*HMRSIM, "run", "scenario2", "--listen", "tcp/127.0.0.1:0")))
+
+
+def _first_goal(by: str, begun: ExitStack) -> None:
+    """Start both at once, and return when the controller's first goal is accepted."""
+    endpoint = f"tcp/127.0.0.1:{_free_port()}"
+    begun.enter_context(command(*HMRSIM, "run", "scenario2", "--listen", endpoint))
+    line_of(begun.enter_context(command(sys.executable, "-m", "benchmarks._first_goal", endpoint, by)))
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

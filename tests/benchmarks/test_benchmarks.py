@@ -1,0 +1,109 @@
+"""The benchmarks run, and say what they are there to say; how fast, on this machine, is no test's business."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import pkgutil
+from pathlib import Path
+
+import pytest
+
+import benchmarks
+from benchmarks import _report
+from benchmarks.__main__ import main
+from benchmarks._report import Row
+
+ROOT = Path(benchmarks.__file__).parents[1]
+TINY = {
+    "listeners": {"sizes": (3,), "rates": (10.0,), "window": 0.2, "robots": 3, "rounds": 1, "side": 4},
+    "memory": {"sizes": (2, 4), "side": 3},
+    "scale": {"sizes": (1, 10), "window": 0.02, "side": 4},
+    "scenario2": {"rounds": 2, "crowd": 3, "side": 4},
+    "start_up": {"rounds": 1},
+}
+
+
+def test_every_benchmark_is_tested():
+    """A new benchmark is run by this test, too."""
+    names = {info.name for info in pkgutil.iter_modules(benchmarks.__path__) if not info.name.startswith("_")}
+
+    assert names == TINY.keys()
+
+
+@pytest.mark.system
+@pytest.mark.skipif(not Path("/proc/self/smaps_rollup").exists(), reason="reads Linux's /proc")
+@pytest.mark.parametrize("name", TINY)
+def test_a_benchmark_gives_rows(name):
+    """A benchmark gives rows, each of a name of its own and with a figure of something that took place."""
+    rows = importlib.import_module(f"benchmarks.{name}").run(**TINY[name])
+
+    assert len(rows) == len({row.what for row in rows})
+    assert [] == [row for row in rows if row.value <= 0 and row.unit not in {"% of a core", "MB/1,000 robots"}]
+
+
+@pytest.mark.parametrize("name", TINY)
+def test_a_benchmark_has_a_quick_form_and_a_place_in_the_docs(name):
+    """What `--quick` passes is taken by the benchmark, and `--write` finds where its table goes."""
+    module = importlib.import_module(f"benchmarks.{name}")
+    document = (ROOT / "docs" / "benchmarks.md").read_text()
+
+    assert module.QUICK.keys() <= TINY[name].keys()
+    assert f"<!-- begin {name} -->" in document
+    assert f"<!-- end {name} -->" in document
+
+
+@pytest.mark.parametrize(
+    ("row", "met"),
+    [
+        (Row("a", 5.0, "s"), None),
+        (Row("a", 5.0, "s", at_most=5.0), True),
+        (Row("a", 5.1, "s", at_most=5.0), False),
+        (Row("a", 4.9, "s", at_least=5.0), False),
+        (Row("a", 9.0, "s", 1.2, ratio_at_most=1.3), True),
+        (Row("a", 1.0, "s", 1.4, ratio_at_most=1.3), False),
+    ],
+)
+def test_a_row_meets_its_target(row, met):
+    """A value's target is about the value, a ratio's about the ratio; without a target nothing is met or missed."""
+    assert met is row.met
+
+
+def test_write_replaces_one_table(tmp_path):
+    """Writing one benchmark's table leaves everything else as it was."""
+    path = tmp_path / "doc.md"
+    path.write_text("# Title\n<!-- begin a -->\nold\n<!-- end a -->\nmiddle\n<!-- begin b -->\nkept\n<!-- end b -->\n")
+
+    _report.write(path, "a", "2026-01-31", [Row("bare query", 1234.5, "µs", 1.0, ratio_at_most=1.5)])
+
+    head, _, tail = path.read_text().partition("<!-- begin a -->\n2026-01-31: ")
+    assert head == "# Title\n"
+    assert tail.partition("\n\n")[2] == (
+        "| what | value | ratio | target | met |\n| --- | ---: | ---: | ---: | ---: |\n"
+        "| bare query | 1,234 µs | 1.00x | ≤ 1.5 x | yes |\n"
+        "<!-- end a -->\nmiddle\n<!-- begin b -->\nkept\n<!-- end b -->\n"
+    )
+
+
+def test_write_wants_its_place(tmp_path):
+    """A document without the comments is refused, and says which are missing."""
+    path = tmp_path / "doc.md"
+    path.write_text("# Title\n")
+
+    with pytest.raises(ValueError, match="no <!-- begin a --> … <!-- end a --> to write between"):
+        _report.write(path, "a", "2026-01-31", [])
+
+
+def test_json_has_the_figures_and_whether_they_are_met(tmp_path, monkeypatch):
+    """``python -m benchmarks NAME --json FILE`` writes the machine and every row."""
+    monkeypatch.setattr("benchmarks.start_up.run", lambda: [Row("hmrsim --help", 0.1, "s", at_most=0.3)])
+    file = tmp_path / "figures.json"
+
+    main(["start_up", "--json", str(file)])
+
+    figures = json.loads(file.read_text())
+    assert _report.machine() == figures["machine"]
+    (row,) = figures["benchmarks"]["start_up"]
+    assert ("hmrsim --help", 0.1, "s", 0.3, True) == tuple(
+        row[key] for key in ("what", "value", "unit", "at_most", "met")
+    )
