@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import os
 import re
-import signal
 import sys
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.cli.log_options import add_log_options, logging_to_stderr
+from hmrsim.command_line import CommandParser, run_program
 from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
     from contextlib import AbstractContextManager
 
     from bt_controller.display import Display
-    from bt_controller.mailbox import Mailbox
     from bt_controller.runner import Outcome
 
 # What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
@@ -28,20 +29,22 @@ _DONE: Final = 0
 _FAILED: Final = 1
 _WRONG_USE: Final = 2
 _NOBODY: Final = 3
-_INTERRUPTED: Final = 130
+
+_SHOW_CURSOR: Final = b"\x1b[?25h"
+"""The live display hides it."""
 
 _ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 _EXIT_CODES: Final = """\
 exit codes:
   0 done; 1 a tree failed, or there is no such robot or action; 2 wrong use, or no such tree;
-  3 no simulator answers; 130 interrupted, and its goals canceled"""
+  3 no simulator answers; 130 Ctrl-C, 143 SIGTERM: the goals are canceled (a second one does not wait for that)"""
 
 _RUN_EXAMPLES: Final = """\
 examples:
   bt-controller run bt_controller.examples:go_to_pose --robot wall_e
   bt-controller run missions:patrol --robot wall_e eve --connect tcp/10.0.0.7:7447
-  bt-controller run missions:patrol --robot wall_e --json | jq -c '[.sim_time, .status]'
+  bt-controller run missions:patrol --robot wall_e --json | jq -c 'select(.robot) | [.sim_time, .status]'
 
 TREE is MODULE:FUNCTION; modules are looked for in the current folder, too. The function takes the
 robot's name or nothing, and returns the root of a py_trees tree. Each robot has a tree and a
@@ -50,19 +53,21 @@ blackboard of its own."""
 _CHECK_EXAMPLES: Final = """\
 examples:
   bt-controller check bt_controller.examples:go_to_pose
-  bt-controller check missions:patrol && bt-controller run missions:patrol --robot wall_e"""
+  bt-controller check missions:patrol && bt-controller run missions:patrol --robot wall_e
+  bt-controller check missions:patrol --json | jq '.nodes | length'"""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code."""
+    return run_program("bt-controller", lambda: _main(argv))
+
+
+def _main(argv: Sequence[str] | None) -> int:
     args = _parser().parse_args(argv)
     try:
         code: int = args.command(args)
-        sys.stdout.flush()
-    except KeyboardInterrupt:
-        return _INTERRUPTED
     except BrokenPipeError:
-        # Whoever read our output has gone; Python would complain once more on its way out.
+        # Whoever read our output has gone before the end; Python would complain once more on its way out.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _FAILED
     except Exception as error:
@@ -87,7 +92,7 @@ def _exit_code(error: Exception) -> int | None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="bt-controller",
         description="Drive robots with behaviour trees, as a client of a simulator.",
         epilog=f"{_RUN_EXAMPLES}\n\n{_EXIT_CODES}",
@@ -125,13 +130,16 @@ def _parser() -> argparse.ArgumentParser:
         metavar="SIM_S",
         help="tick each SIM_S simulated seconds, besides when something happened (default: %(default)g)",
     )
-    run.add_argument("--json", action="store_true", help="one line of JSON whenever a tree has changed")
+    run.add_argument(
+        "--json", action="store_true", help="one line of JSON whenever a tree has changed, and one at the end"
+    )
     run.add_argument(
         "--confirm",
         action=argparse.BooleanOptionalAction,
         help="tick once more after success; otherwise as the tree has it",
     )
     add_session_options(run)
+    add_log_options(run)
     run.set_defaults(command=_run)
 
     check = commands.add_parser(
@@ -142,6 +150,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     check.add_argument("tree", metavar="TREE", help="MODULE:FUNCTION")
+    check.add_argument("--json", action="store_true", help="print the tree as one JSON object")
     check.set_defaults(command=_check)
     return parser
 
@@ -166,7 +175,12 @@ def _check(args: argparse.Namespace) -> int:
     from bt_controller.mission import Mission
     from bt_controller.trees import load
 
-    for node in Mission("robot", load(args.tree)).snapshot(None).nodes:
+    nodes = Mission("robot", load(args.tree)).snapshot(None).nodes
+    if args.json:
+        wanted = ("depth", "symbol", "kind", "name")
+        print(json.dumps({"tree": args.tree, "nodes": [{key: getattr(node, key) for key in wanted} for node in nodes]}))
+        return _DONE
+    for node in nodes:
         print(node.line(status=False))
     return _DONE
 
@@ -174,7 +188,8 @@ def _check(args: argparse.Namespace) -> int:
 def _run(args: argparse.Namespace) -> int:
     from dataclasses import replace
 
-    from bt_controller.mailbox import Mailbox
+    from bt_controller.interruption import SIGNAL_EXIT, on_interrupt
+    from bt_controller.mailbox import STOP, Mailbox
     from bt_controller.mission import Mission
     from bt_controller.runner import Runner
     from bt_controller.trees import load
@@ -187,11 +202,19 @@ def _run(args: argparse.Namespace) -> int:
     options = session_options(args)
     mailbox = Mailbox()
     entered, display = _display(as_json=args.json)
-    with Client(options) as client:
+    with logging_to_stderr(args), Client(options) as client:
         client.wait_for_simulator(options.timeout)
-        with entered, _stopping(mailbox):
-            outcome = Runner(client, missions, show=display.show, period=args.period, mailbox=mailbox).run()
-    return _report(outcome, quiet=args.json)
+        runner = Runner(client, missions, show=display.show, period=args.period, mailbox=mailbox)
+
+        def give_up() -> None:
+            if sys.stdout.isatty():
+                os.write(sys.stdout.fileno(), _SHOW_CURSOR)
+            _report(runner.give_up(), as_json=args.json)
+
+        with entered, on_interrupt(lambda: mailbox.put(STOP), give_up) as signals:
+            outcome = runner.run()
+    code = _report(outcome, as_json=args.json)
+    return SIGNAL_EXIT + signals[0] if outcome.interrupted else code
 
 
 def _display(*, as_json: bool) -> tuple[AbstractContextManager[object], Display]:
@@ -204,29 +227,16 @@ def _display(*, as_json: bool) -> tuple[AbstractContextManager[object], Display]
     return nullcontext(), PlainDisplay(sys.stdout)
 
 
-@contextmanager
-def _stopping(mailbox: Mailbox) -> Iterator[None]:
-    """End the runner on SIGINT and SIGTERM, so that it cancels its goals."""
-    from bt_controller.mailbox import STOP
-
-    signals = (signal.SIGINT, signal.SIGTERM)
-    before = [signal.signal(each, lambda _number, _frame: mailbox.put(STOP)) for each in signals]
-    try:
-        yield
-    finally:
-        for each, handler in zip(signals, before, strict=True):
-            signal.signal(each, handler)
-
-
-def _report(outcome: Outcome, *, quiet: bool) -> int:
-    """Say how it ended, and return the exit code."""
+def _report(outcome: Outcome, *, as_json: bool) -> int:
+    """Say how it ended, and return the exit code of an end that no signal brought."""
     if outcome.interrupted:
         doubt = f", but those of {', '.join(outcome.left)} have not ended yet" if outcome.left else ""
         print(f"bt-controller: interrupted; the goals were canceled{doubt}", file=sys.stderr)
-        return _INTERRUPTED
     if outcome.gone:
         print("bt-controller: the simulator is gone", file=sys.stderr)
-    if not quiet:
+    if as_json:
+        print(json.dumps(outcome.to_json()), flush=True)
+    elif not outcome.interrupted:
         for robot, status in outcome.statuses.items():
             print(f"{robot}: {status.value}")
     return _DONE if outcome.succeeded else _FAILED

@@ -94,8 +94,12 @@ class Mission:
             if not self._over:
                 self.root.stop(Status.INVALID)
             # A tree that broke within a tick does not know of all that it has begun.
-            for leaf in self._leaves():
-                leaf.cancel()
+            self.cancel()
+
+    def cancel(self) -> None:
+        """Cancel the goals that are under way; from any thread, returns at once."""
+        for leaf in self._leaves():
+            leaf.cancel()
 
     def shutdown(self) -> None:
         """Let the behaviours put away what they set up."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from py_trees.common import Status
 
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 
 _LOOK_AROUND: Final = 0.5
 """Wall seconds after which the runner looks whether the simulator is there, when nothing else wakes it."""
+
+_LAST_WORDS: Final = 0.5
+"""Wall seconds that canceled goals have to end when a behaviour blocks."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,16 @@ class Outcome:
     def succeeded(self) -> bool:
         """Whether every tree succeeded."""
         return all(status is Status.SUCCESS for status in self.statuses.values())
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the outcome as JSON has it."""
+        return {
+            "succeeded": self.succeeded,
+            "interrupted": self.interrupted,
+            "gone": self.gone,
+            "robots": {robot: status.value for robot, status in self.statuses.items()},
+            "left": list(self.left),
+        }
 
 
 class Runner:
@@ -100,11 +113,20 @@ class Runner:
         finally:
             for mission in self._missions:
                 mission.interrupt()
-            self._settle()
+            self._settle(self._grace)
             for mission in self._missions:
                 mission.shutdown()
             clock.close()
-        return replace(outcome, left=tuple(mission.robot for mission in self._missions if mission.open_goals))
+        return self._with_left(outcome)
+
+    def give_up(self) -> Outcome:
+        """Cancel the goals while a behaviour keeps the trees' own thread from it; from another thread."""
+        for mission in self._missions:
+            mission.cancel()
+        # Nobody has taken what is in there, such as what asked for the end.
+        self._mailbox.wait(0.0)
+        self._settle(_LAST_WORDS)
+        return self._with_left(self._outcome(interrupted=True))
 
     def _follow(self, clock: SimClock) -> Outcome:
         self._tick(self._missions, clock)
@@ -118,6 +140,9 @@ class Runner:
                 return self._outcome(gone=True)
             self._tick([each for each in self._missions if CLOCK in woken or each.robot in woken], clock)
         return self._outcome()
+
+    def _with_left(self, outcome: Outcome) -> Outcome:
+        return replace(outcome, left=tuple(mission.robot for mission in self._missions if mission.open_goals))
 
     def _outcome(self, *, interrupted: bool = False, gone: bool = False) -> Outcome:
         return Outcome({mission.robot: mission.status for mission in self._missions}, interrupted, gone)
@@ -140,9 +165,9 @@ class Runner:
             self._absent_since = now
         return now - self._absent_since >= self._grace
 
-    def _settle(self) -> None:
+    def _settle(self, seconds: float) -> None:
         """Wait until the canceled goals have ended: a session closed too soon could lose a cancel on its way."""
-        until = time.monotonic() + self._grace
+        until = time.monotonic() + seconds
         while any(mission.open_goals for mission in self._missions):
             left = until - time.monotonic()
             if left <= 0 or STOP in self._mailbox.wait(left):

@@ -7,6 +7,7 @@ import math
 from typing import Final
 
 _GREATEST_FACTOR: Final = 1e6
+_FOR_EVER: Final = -1
 
 
 def positive(text: str) -> float:
@@ -22,6 +23,14 @@ def not_negative(text: str) -> float:
     value = number(text)
     if value < 0:
         raise argparse.ArgumentTypeError(f"{text} is less than 0")
+    return value
+
+
+def or_for_ever(text: str) -> float:
+    """Return a number of 0 or more, or -1."""
+    value = number(text)
+    if value < 0 and value != _FOR_EVER:
+        raise argparse.ArgumentTypeError(f"{text} is less than 0; {_FOR_EVER} is for ever")
     return value
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli import numbers
 from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.log_options import add_log_options, log_level
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.run_log import GoalLog, LogLines
@@ -24,7 +25,7 @@ from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_optio
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from hmrsim.world import LoadedWorld
     from hmrsim_zenoh.session import SessionOptions
@@ -41,6 +42,8 @@ examples:
 _LOOK: Final = 0.1
 """Wall seconds between looks: Python sees a signal only when a wait is over."""
 
+_TIME_STANDS: Final = "time passes only while robots do something"
+
 _log = logging.getLogger(__name__)
 
 
@@ -56,6 +59,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_time_options(parser)
     _add_server_options(parser)
     add_session_options(parser)
+    add_log_options(parser, default="info")
     parser.add_argument("--json", action="store_true", help="say that it is ready as one JSON object")
     parser.set_defaults(function=_run)
 
@@ -71,7 +75,11 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
         help="simulated seconds a wall second; 0: as fast as possible (default: %(default)g)",
     )
     group.add_argument(
-        "--duration", type=numbers.positive, default=math.inf, metavar="SIM_S", help="end after so much simulated time"
+        "--duration",
+        type=numbers.positive,
+        default=math.inf,
+        metavar="SIM_S",
+        help=f"end after so much simulated time; with --real-time-factor 0 {_TIME_STANDS}",
     )
 
 
@@ -87,7 +95,7 @@ def _add_server_options(parser: argparse.ArgumentParser) -> None:
         )
     group.add_argument(
         "--result-timeout",
-        type=numbers.number,
+        type=numbers.or_for_ever,
         default=900.0,
         metavar="S",
         help="wall seconds that a result is kept; -1: for ever (default: %(default)g)",
@@ -105,24 +113,37 @@ def _add_server_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(args: argparse.Namespace) -> int:
-    signals: list[int] = []
-    with on_signals(signals.append):
+    with on_signals(_end_before_ready):
         options = session_options(args)
         loaded = read_world(args)
         for problem in loaded.warnings:
             warn(line_of(problem))
+        if args.real_time_factor == 0 and args.duration < math.inf:
+            warn(f"--duration {args.duration:g}: as fast as possible, {_TIME_STANDS}")
         host = Host(loaded, options, _settings(args))
-        with host, _shown(host, loaded) as table:
-            host.start()
-            _tell_ready(loaded, host, options, as_json=args.json)
-            while not signals and not host.wait(_LOOK):
-                if table is not None:
-                    table.refresh()
-            host.stop()
+        with host, _shown(host, loaded, log_level(args)) as table:
+            _serve(host, table, lambda: _tell_ready(loaded, host, options, as_json=args.json))
     if host.error is not None:
         traceback.print_exception(host.error)
         return ExitCode.FAILED
     return ExitCode.DONE
+
+
+def _end_before_ready(_number: int) -> None:
+    """End the process, wherever it is: there is nobody yet who could be served."""
+    raise SystemExit(ExitCode.DONE)
+
+
+def _serve(host: Host, table: RobotTable | None, tell_ready: Callable[[], None]) -> None:
+    """Run the simulation until its end or a signal."""
+    signals: list[int] = []
+    with on_signals(signals.append):
+        host.start()
+        tell_ready()
+        while not signals and not host.wait(_LOOK):
+            if table is not None:
+                table.refresh()
+        host.stop()
 
 
 def _settings(args: argparse.Namespace) -> HostSettings:
@@ -150,14 +171,14 @@ def _tell_ready(loaded: LoadedWorld, host: Host, options: SessionOptions, *, as_
 
 
 @contextmanager
-def _shown(host: Host, loaded: LoadedWorld) -> Iterator[RobotTable | None]:
+def _shown(host: Host, loaded: LoadedWorld, level: int) -> Iterator[RobotTable | None]:
     """Show what happens on stderr: a table that wants to be refreshed on a terminal, log lines elsewhere."""
     if sys.stderr.isatty():
-        with RobotTable(host, loaded.world.name) as table, LogLines(table.print):
+        with RobotTable(host, loaded.world.name) as table, LogLines(table.print, level):
             host.attach(table)
             yield table
         return
-    with LogLines():
+    with LogLines(level=level):
         host.attach(GoalLog(host.simulator))
         _log.info("sim %.3f | %s begins", host.simulator.now, loaded.world.name)
         yield None

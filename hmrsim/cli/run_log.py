@@ -10,6 +10,7 @@ import threading
 from typing import TYPE_CHECKING, Final, Self
 
 from hmrsim.cli.goal_summary import error_of, summary
+from hmrsim.cli.log_options import PACKAGES
 from hmrsim.errors import printable
 from hmrsim.gateway import GoalChanged, Topic
 from hmrsim.goal import GoalStatus
@@ -65,10 +66,11 @@ class LogLines(logging.Handler):
 
     Args:
         write: Where lines go; straight to stderr if None.
+        level: What our packages log; others log warnings at most.
     """
 
-    def __init__(self, write: Callable[[str], None] | None = None) -> None:
-        super().__init__()
+    def __init__(self, write: Callable[[str], None] | None = None, level: int = logging.INFO) -> None:
+        super().__init__(level)
         self.setFormatter(logging.Formatter(_FORMAT, _TIME_FORMAT))
         self._write = write or _to_stderr
         self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
@@ -77,18 +79,17 @@ class LogLines(logging.Handler):
     def __enter__(self) -> Self:
         """Take the root logger's lines from now on."""
         self._thread.start()
-        root = logging.getLogger()
-        root.addHandler(self)
-        self._levels = root.level, logging.getLogger("hmrsim.cli").level
-        root.setLevel(logging.WARNING)
-        logging.getLogger("hmrsim.cli").setLevel(logging.INFO)
+        logging.getLogger().addHandler(self)
+        loggers = [logging.getLogger(name) for name in PACKAGES]
+        self._levels = [(logger, logger.level) for logger in loggers]
+        for logger in loggers:
+            logger.setLevel(self.level)
         return self
 
     def __exit__(self, *_error: object) -> None:
         """Write what is left, if that does not take long."""
-        root = logging.getLogger()
-        root.removeHandler(self)
-        for logger, level in zip((root, logging.getLogger("hmrsim.cli")), self._levels, strict=True):
+        logging.getLogger().removeHandler(self)
+        for logger, level in self._levels:
             logger.setLevel(level)
         self._lines.put(None)
         self._thread.join(_LAST_WORDS)

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Final, NamedTuple, Self
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple, Self
 
+from rich import box
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
+from rich.text import Text
 
-from hmrsim.gateway import Topic
+from hmrsim.cli.goal_summary import error_of
+from hmrsim.errors import printable
+from hmrsim.gateway import GoalChanged, Topic
+from hmrsim.goal import GoalStatus
 
 if TYPE_CHECKING:
     from hmrsim.gateway import Event
@@ -18,27 +23,60 @@ if TYPE_CHECKING:
 
 _PERIOD: Final = 0.25
 _TRIES: Final = 5
-_LINES_AROUND: Final = 6
-"""Lines of the terminal that are not robots: title, header, borders, what is left out, the cursor's."""
+_LINES_AROUND: Final = 5
+"""Lines of the terminal that are not robots: title, heading and its rule, what is left out, the cursor's."""
+
+_GAP: Final = 2
+"""Columns of the terminal between two of the table."""
+
+_STYLES: Final = {GoalStatus.SUCCEEDED: "green", GoalStatus.ABORTED: "red", GoalStatus.CANCELED: "yellow"}
+
+
+class _Column(NamedTuple):
+    """One thing that is shown of robots.
+
+    Attributes:
+        heading: What it is called.
+        width: Characters that it needs.
+        rank: Where there is no room for all columns, those of the highest rank are left out.
+        justify: To which side.
+    """
+
+    heading: str
+    width: int
+    rank: int
+    justify: Literal["left", "right"] = "left"
+
+
+_COLUMNS: Final = (
+    _Column("robot", 8, 0),
+    _Column("type", 8, 6),
+    _Column("x, y", 15, 4, "right"),
+    _Column("yaw", 5, 7, "right"),
+    _Column("does", 16, 1),
+    _Column("remaining", 9, 3, "right"),
+    _Column("carries", 12, 5),
+    _Column("last goal", 21, 2),
+)
 
 
 class _Row(NamedTuple):
-    """What is shown of one robot."""
+    """What is shown of one robot, a field a column."""
 
     name: str
     kind: str
-    x: str
-    y: str
-    yaw: str
-    state: str
-    remaining: str
-    carrying: str
+    position: str = ""
+    yaw: str = ""
+    state: str = ""
+    remaining: str = ""
+    carrying: str = ""
+    last: str | Text = ""
 
 
 class RobotTable:
     """Shows where robots are and what they do, on stderr, until it is closed.
 
-    It is a sink, too: who wants the clock makes time move on between events.
+    It is a sink, too: it hears how goals end, and who wants the clock makes time move on between events.
 
     Args:
         host: What to look at.
@@ -52,6 +90,7 @@ class RobotTable:
         self._console = console or Console(stderr=True)
         self._live = Live(console=self._console, auto_refresh=False, redirect_stdout=False)
         self._next = 0.0
+        self._last: dict[str, Text] = {}
 
     def __enter__(self) -> Self:
         """Begin to show."""
@@ -64,7 +103,9 @@ class RobotTable:
         self._live.stop()
 
     def emit(self, event: Event) -> None:
-        """Ignore an event: the table looks by itself."""
+        """Remember how a goal ended; everything else the table looks up by itself."""
+        if isinstance(event, GoalChanged) and event.status.terminal:
+            self._last[event.robot] = _verdict(event)
 
     def wants(self, topic: Topic) -> bool:
         """Return whether it is the clock."""
@@ -86,20 +127,29 @@ class RobotTable:
         simulator, pacing = self._host.simulator, self._host.pacing
         factor = f"at {pacing.real_time_factor:g} x" if pacing.real_time_factor else "as fast as possible"
         lag = f"   {pacing.lag:.1f} s behind" if pacing.lag else ""
-        table = Table(title=f"{self._world}   {simulator.now:.1f} s   {factor}{lag}", title_justify="left")
-        for heading, width in (("robot", 8), ("type", 8)):
-            table.add_column(heading, min_width=width)
-        for heading in ("x", "y", "yaw"):
-            table.add_column(heading, justify="right", min_width=7)
-        table.add_column("does", min_width=16)
-        table.add_column("remaining", justify="right", min_width=9)
-        table.add_column("carries", min_width=12)
+        title = Text(f"{self._world}   {simulator.now:.1f} s   {factor}{lag}", no_wrap=True, overflow="ellipsis")
+        table = Table(
+            title=title,
+            title_justify="left",
+            caption_justify="left",
+            box=box.SIMPLE_HEAD,
+            show_edge=False,
+            pad_edge=False,
+            padding=(0, 1, 0, 0),
+            expand=True,
+        )
+        columns = _fitting(self._console.size.width)
+        for column in columns:
+            last = column is _COLUMNS[-1]
+            width, ratio = (None, 1) if last else (column.width, None)
+            table.add_column(column.heading, justify=column.justify, width=width, ratio=ratio, no_wrap=True)
         room = max(1, self._console.size.height - _LINES_AROUND)
         robots = list(simulator.robots.values())
         for robot in robots[:room]:
-            table.add_row(*self._row(robot))
+            cells = zip(_COLUMNS, self._row(robot), strict=True)
+            table.add_row(*(cell for column, cell in cells if column in columns))
         if len(robots) > room:
-            table.caption = f"and {len(robots) - room} more"
+            table.caption = Text(f"… and {len(robots) - room} more", no_wrap=True)
         return table
 
     def _row(self, robot: Robot) -> _Row:
@@ -113,14 +163,29 @@ class RobotTable:
             return _Row(
                 robot.name,
                 robot.type,
-                f"{pose.x:.2f}",
-                f"{pose.y:.2f}",
+                f"{pose.x:.2f} {pose.y:.2f}",
                 f"{pose.yaw:.2f}",
                 goal[0] if goal else "-",
                 f"{remaining:.2f}" if remaining else "",
                 _carried(robot),
+                self._last.get(robot.name, ""),
             )
-        return _Row(robot.name, robot.type, "", "", "", "", "", "")
+        return _Row(robot.name, robot.type)
+
+
+def _fitting(width: int) -> list[_Column]:
+    """Return the columns for which a terminal has room: at least one, those that matter most."""
+    fitting = list(_COLUMNS)
+    while len(fitting) > 1 and sum(column.width + _GAP for column in fitting) - _GAP > width:
+        fitting.remove(max(fitting, key=lambda column: column.rank))
+    return fitting
+
+
+def _verdict(event: GoalChanged) -> Text:
+    """Return how a goal ended: why, if it went wrong."""
+    why = error_of(event.result) if event.status is GoalStatus.ABORTED and event.result is not None else ""
+    text = f"{event.status.name}: {printable(why)}" if why else f"{event.status.name} {event.action}"
+    return Text(text, style=_STYLES.get(event.status, ""))
 
 
 def _carried(robot: Robot) -> str:

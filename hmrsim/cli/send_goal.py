@@ -7,15 +7,16 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli import names
-from hmrsim.cli.connection import connected
+from hmrsim.cli.connection import add_connection_options, connected
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.goal_text import read_goal, read_yaml
 from hmrsim.cli.output import indented, show, show_json, values, warn, yaml_text
+from hmrsim.cli.plain import plain
 from hmrsim.cli.signals import on_signals
 from hmrsim.errors import HmrsimError
 from hmrsim.goal import GoalStatus, parse_goal_id
 from hmrsim_zenoh.errors import GoalRejectedError, RequestError
-from hmrsim_zenoh.options import ENVIRONMENT, add_session_options
+from hmrsim_zenoh.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     import argparse
@@ -40,7 +41,9 @@ _SIGNAL_EXIT: Final = 128
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim action send-goal``."""
-    parser.description = "Send a goal and follow it to its end; Ctrl-C cancels it."
+    parser.description = (
+        "Send a goal and follow it to its end; Ctrl-C cancels it. Fields that are empty are not shown; --json has all."
+    )
     parser.epilog = _EXAMPLES
     parser.add_argument("name", metavar="NAME", help="/ROBOT/ACTION or an alias")
     parser.add_argument(
@@ -53,7 +56,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--goal-id", metavar="HEX", help="32 hex digits, hyphens optional; made if not given")
     parser.set_defaults(function=_send_goal)
-    add_session_options(parser)
+    add_connection_options(parser)
 
 
 def _send_goal(args: argparse.Namespace) -> int:
@@ -99,7 +102,7 @@ class _Report:
         if self.as_json:
             show_json({"goal_id": goal_id, "feedback": values(message)})
         else:
-            show(f"Feedback:\n{indented(yaml_text(values(message)))}")
+            show(f"Feedback:\n{indented(yaml_text(plain(message)))}")
 
     def reject(self, goal_id: str, error: GoalRejectedError) -> None:
         """Tell that the goal was rejected."""
@@ -121,7 +124,7 @@ class _Report:
             outcome = {"accepted": True, "goal_id": goal_id, "status": int(status), "status_name": status.name}
             show_json({**outcome, "result": values(result)})
         else:
-            show(f"Result:\n{indented(yaml_text(values(result)))}\nGoal finished with status: {status.name}")
+            show(f"Result:\n{indented(yaml_text(plain(result)))}\nGoal finished with status: {status.name}")
 
 
 def _follow(client: Client, name: names.ActionName, goal: Message, *, goal_id: str | None, report: _Report) -> int:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
+SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
+"""Those that mean an end."""
 
 
 @contextmanager
@@ -19,7 +20,7 @@ def on_signals(call: Callable[[int], None]) -> Iterator[None]:
     The call comes in the middle of whatever the main thread does, so it must take no lock:
     ``list.append`` and ``SimpleQueue.put`` are safe, ``Event.set`` is not.
     """
-    before = {number: signal.signal(number, lambda number, _frame: call(number)) for number in _SIGNALS}
+    before = {number: signal.signal(number, lambda number, _frame: call(number)) for number in SIGNALS}
     try:
         yield
     finally:

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -80,18 +81,25 @@ class TestRun:
 
     @pytest.mark.usefixtures("simulator")
     def test_json_is_one_snapshot_a_line(self, capsys):
-        """Nothing else is on stdout."""
+        """Then comes how it ended; nothing else is on stdout."""
         main(["run", GO, "--robot", "wall_e", "--json"])
 
-        lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-        assert [line["status"] for line in lines] == ["SUCCESS", "SUCCESS"]
+        *trees, end = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+        assert [tree["status"] for tree in trees] == ["SUCCESS", "SUCCESS"]
+        assert end == {
+            "succeeded": True,
+            "interrupted": False,
+            "gone": False,
+            "robots": {"wall_e": "SUCCESS"},
+            "left": [],
+        }
 
     @pytest.mark.usefixtures("simulator")
     def test_the_last_tick_can_be_left_out(self, capsys):
         """What the tree has by default, the user can overrule."""
         main(["run", GO, "--robot", "wall_e", "--json", "--no-confirm"])
 
-        assert len(capsys.readouterr().out.splitlines()) == 1
+        assert len(capsys.readouterr().out.splitlines()) == 2
 
     @pytest.mark.usefixtures("simulator")
     def test_an_unknown_robot_is_exit_1(self, capsys):
@@ -99,8 +107,8 @@ class TestRun:
         assert main(["run", GO, "--robot", "marvin"]) == 1
         assert capsys.readouterr().err == "bt-controller: no robot 'marvin'; there are eve, wall_e\n"
 
-    @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-    def test_a_signal_cancels_the_goal_and_is_exit_130(self, simulator, capsys, number):
+    @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+    def test_a_signal_cancels_the_goal_and_is_the_exit_code(self, simulator, capsys, number, code):
         """The robot stops before the controller is gone."""
 
         def then(goal):
@@ -109,7 +117,7 @@ class TestRun:
 
         simulator.then = then
 
-        assert main(["run", GO, "--robot", "wall_e"]) == 130
+        assert main(["run", GO, "--robot", "wall_e"]) == code
         assert simulator.goals[0].canceled is True
         assert capsys.readouterr().err == "bt-controller: interrupted; the goals were canceled\n"
 
@@ -136,9 +144,10 @@ class TestRun:
     def test_a_bad_variable_is_exit_2(self, monkeypatch, capsys, variable, value, error):
         """The error names the variable."""
         monkeypatch.setenv(variable, value)
+        with pytest.raises(SystemExit, match="2"):
+            main(["run", GO, "--robot", "wall_e"])
 
-        assert main(["run", GO, "--robot", "wall_e"]) == 2
-        assert capsys.readouterr().err == f"bt-controller: {error}\n"
+        assert capsys.readouterr().err == f"bt-controller run: error: {error}\n"
 
     @pytest.mark.parametrize(
         ("arguments", "error"),
@@ -175,6 +184,19 @@ class TestCheck:
             "{-} GoToPoseSequence\n    {o} GoToPoseFallback\n        --> CheckArrived\n        --> GoToPoseAction\n"
         )
 
+    def test_a_good_tree_as_json(self, capsys):
+        """One object has what the text shows, and the behaviours' classes."""
+        main(["check", GO, "--json"])
+
+        tree = json.loads(capsys.readouterr().out)
+        assert tree["tree"] == GO
+        assert tree["nodes"][2] == {
+            "depth": 2,
+            "symbol": "-->",
+            "kind": "CheckBlackboardVariableValue",
+            "name": "CheckArrived",
+        }
+
     def test_a_bad_tree_is_exit_2(self, capsys):
         """One line says what is wrong."""
         code = main(["check", "bt_controller.examples:go_to_pse"])
@@ -185,6 +207,16 @@ class TestCheck:
             "bt-controller: bt_controller.examples:go_to_pse: module 'bt_controller.examples' has no 'go_to_pse';"
             " did you mean 'go_to_pose'?\n"
         )
+
+
+def test_output_that_cannot_be_written_is_one_line():
+    """A full disk is no bug of ours."""
+    command = [sys.executable, "-m", "bt_controller", "check", GO]
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        ended = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+
+    assert ended.returncode == 1
+    assert ended.stderr == "bt-controller: can't write the output: no space left on device\n"
 
 
 def test_a_controller_loads_nothing_of_the_engine():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from threading import Thread
+
 import pytest
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Running, Success
@@ -37,8 +39,8 @@ class Stage:
 
         plan = Plan("test", function, takes_robot=False, confirmed=confirmed)
         missions = [Mission(robot, plan) for robot in robots]
-        runner = Runner(self.client, missions, show=show, period=period, mailbox=self.mailbox, grace=grace)
-        return runner.run()
+        self.runner = Runner(self.client, missions, show=show, period=period, mailbox=self.mailbox, grace=grace)
+        return self.runner.run()
 
     def goal(self, number=0):
         """Return the ticket of a goal, when it is there."""
@@ -232,6 +234,26 @@ class TestEnds:
         outcome = stage.run(wait, ctrl_c, grace=60.0)
 
         assert (outcome.interrupted, outcome.left) == (True, ("wall_e",))
+
+    def test_goals_are_canceled_while_a_behaviour_blocks(self, stage):
+        """Another thread does it, and sees how they end."""
+        seen = []
+
+        class Busy(Behaviour):
+            """Gives up on the runner from within a tick, in a thread as the signals' is."""
+
+            def update(self):
+                """Do it."""
+                stage.goal().when_canceled = stage.goal().end_canceled
+                thread = Thread(target=lambda: seen.append(stage.runner.give_up()))
+                thread.start()
+                thread.join()
+                return Status.FAILURE
+
+        policy = ParallelPolicy.SuccessOnAll()
+        stage.run(lambda: Parallel("Both", policy=policy, children=[wait(), Busy("Busy")]))
+
+        assert [(True, ())] == [(outcome.interrupted, outcome.left) for outcome in seen]
 
     def test_a_simulator_that_dies_under_a_goal_ends_the_tree(self, stage):
         """The goal fails, so the leaf and the tree do."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import time
 
 import pytest
 
-from hmrsim.cli import main
+from hmrsim.cli import main, run
 from hmrsim.pacing import Pacing
 
 pytestmark = pytest.mark.system
@@ -53,12 +54,39 @@ def test_a_simulation_that_dies_of_a_bug_is_1(monkeypatch, capsys):
     assert capsys.readouterr().err.endswith("ZeroDivisionError: a bug\n")
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_before_it_is_ready_ends_it_with_0(monkeypatch, capsys, number):
+    """As one afterwards does, without a word."""
+    monkeypatch.setattr(run, "read_world", lambda _args: os.kill(os.getpid(), number))
+    code = main(["run", "scenario1", *FREE_PORT])
+
+    assert 0 == code
+    assert ("", "") == capsys.readouterr()
+
+
+def test_a_duration_without_a_pace_is_explained(monkeypatch, capsys):
+    """As fast as possible, an idle simulator waits for goals, however short its time is."""
+    monkeypatch.setattr(Pacing, "run", lambda _pacing: None)
+    main(["run", "scenario1", "--real-time-factor", "0", "--duration", "5", *FREE_PORT])
+
+    first = capsys.readouterr().err.splitlines()[0]
+    assert "--duration 5: as fast as possible, time passes only while robots do something" == first
+
+
+def test_a_result_timeout_is_minus_1_or_no_less_than_0(capsys):
+    """No other negative number means for ever."""
+    code = main(["run", "scenario1", "--result-timeout", "-2"])
+
+    assert 2 == code
+    assert capsys.readouterr().err.endswith("argument --result-timeout: -2 is less than 0; -1 is for ever\n")
+
+
 def test_prefix_that_is_no_key_is_2(capsys):
-    """A prefix with a wildcard is refused in one line."""
+    """A prefix with a wildcard is refused."""
     code = main(["run", "scenario1", "--prefix", "a/*", *FREE_PORT])
 
     assert 2 == code
-    assert capsys.readouterr().err.startswith("hmrsim: --prefix: prefix 'a/*' is not a plain key")
+    assert "argument --prefix: prefix 'a/*' is not a plain key" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -69,16 +69,31 @@ def test_other_events_are_not_logged(simulator, caplog):
 
 
 def test_log_lines_have_level_and_time():
-    """Lines of our own commands and warnings of all are written."""
+    """Lines of our own packages and warnings of all are written."""
     lines = []
 
     with LogLines(lines.append):
         logging.getLogger("hmrsim.cli.run").info("sim %.3f | hospital begins", 0)
-        logging.getLogger("hmrsim_zenoh.server").info("nobody wants to know")
-        logging.getLogger("hmrsim_zenoh.server").warning("slow")
+        logging.getLogger("somebody.else").info("nobody wants to know")
+        logging.getLogger("somebody.else").warning("slow")
 
     assert ["[INFO", "[WARNING"] == [line.partition("] ")[0] for line in lines]
     assert lines[0].endswith(" | sim 0.000 | hospital begins")
+
+
+@pytest.mark.parametrize(
+    ("level", "written"),
+    [(logging.DEBUG, ["debug", "info", "error"]), (logging.INFO, ["info", "error"]), (logging.ERROR, ["error"])],
+)
+def test_log_lines_have_at_least_the_level_asked_for(level, written):
+    """What is less grave is left out."""
+    lines = []
+
+    with LogLines(lines.append, level):
+        for name in ("debug", "info", "error"):
+            getattr(logging.getLogger("hmrsim_zenoh.server"), name)(name)
+
+    assert written == [line.rpartition("| ")[2] for line in lines]
 
 
 def test_whoever_logs_never_waits():

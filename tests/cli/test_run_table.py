@@ -9,7 +9,8 @@ import pytest
 from rich.console import Console
 
 from hmrsim.cli.run_table import RobotTable
-from hmrsim.gateway import SendGoal, Topic
+from hmrsim.gateway import GoalChanged, SendGoal, Topic
+from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.simulator import Simulator
@@ -26,11 +27,19 @@ def host():
     )
 
 
-def drawn(host):
-    """Return the table as text."""
-    console = Console(file=io.StringIO(), width=120, height=30)
-    console.print(RobotTable(host, "scenario 1", console).table())
+def drawn(host, *events, width=120, height=30):
+    """Return the table as text, after these events."""
+    console = Console(file=io.StringIO(), width=width, height=height)
+    table = RobotTable(host, "scenario 1", console)
+    for event in events:
+        table.emit(event)
+    console.print(table.table())
     return console.file.getvalue()
+
+
+def ended(status, result):
+    """Return the end of a goal."""
+    return GoalChanged(1, "wall_e", "navigate_to_pose", "1" * 32, status, result=result)
 
 
 def test_table_of_a_robot_that_stands(host):
@@ -38,9 +47,7 @@ def test_table_of_a_robot_that_stands(host):
     text = drawn(host)
 
     assert "scenario 1   0.0 s   at 2 x" in text
-    assert [
-        *("wall_e", "carrier", "515.00", "80.00", "0.00", "-", "", ""),
-    ] == [cell.strip() for cell in text.splitlines()[4].split("│")[1:-1]]
+    assert ["wall_e", "carrier", "515.00", "80.00", "0.00", "-"] == text.splitlines()[3].split()
 
 
 def test_table_of_a_robot_that_drives(host):
@@ -60,7 +67,43 @@ def test_table_shows_what_is_carried(host):
     host.simulator.submit(SendGoal("wall_e", "pickup", Pickup.Goal(target_name="medicine")))
     host.simulator.run()
 
-    assert "│ medicine" in drawn(host)
+    assert " medicine " in drawn(host)
+
+
+def test_table_tells_how_the_last_goal_ended(host):
+    """What succeeded is named; of what went wrong it is said why."""
+    done = ended(GoalStatus.SUCCEEDED, NavigateToPose.Result())
+    failed = ended(GoalStatus.ABORTED, NavigateToPose.Result(error_code=208, error_msg="no way"))
+
+    assert "SUCCEEDED navigate_to_pose" in drawn(host, failed, done)
+    assert "ABORTED: no way" in drawn(host, done, failed)
+
+
+def test_the_end_of_a_goal_has_a_colour(host):
+    """Red is what went wrong."""
+    console = Console(file=io.StringIO(), width=120, force_terminal=True, color_system="standard")
+    table = RobotTable(host, "scenario 1", console)
+    table.emit(ended(GoalStatus.ABORTED, NavigateToPose.Result(error_code=208, error_msg="no way")))
+    console.print(table.table())
+
+    assert "\x1b[31mABORTED: no way" in console.file.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("width", "headings"),
+    [
+        (120, "robot type x, y yaw does remaining carries last goal"),
+        (80, "robot x, y does remaining last goal"),
+        (40, "robot does"),
+        (10, "robot"),
+    ],
+)
+def test_table_leaves_out_columns_for_which_there_is_no_room(host, width, headings):
+    """Each robot has one line, however narrow the terminal is."""
+    lines = drawn(host, width=width).splitlines()
+
+    assert headings.split() == lines[1].split()
+    assert 4 == len(lines)
 
 
 def test_table_tells_the_lag_and_a_free_clock(host):
@@ -77,8 +120,8 @@ def test_table_is_no_longer_than_the_terminal():
     host = SimpleNamespace(simulator=simulator, pacing=SimpleNamespace(real_time_factor=1.0, lag=0.0))
 
     text = drawn(host)
-    assert len(text.splitlines()) <= 30
-    assert "and 77 more" in text
+    assert 29 == len(text.splitlines())
+    assert "… and 76 more" in text
 
 
 def test_table_looks_again_when_the_robot_moved_meanwhile(host):

@@ -94,6 +94,14 @@ def test_a_goal_that_succeeds(client, capsys):
     assert out.endswith("\n\nGoal finished with status: SUCCEEDED\n")
 
 
+def test_what_is_empty_is_not_shown(client, capsys):
+    """A result that says nothing but its code is short."""
+    client.then = FakeGoal.end
+    send("{}")
+
+    assert "error_msg" not in capsys.readouterr().out
+
+
 def test_feedback_comes_between_acceptance_and_result(client, capsys):
     """With --feedback all of it is shown, in order, the last, too."""
 
