@@ -61,6 +61,7 @@ class _Goal:
     process: simpy.Process | None = None
     waiting: list[Any] = field(default_factory=list)
     sample: Callable[[], Message] | None = None
+    sampled_from: float = 0.0
 
     def entry(self) -> GoalEntry:
         return GoalEntry(self.goal_id, self.stamp, self.status)
@@ -173,7 +174,7 @@ class Dispatcher:
             self._answer(command.reply_to, answer)
             return
         goal = _Goal(server, goal_id, self._stamp(), from_client=command.goal_id is not None)
-        self._answer(command.reply_to, GoalResponse(accepted=True, goal_id=goal_id, stamp=goal.stamp))
+        self._answer(command.reply_to, GoalResponse(True, goal_id, goal.stamp))
         self._start(goal, message)
 
     def _server(self, robot: str, action: str) -> _Server:
@@ -318,10 +319,22 @@ class Dispatcher:
 
     def sample_feedback(self, goal: _Goal, source: Callable[[], Message]) -> None:
         """Send what *source* says at the feedback rate, and once more when the goal ends."""
-        goal.sample = source
-        self._telemetry.start(
-            goal, Topic.FEEDBACK, self._env.now, self._feedback_rate, lambda: self.send_feedback(goal, source())
-        )
+        goal.sample, goal.sampled_from = source, self._env.now
+        if self._interest.feedback:
+            self._start_sampling(goal, source)
+
+    def interest_changed(self) -> None:
+        """Begin to sample the feedback of the goals that run, if somebody has come to listen."""
+        if self._interest.feedback:
+            for goal in self._active():
+                if goal.sample is not None and goal not in self._telemetry:
+                    self._start_sampling(goal, goal.sample)
+
+    def _start_sampling(self, goal: _Goal, source: Callable[[], Message]) -> None:
+        def take() -> None:
+            self.send_feedback(goal, source())
+
+        self._telemetry.start(goal, Topic.FEEDBACK, goal.sampled_from, self._feedback_rate, take)
 
     # --- cancel and results ---------------------------------------------------------------------------------------
 

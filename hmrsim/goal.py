@@ -29,6 +29,10 @@ _GOAL_ID = re.compile(r"[0-9a-f]{32}")
 _MOST_SHOWN = 200
 
 
+_FIRST_TERMINAL: Final = 4
+"""Looked up much faster than the member that it stands for."""
+
+
 class GoalStatus(IntEnum):
     """Where a goal is in its life."""
 
@@ -43,7 +47,7 @@ class GoalStatus(IntEnum):
     @property
     def terminal(self) -> bool:
         """Whether the goal has ended."""
-        return self >= GoalStatus.SUCCEEDED
+        return self >= _FIRST_TERMINAL
 
     @property
     def cancelable(self) -> bool:
@@ -100,6 +104,8 @@ def parse_goal_id(text: str) -> str:
     Raises:
         ValueError: *text* has another form.
     """
+    if _GOAL_ID.fullmatch(text):
+        return text
     goal_id = text.replace("-", "").lower()
     if not _GOAL_ID.fullmatch(goal_id):
         raise ValueError(f"goal id {text[:_MOST_SHOWN]!r} is not a UUID of 32 hex digits")

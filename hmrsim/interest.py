@@ -62,19 +62,17 @@ class Happenings:
         env: The simulation's clock.
         interest: Who listens.
         emit: Where events go.
+
+    Attributes:
+        interest: Who listens; to be asked first by what happens often.
     """
 
     def __init__(self, env: simpy.Environment, interest: Interest, emit: Callable[[Event], None]) -> None:
+        self.interest = interest
         self._env = env
-        self._interest = interest
         self._emit = emit
-
-    @property
-    def wanted(self) -> bool:
-        """Whether anybody listens; to be asked first by what happens often."""
-        return self._interest.events
 
     def __call__(self, kind: str, fields: Callable[[], dict[str, Any]]) -> None:
         """Tell that something of a *kind* happened at this instant; *fields* gives JSON values, if they are wanted."""
-        if self._interest.events:
+        if self.interest.events:
             self._emit(Happened(stamp(self._env.now), kind, fields()))

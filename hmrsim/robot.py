@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from simpy import Event, Timeout
+from simpy.events import NORMAL
 
 from hmrsim.components import registry as components
 from hmrsim.geometry import Pose, distance
@@ -197,7 +198,7 @@ class Robot:
 
     def _begin(self, number: int) -> None:
         self._number, self._began = number, self._env.now
-        if self._happened.wanted:
+        if self._happened.interest.events:
             self._happened("motion", self._motion)
 
     def _begin_next(self, piece_end: Event) -> None:
@@ -210,7 +211,7 @@ class Robot:
             return
         self._begin(number)
         piece_end.callbacks = self._on_piece_end
-        self._env.schedule(piece_end, delay=self._seconds[number])
+        self._env.schedule(piece_end, NORMAL, self._seconds[number])
 
     def _motion(self) -> dict[str, Any]:
         """Return the piece that is being driven, as an observer sees it."""

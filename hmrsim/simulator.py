@@ -153,6 +153,7 @@ class Simulator:
                 self._read(command)
             case InterestChanged():
                 self._interest.refresh()
+                self.dispatcher.interest_changed()
                 self.telemetry.refresh(self.now)
 
     def stop(self, reason: str = "the simulation was stopped") -> None:

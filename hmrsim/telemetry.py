@@ -55,11 +55,15 @@ class Telemetry:
             heapq.heappop(self._heap)
         return self._heap[0][0] if self._heap else math.inf
 
-    def start(self, key: Hashable, topic: Topic, now: float, rate: float, take: Callable[[], None]) -> None:
-        """Sample *take* at *rate* samples a second from *now* on; *key* stops it again."""
-        sampler = self._samplers[key] = _Sampler(topic, now, 1.0 / rate, take)
+    def start(self, key: Hashable, topic: Topic, begin: float, rate: float, take: Callable[[], None]) -> None:
+        """Sample *take* at *rate* samples a second since *begin*; *key* stops it again."""
+        sampler = self._samplers[key] = _Sampler(topic, begin, 1.0 / rate, take)
         if self._interest.in_(topic):
-            self._push(sampler, now)
+            self._push(sampler, begin)
+
+    def __contains__(self, key: object) -> bool:
+        """Return whether there is a sampler of this key."""
+        return key in self._samplers
 
     def stop(self, key: Hashable) -> None:
         """End a sampler; nothing happens if there is none of that key."""
