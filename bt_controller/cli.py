@@ -12,15 +12,17 @@ from contextlib import nullcontext
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.log_options import add_log_options, logging_to_stderr
-from hmrsim.command_line import CommandParser, run_program
+from hmrsim.cli.signals import exit_code_of
+from hmrsim.command_line import CommandParser, autocomplete, run_program
 from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from contextlib import AbstractContextManager
 
     from bt_controller.display import Display
     from bt_controller.runner import Outcome
+    from hmrsim.command_line import Completer
 
 # What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
 # ruff: noqa: PLC0415
@@ -63,7 +65,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _main(argv: Sequence[str] | None) -> int:
-    args = _parser().parse_args(argv)
+    parser = _parser()
+    autocomplete(parser, _completers)
+    args = parser.parse_args(argv)
     try:
         code: int = args.command(args)
     except BrokenPipeError:
@@ -76,6 +80,12 @@ def _main(argv: Sequence[str] | None) -> int:
         print(f"bt-controller: {error}", file=sys.stderr)
         return known
     return code
+
+
+def _completers() -> Mapping[str, Completer]:
+    from hmrsim_zenoh.completion import robots
+
+    return {"bt-controller run NAME": robots}
 
 
 def _exit_code(error: Exception) -> int | None:
@@ -188,7 +198,7 @@ def _check(args: argparse.Namespace) -> int:
 def _run(args: argparse.Namespace) -> int:
     from dataclasses import replace
 
-    from bt_controller.interruption import SIGNAL_EXIT, on_interrupt
+    from bt_controller.interruption import on_interrupt
     from bt_controller.mailbox import STOP, Mailbox
     from bt_controller.mission import Mission
     from bt_controller.runner import Runner
@@ -214,7 +224,7 @@ def _run(args: argparse.Namespace) -> int:
         with entered, on_interrupt(lambda: mailbox.put(STOP), give_up) as signals:
             outcome = runner.run()
     code = _report(outcome, as_json=args.json)
-    return SIGNAL_EXIT + signals[0] if outcome.interrupted else code
+    return exit_code_of(signals[0]) if outcome.interrupted else code
 
 
 def _display(*, as_json: bool) -> tuple[AbstractContextManager[object], Display]:

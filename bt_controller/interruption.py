@@ -10,13 +10,10 @@ import threading
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.cli.signals import SIGNALS, on_signals
+from hmrsim.cli.signals import SIGNALS, exit_code_of, on_signals
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-
-SIGNAL_EXIT: Final = 128
-"""What a shell adds to a signal's number."""
 
 _PATIENCE: Final = 1.5
 """Wall seconds that whoever was asked to stop may take."""
@@ -63,7 +60,7 @@ def _watch(ear: socket.socket, numbers: list[int], stop: Callable[[], None], giv
     # Whatever happens now must not keep the process alive.
     with suppress(Exception):
         give_up()
-    os._exit(SIGNAL_EXIT + first)
+    os._exit(exit_code_of(first))
 
 
 def _next(ear: socket.socket, timeout: float | None) -> int:

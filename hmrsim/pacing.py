@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from hmrsim.gateway import Event, Inbox
     from hmrsim.simulator import Simulator
 
-_EVENTS_BETWEEN_POLLS = 32
+_EVENTS_BETWEEN_POLLS = 16
 """Events that are taken between two looks into the inbox: a look costs little, an event a microsecond or more."""
 
 _BETWEEN_WARNINGS = 5.0

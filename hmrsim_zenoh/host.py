@@ -124,6 +124,7 @@ class Host:
         except BaseException:
             self._session.close()
             raise
+        self._server.submit = self.simulator.submit
         self.simulator.attach(self._server)
         self.pacing = Pacing(
             self.simulator,

@@ -32,6 +32,7 @@ class Interest:
         self._changed = changed
         self._lock = threading.Lock()
         self._listened: dict[Topic, bool] = dict.fromkeys(Topic, False)
+        self._changes = 0
         patterns = {
             Topic.STATUS: keys.any_action(Verb.STATUS),
             Topic.FEEDBACK: keys.any_action(Verb.FEEDBACK),
@@ -50,18 +51,17 @@ class Interest:
         """Return whether anybody listens to a topic."""
         return self._listened[topic]
 
-    def look(self) -> bool:
-        """Look for listeners where there were none; return whether there are some now.
+    def look(self) -> int:
+        """Look for listeners where there were none; return how often anything has changed.
 
         Zenoh tells of a listener in a thread of its own, which may be after the request that the same client made
         next: whoever subscribes and then sends a goal must see all of it.
         """
-        if not _matched(self._anything):
-            return False
-        unheard = [topic for topic in self._publishers if not self._listened[topic]]
-        for topic in unheard:
-            self._update(topic, self._publishers[topic])
-        return any(self._listened[topic] for topic in unheard)
+        if _matched(self._anything):
+            for topic, listened in self._listened.items():
+                if not listened:
+                    self._update(topic, self._publishers[topic])
+        return self._changes
 
     def _watch(self, session: zenoh.Session, topic: Topic, pattern: str) -> zenoh.Publisher:
         publisher = session.declare_publisher(pattern)
@@ -76,7 +76,9 @@ class Interest:
     def _update(self, topic: Topic, publisher: zenoh.Publisher) -> None:
         """Note what is so now: what a listener was told may be out of date already."""
         with self._lock:
-            self._listened[topic] = _matched(publisher)
+            matched = _matched(publisher)
+            self._changes += matched != self._listened[topic]
+            self._listened[topic] = matched
 
 
 def _matched(publisher: zenoh.Publisher) -> bool:

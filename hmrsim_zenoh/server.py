@@ -65,7 +65,12 @@ class Server:
         serves: The names of the actions of each robot.
         fixed: Latched topics of the world that never change: topic to encoding and payload.
         max_payload: Bytes that a request may have.
+
+    Attributes:
+        submit: Takes commands at once, in the simulation's thread; to be set before it runs.
     """
+
+    submit: Callable[[Command], None]
 
     def __init__(
         self,
@@ -98,6 +103,7 @@ class Server:
             refuse=self._refuse,
             doorbell=keys.doorbell(),
         )
+        self._changes_told = 0
         self._interest = Interest(session, keys, self._interest_changed)
         self._history = session.declare_queryable(
             keys.history(), zenoh.handlers.Callback(self.inbox.put_query), complete=True
@@ -119,9 +125,16 @@ class Server:
 
     def _decode(self, query: zenoh.Query) -> list[Command]:
         commands = self._requests.decode(query)
-        if any(isinstance(command, (SendGoal, CancelGoal)) for command in commands) and self._interest.look():
-            return [InterestChanged(), *commands]
+        if commands and isinstance(commands[0], CancelGoal):
+            self._look()
         return commands
+
+    def _look(self) -> None:
+        """Tell the simulation at once if somebody has come to listen."""
+        changes = self._interest.look()
+        if changes != self._changes_told:
+            self._changes_told = changes
+            self.submit(InterestChanged())
 
     def _refuse(self, query: zenoh.Query) -> None:
         reason, text = ("not_ready", _ENDED) if self.inbox.closed else ("busy", _BUSY)
@@ -152,6 +165,8 @@ class Server:
             case GoalResponse():
                 mime = encoding.of_action(action, "SendGoal_Response") if action else encoding.JSON
                 asked.reply(encoding.goal_response(answer), mime)
+                # Who subscribes and then sends a goal must see all of it; what is to be seen comes after this answer.
+                self._look()
             case CancelResponse():
                 asked.reply(encoding.cancel_response(answer), encoding.CANCEL_RESPONSE)
             case ResultResponse():

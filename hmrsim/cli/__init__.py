@@ -1,5 +1,5 @@
 """The launcher and the tools: ``hmrsim``. One file a command group; here is where everything is wired."""
 
-from hmrsim.cli.entry import main
+from hmrsim.cli.start import main
 
 __all__ = ["main"]

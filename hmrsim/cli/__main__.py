@@ -2,7 +2,7 @@
 
 import sys
 
-from hmrsim.cli.entry import main
+from hmrsim.cli import main
 
 if __name__ == "__main__":
     sys.exit(main())

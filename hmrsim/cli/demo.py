@@ -18,7 +18,7 @@ from hmrsim.cli.demo_turns import Turns
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.log_options import add_log_options, logging_to_stderr
 from hmrsim.cli.output import warn
-from hmrsim.cli.signals import on_signals
+from hmrsim.cli.signals import exit_code_of, on_signals
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.session import SessionOptions
@@ -46,7 +46,6 @@ _LOOK: Final = 0.1
 _LAST_EVENTS: Final = 0.3
 _PATIENCE: Final = 0.5
 """Wall seconds that what is heard from one process waits for what the other has to say before."""
-_SIGNAL_EXIT: Final = 128
 
 
 class DemoFailed(HmrsimError):
@@ -91,7 +90,7 @@ def _demo(args: argparse.Namespace) -> int:
             return demo.run()
     except _Interrupted as interruption:
         warn("interrupted; the simulator and the controller have ended")
-        return _SIGNAL_EXIT + interruption.signal
+        return exit_code_of(interruption.signal)
 
 
 class _Demo:

@@ -36,6 +36,7 @@ exit codes:
   2  wrong use, unreadable input, port taken
   3  nobody there: no simulator answers within --timeout
   130  Ctrl-C while following a goal, which cancels it
+  143  SIGTERM while following a goal, which cancels it
 
 examples:
   hmrsim demo

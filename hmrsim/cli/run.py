@@ -113,25 +113,19 @@ def _add_server_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(args: argparse.Namespace) -> int:
-    with on_signals(_end_before_ready):
-        options = session_options(args)
-        loaded = read_world(args)
-        for problem in loaded.warnings:
-            warn(line_of(problem))
-        if args.real_time_factor == 0 and args.duration < math.inf:
-            warn(f"--duration {args.duration:g}: as fast as possible, {_TIME_STANDS}")
-        host = Host(loaded, options, _settings(args))
-        with host, _shown(host, loaded, log_level(args)) as table:
-            _serve(host, table, lambda: _tell_ready(loaded, host, options, as_json=args.json))
+    options = session_options(args)
+    loaded = read_world(args)
+    for problem in loaded.warnings:
+        warn(line_of(problem))
+    if args.real_time_factor == 0 and args.duration < math.inf:
+        warn(f"--duration {args.duration:g}: as fast as possible, {_TIME_STANDS}")
+    host = Host(loaded, options, _settings(args))
+    with host, _shown(host, loaded, log_level(args)) as table:
+        _serve(host, table, lambda: _tell_ready(loaded, host, options, as_json=args.json))
     if host.error is not None:
         traceback.print_exception(host.error)
         return ExitCode.FAILED
     return ExitCode.DONE
-
-
-def _end_before_ready(_number: int) -> None:
-    """End the process, wherever it is: there is nobody yet who could be served."""
-    raise SystemExit(ExitCode.DONE)
 
 
 def _serve(host: Host, table: RobotTable | None, tell_ready: Callable[[], None]) -> None:

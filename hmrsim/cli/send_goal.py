@@ -12,7 +12,7 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.goal_text import read_goal, read_yaml
 from hmrsim.cli.output import indented, show, show_json, values, warn, yaml_text
 from hmrsim.cli.plain import plain
-from hmrsim.cli.signals import on_signals
+from hmrsim.cli.signals import exit_code_of, on_signals
 from hmrsim.errors import HmrsimError
 from hmrsim.goal import GoalStatus, parse_goal_id
 from hmrsim_zenoh.errors import GoalRejectedError, RequestError
@@ -36,7 +36,6 @@ examples:
 _LOOK: Final = 1.0
 _LAST_WORDS: Final = 0.05
 _CANCEL_WAIT: Final = 2.0
-_SIGNAL_EXIT: Final = 128
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -173,4 +172,4 @@ def _cancel(handle: GoalHandle[Any, Any], signal: int) -> int:
         warn(f"Goal finished with status: {handle.status.name}")
     except HmrsimError as error:
         warn(str(error))
-    return _SIGNAL_EXIT + signal
+    return exit_code_of(signal)

@@ -12,6 +12,13 @@ if TYPE_CHECKING:
 SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
 """Those that mean an end."""
 
+_SIGNALLED: Final = 128
+
+
+def exit_code_of(number: int) -> int:
+    """Return what a shell makes of a process that a signal has ended."""
+    return _SIGNALLED + number
+
 
 @contextmanager
 def on_signals(call: Callable[[int], None]) -> Iterator[None]:

@@ -19,8 +19,9 @@ def complete(tmp_path):
 
     def ask(line, connect=NOBODY):
         asked = {"_ARGCOMPLETE": "1", "_ARGCOMPLETE_IFS": "\n", "_ARGCOMPLETE_SUPPRESS_SPACE": "1", "COMP_TYPE": "9"}
+        module = {"hmrsim": "hmrsim.cli", "bt-controller": "bt_controller"}[line.split()[0]]
         done = subprocess.run(
-            ["/bin/sh", "-c", f'exec "{sys.executable}" -m hmrsim.cli 8>&1 9>/dev/null 1>/dev/null 2>"{tmp_path}/err"'],
+            ["/bin/sh", "-c", f'exec "{sys.executable}" -m {module} 8>&1 9>/dev/null 1>/dev/null 2>"{tmp_path}/err"'],
             env={**os.environ, **asked, "COMP_LINE": line, "COMP_POINT": str(len(line)), "HMRSIM_CONNECT": connect},
             stdout=subprocess.PIPE,
             text=True,
@@ -46,6 +47,8 @@ def complete(tmp_path):
         ("hmrsim run scenario1 --real-", ["--real-time-factor"]),
         ("hmrsim topic list --mode ", ["peer", "client", "router"]),
         ("hmrsim completion ", ["bash", "zsh", "fish"]),
+        ("bt-controller ", ["run", "check"]),
+        ("bt-controller run missions:patrol --per", ["--period"]),
     ],
 )
 def test_what_needs_no_simulator(complete, line, words):
@@ -68,6 +71,7 @@ def test_where_nobody_answers_nothing_is_said(complete, line):
         ("hmrsim topic echo /_world/cl", ["/_world/clock"]),
         ("hmrsim topic hz /wall_e/od", ["/wall_e/odom"]),
         ("hmrsim service call /_world/inf", ["/_world/info"]),
+        ("bt-controller run missions:patrol --robot ", ["wall_e"]),
     ],
 )
 def test_names_come_from_the_simulator_that_runs(complete, endpoint, line, words):

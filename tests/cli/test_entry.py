@@ -178,6 +178,19 @@ def test_interrupted(broken_command):
     assert 130 == main(["map"])
 
 
+def test_interrupted_while_it_loads():
+    """Ctrl-C before there is anybody to handle it is 130, and no traceback."""
+    program = (
+        "import os, signal, sys; from hmrsim.cli import main; "
+        "sys.addaudithook(lambda event, _: event == 'import' and os.kill(os.getpid(), signal.SIGINT)); "
+        "sys.exit(main(['map']))"
+    )
+
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+
+    assert (130, "") == (done.returncode, done.stderr)
+
+
 def test_reader_that_has_seen_enough_is_no_failure():
     """``hmrsim … | head -1`` ends without complaint."""
     program = "from hmrsim.cli import main; raise SystemExit(main(['map', 'validate', 'nosuch', '--json']))"
