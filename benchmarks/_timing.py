@@ -1,4 +1,8 @@
-"""Wall times that can be compared: variants take turns, so that a busy moment of the machine meets each of them."""
+"""Wall times that can be compared: variants take turns, so that a busy moment of the machine meets each of them.
+
+Each turn is a few calls of the same: what a call needs is then in the processor's caches, as in a program that
+does it all day, and not what another variant has left there.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +13,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+
+_TURN = 6
+"""Calls of one variant in a row."""
 
 
 def _nothing() -> None:
@@ -31,12 +39,15 @@ class Variant:
 
 
 def medians(variants: Sequence[Variant], rounds: int) -> dict[str, float]:
-    """Return each variant's median wall seconds over some rounds, after one that isn't counted."""
+    """Return each variant's median wall seconds over some rounds; the first call of each turn isn't counted."""
     taken: dict[str, list[float]] = {variant.name: [] for variant in variants}
-    for _ in range(rounds + 1):
+    for _ in range(-(-rounds // (_TURN - 1))):
         for variant in variants:
-            began = time.perf_counter()
-            variant.timed()
-            taken[variant.name].append(time.perf_counter() - began)
-            variant.after()
-    return {name: statistics.median(times[1:]) for name, times in taken.items()}
+            for number in range(_TURN):
+                began = time.perf_counter()
+                variant.timed()
+                seconds = time.perf_counter() - began
+                variant.after()
+                if number:
+                    taken[variant.name].append(seconds)
+    return {name: statistics.median(times) for name, times in taken.items()}

@@ -26,6 +26,7 @@ BARE_PAYLOAD = b"x" * 200
 """About what a goal or a result has."""
 
 _TIMEOUT = 30.0
+_MADE_AT_ONCE = 1_000
 _BEGINNING = 2.0
 """Simulated seconds until all robots are on their way."""
 _LOOK = 0.05
@@ -104,7 +105,8 @@ class GoalSender:
     session: zenoh.Session
     action: str
     goal: dict[str, Any] = field(default_factory=dict)
-    _last: str = ""
+    _requests: list[tuple[bytes, bytes]] = field(default_factory=list)
+    _get_result: bytes = b""
 
     def accepted(self) -> None:
         """Send the goal, and return when it is accepted."""
@@ -112,7 +114,7 @@ class GoalSender:
 
     def result(self) -> None:
         """Return when the goal that was sent last has ended."""
-        self._succeeded(ask(self.session, self._key("get_result"), self._last_id()))
+        self._succeeded(ask(self.session, self._key("get_result"), self._get_result))
 
     def one_by_one(self) -> None:
         """Send the goal; when it is accepted, ask for the result, and return with it."""
@@ -130,11 +132,15 @@ class GoalSender:
         return f"hmrsim/{self.action}/_action/{verb}"
 
     def _next_goal(self) -> bytes:
-        self._last = uuid.uuid4().hex
-        return json.dumps({"goal_id": self._last, "goal": self.goal}).encode()
-
-    def _last_id(self) -> bytes:
-        return json.dumps({"goal_id": self._last}).encode()
+        """Return the next request; they are made many at once, so that few are made while the time is taken."""
+        if not self._requests:
+            ids = [uuid.uuid4().hex for _ in range(_MADE_AT_ONCE)]
+            self._requests = [
+                (json.dumps({"goal_id": id_, "goal": self.goal}).encode(), json.dumps({"goal_id": id_}).encode())
+                for id_ in ids
+            ]
+        send_goal, self._get_result = self._requests.pop()
+        return send_goal
 
     def _accepted(self, payload: bytes) -> None:
         if not json.loads(payload)["accepted"]:
