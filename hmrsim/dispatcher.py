@@ -127,22 +127,30 @@ class Dispatcher:
         self._keep_results = keep_results
         self._feedback_rate = feedback_rate
         self._instant, self._instant_stamp = -1.0, 0
-        self._servers: dict[str, dict[str, _Server]] = {}
+        self._robots: dict[str, Robot] = {}
+        self._offered: dict[tuple[str, ...], dict[str, AnyAction]] = {}
+        self._servers: dict[tuple[str, str], _Server] = {}
         self._holders: dict[str, _Goal] = {}
         self._ended: dict[str, dict[_Goal, None]] = {}
 
     def add(self, robot: Robot) -> None:
         """Serve a robot: all actions that its components allow."""
-        self._servers[robot.name] = {
-            name: _Server(robot, action)
-            for name, action in self._actions.items()
-            if action.component is None or action.component in robot.components
-        }
-        self._ended[robot.name] = {}
+        self._robots[robot.name] = robot
 
     def actions_of(self, robot: str) -> list[str]:
         """Return the names of the actions that a robot serves."""
-        return list(self._servers[robot])
+        return list(self._offers(self._robots[robot]))
+
+    def _offers(self, robot: Robot) -> dict[str, AnyAction]:
+        """Return the actions that a robot serves; one table for all robots with the same components."""
+        carried = tuple(robot.components)
+        if carried not in self._offered:
+            self._offered[carried] = {
+                name: action
+                for name, action in self._actions.items()
+                if action.component is None or action.component in carried
+            }
+        return self._offered[carried]
 
     def goal_of(self, robot: str) -> tuple[str, str] | None:
         """Return action and id of the goal that holds a robot's base; None when none does."""
@@ -178,13 +186,22 @@ class Dispatcher:
         self._start(goal, message)
 
     def _server(self, robot: str, action: str) -> _Server:
-        servers = self._servers.get(robot)
-        if servers is None:
-            there = ", ".join(self._servers) or "none"
+        """Return who serves an action; made when it is first asked for, as most are never.
+
+        Raises:
+            GoalRejected: There is no such robot or action.
+        """
+        server = self._servers.get((robot, action))
+        if server is not None:
+            return server
+        if robot not in self._robots:
+            there = ", ".join(self._robots) or "none"
             raise GoalRejected("unknown_robot", f"no robot {robot!r}; there are: {there}")
-        if action not in servers:
-            raise GoalRejected("unknown_action", f"{robot} has no action {action!r}; it has: {', '.join(servers)}")
-        return servers[action]
+        offers = self._offers(self._robots[robot])
+        if action not in offers:
+            raise GoalRejected("unknown_action", f"{robot} has no action {action!r}; it has: {', '.join(offers)}")
+        server = self._servers[robot, action] = _Server(self._robots[robot], offers[action])
+        return server
 
     def _goal_id(self, server: _Server, text: str | None) -> str:
         """Return the id in its canonical form; one made from the seed where there is none."""
@@ -293,7 +310,7 @@ class Dispatcher:
         for reply_to in goal.waiting:
             self._answer(reply_to, ResultResponse(goal.status, result))
         goal.waiting.clear()
-        ended = self._ended[name]
+        ended = self._ended.setdefault(name, {})
         ended[goal] = None
         if len(ended) > self._keep_results:
             self._forget(next(iter(ended)))
@@ -377,7 +394,7 @@ class Dispatcher:
 
     def forget(self, robot: str, action: str, goal_id: str) -> None:
         """Drop a result that is kept no longer; nothing happens if it isn't there or still awaited."""
-        server = self._servers.get(robot, {}).get(action)
+        server = self._servers.get((robot, action))
         goal = server.goals.get(goal_id) if server else None
         if goal and goal.status.terminal:
             self._forget(goal)
@@ -408,9 +425,8 @@ class Dispatcher:
     # --- small things ---------------------------------------------------------------------------------------------
 
     def _active(self) -> Iterator[_Goal]:
-        for servers in self._servers.values():
-            for server in servers.values():
-                yield from (goal for goal in server.goals.values() if not goal.status.terminal)
+        for server in self._servers.values():
+            yield from (goal for goal in server.goals.values() if not goal.status.terminal)
 
     def _find(self, command: CancelGoal | GetResult) -> _Server | None:
         """Return the server that a command names; answer that there is none."""

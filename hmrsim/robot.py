@@ -74,8 +74,8 @@ class Robot:
         self._number = 0
         self._seconds: Sequence[float] = ()
         self._piece_ends: Timeout | None = None
-        self._arrived = Event(env)
-        self._on_piece_end: list[Callable[[Any], None]] = [self._begin_next]
+        self._arrived: Event | None = None
+        self._on_piece_end: list[Callable[[Any], None]] = []
         self._began = 0.0
 
     @property
@@ -190,11 +190,13 @@ class Robot:
         One timeout is scheduled anew for each piece, past the process that drives: with many robots that is half
         the work of the whole simulation.
         """
-        self._seconds, self._arrived = driven.seconds, Event(self._env)
+        self._seconds = driven.seconds
+        arrived = self._arrived = Event(self._env)
         self._piece_ends = Timeout(self._env, driven.seconds[0])
+        self._on_piece_end = self._on_piece_end or [self._begin_next]
         self._piece_ends.callbacks = self._on_piece_end
         self._begin(0)
-        return self._arrived
+        return arrived
 
     def _begin(self, number: int) -> None:
         self._number, self._began = number, self._env.now
@@ -202,7 +204,7 @@ class Robot:
             self._happened("motion", self._motion)
 
     def _begin_next(self, piece_end: Event) -> None:
-        if piece_end is not self._piece_ends:
+        if piece_end is not self._piece_ends or self._arrived is None:
             # The robot was stopped on that way.
             return
         number = self._number + 1
