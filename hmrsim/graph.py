@@ -1,7 +1,8 @@
 """Routes on the waypoint graph; the only importer of networkx.
 
-The networkx graph is the model. It is compiled once per version into plain lists, on which one Dijkstra search
-per destination gives the quickest way from everywhere; these trees are kept.
+Planning works on plain lists: one Dijkstra search per destination gives the quickest way from everywhere, and these
+trees are kept. For all other questions the same graph is there as one of networkx, which is loaded when somebody
+has such a question: it takes a third of the time and of the memory that a simulator needs to start.
 """
 
 from __future__ import annotations
@@ -11,11 +12,9 @@ import math
 from array import array
 from collections import OrderedDict
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import count, pairwise
 from typing import TYPE_CHECKING
-
-import networkx as nx
 
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Obstacles, Point, Pose, distance, foot, heading
@@ -24,6 +23,8 @@ from hmrsim.world.model import FARTHEST
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    import networkx as nx
 
     from hmrsim.world.model import World
 
@@ -65,6 +66,25 @@ class Leg:
         yaw = heading(self.start, self.end)
         object.__setattr__(self, "first", Pose(*self.start, yaw))
         object.__setattr__(self, "last", Pose(*self.end, yaw))
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A lane in one direction.
+
+    Attributes:
+        start: Name of the waypoint where it begins.
+        end: Name of the waypoint where it ends.
+        length: In the world's unit.
+        speed_limit: Most that may be driven there; infinite without a limit.
+        capacity: How many robots may be on it at once; None for any number.
+    """
+
+    start: str
+    end: str
+    length: float
+    speed_limit: float
+    capacity: int | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,23 +161,17 @@ class WaypointGraph:
 
     Args:
         world: Where they are. Its names must have been checked.
+
+    Attributes:
+        name: The world's.
+        waypoints: Their points, by name.
+        ways: All lanes in each direction in which they can be driven, by the waypoints where they begin.
     """
 
     def __init__(self, world: World) -> None:
-        self.graph: nx.DiGraph[str] = nx.DiGraph(name=world.name)
-        """The public model: nodes have ``point``; edges have ``length``, ``speed_limit`` and ``capacity``."""
-        for name, point in world.waypoints.items():
-            self.graph.add_node(name, point=point)
-        for lane in world.lanes:
-            length = distance(world.waypoints[lane.from_], world.waypoints[lane.to])
-            attributes = {
-                "length": length,
-                "speed_limit": lane.speed_limit or math.inf,
-                "capacity": lane.capacity,
-            }
-            self.graph.add_edge(lane.from_, lane.to, **attributes)
-            if not lane.one_way:
-                self.graph.add_edge(lane.to, lane.from_, **attributes)
+        self.name = world.name
+        self.waypoints = world.waypoints
+        self.ways = _ways(world)
         self._bounds = world.bounds
         self._obstacles = Obstacles(
             [wall for wall in world.walls if isinstance(wall, tuple)],
@@ -166,16 +180,28 @@ class WaypointGraph:
         self._trees: OrderedDict[tuple[Point, float], _Tree] = OrderedDict()
         self._compile()
 
+    @cached_property
+    def graph(self) -> nx.DiGraph[str]:
+        """The graph for networkx: nodes have ``point``; edges have ``length``, ``speed_limit`` and ``capacity``."""
+        import networkx as nx  # noqa: PLC0415 - see above
+
+        graph: nx.DiGraph[str] = nx.DiGraph(name=self.name)
+        for name, point in self.waypoints.items():
+            graph.add_node(name, point=point)
+        for way in self.ways:
+            graph.add_edge(way.start, way.end, length=way.length, speed_limit=way.speed_limit, capacity=way.capacity)
+        return graph
+
     def _compile(self) -> None:
         """Make the lists that planning works on; names in order, so that an index orders as its name."""
-        self._names = sorted(self.graph)
-        self._points: list[Point] = [self.graph.nodes[name]["point"] for name in self._names]
+        self._names = sorted(self.waypoints)
+        self._points: list[Point] = [self.waypoints[name] for name in self._names]
         index = {name: i for i, name in enumerate(self._names)}
         self._edges: list[_Edge] = []
-        for a, b, data in sorted(self.graph.edges(data=True), key=lambda edge: edge[:2]):
-            start, end, length, limit = index[a], index[b], data["length"], data["speed_limit"]
-            leg = Leg(self._points[start], self._points[end], length, (a, b), limit)
-            self._edges.append(_Edge(len(self._edges), start, end, length, limit, leg))
+        for way in sorted(self.ways, key=lambda way: (way.start, way.end)):
+            start, end = index[way.start], index[way.end]
+            leg = Leg(self._points[start], self._points[end], way.length, (way.start, way.end), way.speed_limit)
+            self._edges.append(_Edge(len(self._edges), start, end, way.length, way.speed_limit, leg))
         self._out: list[list[_Edge]] = [[] for _ in self._names]
         self._into: list[list[_Edge]] = [[] for _ in self._names]
         for edge in self._edges:
@@ -450,3 +476,14 @@ class WaypointGraph:
 def _route(legs: list[Leg]) -> Route:
     """Return the route of these legs, without those of no length."""
     return Route(tuple([leg for leg in legs if leg.length > 0.0]))
+
+
+def _ways(world: World) -> tuple[Way, ...]:
+    """Return the lanes of a world in each direction; of two between the same waypoints the last one counts."""
+    found: dict[str, dict[str, Way]] = {name: {} for name in world.waypoints}
+    for lane in world.lanes:
+        length = distance(world.waypoints[lane.from_], world.waypoints[lane.to])
+        ends = [(lane.from_, lane.to)] if lane.one_way else [(lane.from_, lane.to), (lane.to, lane.from_)]
+        for start, end in ends:
+            found[start][end] = Way(start, end, length, lane.speed_limit or math.inf, lane.capacity)
+    return tuple(way for ways in found.values() for way in ways.values())

@@ -8,6 +8,7 @@ import math
 import threading
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Self
 
 import zenoh
@@ -199,7 +200,7 @@ class Host:
             raise PrefixTaken(f"a simulator serves prefix {self._keys.prefix!r} already; name another with --prefix")
 
     def _serve(self, loaded: LoadedWorld) -> Server:
-        robots = self.simulator.robots
+        robots, graph = self.simulator.robots, self.simulator.graph
         serves = {name: self.simulator.dispatcher.actions_of(name) for name in robots}
         info = {
             "contract": CONTRACT,
@@ -217,15 +218,14 @@ class Host:
         info["services"] = [
             {"name": f"{WORLD}/{name}", "type": encoding.ros_type(mime)} for name, mime in types.items()
         ]
-        graph = to_geojson(self.simulator.graph.graph)
         return Server(
             self._session,
             self._keys,
             actions=all_actions(),
             serves=serves,
             fixed={
-                "info": (types["info"], json.dumps(info).encode()),
-                "route_graph": (types["route_graph"], json.dumps(graph).encode()),
+                "info": (types["info"], cache(lambda: json.dumps(info).encode())),
+                "route_graph": (types["route_graph"], cache(lambda: json.dumps(to_geojson(graph)).encode())),
             },
             max_payload=self._settings.max_payload,
         )

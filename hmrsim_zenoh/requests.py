@@ -30,7 +30,7 @@ from hmrsim_zenoh.envelopes import (
 from hmrsim_zenoh.keys import WORLD, ActionKey, TopicKey, Verb
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from hmrsim.actions import AnyAction
     from hmrsim.gateway import Command
@@ -127,7 +127,7 @@ class Requests:
         keys: How keys are spelled.
         actions: All actions by name, to read goals.
         serves: The names of the actions of each robot.
-        fixed: Latched topics of the world that never change: topic to encoding and payload.
+        fixed: Latched topics of the world that never change: topic to encoding, and what gives the payload.
         max_payload: Bytes that a request may have.
     """
 
@@ -137,7 +137,7 @@ class Requests:
         *,
         actions: Mapping[str, AnyAction],
         serves: Mapping[str, list[str]],
-        fixed: Mapping[str, tuple[str, bytes]],
+        fixed: Mapping[str, tuple[str, Callable[[], bytes]]],
         max_payload: int = MAX_PAYLOAD,
     ) -> None:
         self._keys = keys
@@ -204,7 +204,7 @@ class Requests:
     def _decode_world(self, query: zenoh.Query, key: str, topic: str) -> list[Command]:
         if topic in self._fixed:
             mime, payload = self._fixed[topic]
-            Asked(query, key).reply(payload, mime)
+            Asked(query, key).reply(payload(), mime)
             return []
         if topic in _WORLD_TOPICS:
             return [Read(_WORLD_TOPICS[topic], reply_to=Asked(query, key))]
@@ -227,7 +227,7 @@ class Requests:
             raise UnreadableError("a request is for one robot and one action; name them, without wildcards")
         for topic in fixed:
             mime, payload = self._fixed[topic]
-            query.reply(self._keys.world(topic), payload, encoding=mime)
+            query.reply(self._keys.world(topic), payload(), encoding=mime)
         if not latched:
             query.drop()
         shared = _Shared(query)

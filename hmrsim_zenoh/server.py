@@ -63,7 +63,7 @@ class Server:
         keys: How keys are spelled.
         actions: All actions by name, to read goals.
         serves: The names of the actions of each robot.
-        fixed: Latched topics of the world that never change: topic to encoding and payload.
+        fixed: Latched topics of the world that never change: topic to encoding, and what gives the payload.
         max_payload: Bytes that a request may have.
 
     Attributes:
@@ -79,7 +79,7 @@ class Server:
         *,
         actions: Mapping[str, AnyAction],
         serves: Mapping[str, list[str]],
-        fixed: Mapping[str, tuple[str, bytes]],
+        fixed: Mapping[str, tuple[str, Callable[[], bytes]]],
         max_payload: int = MAX_PAYLOAD,
     ) -> None:
         self._session = session

@@ -138,7 +138,7 @@ def _as_yaml(world: World, out: Path) -> str:
 
 
 def _as_geojson(world: World, _out: Path) -> str:
-    graph = to_geojson(WaypointGraph(world).graph)
+    graph = to_geojson(WaypointGraph(world))
     features = ",\n".join(f"    {json.dumps(feature)}" for feature in graph.pop("features"))
     return f'{json.dumps(graph)[:-1]}, "features": [\n{features}\n]}}\n'
 
