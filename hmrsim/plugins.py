@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+from functools import cache
 from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from hmrsim.errors import PluginError
 
@@ -41,9 +42,15 @@ def discover(package: ModuleType, constant: str, kind: type[P]) -> dict[str, P]:
     for info in sorted(pkgutil.iter_modules(package.__path__), key=lambda info: info.name):
         if not info.name.startswith("_"):
             _add(found, _load(f"{package.__name__}.{info.name}", constant, kind), f"{package.__name__}.{info.name}")
-    for entry in sorted(entry_points(group=package.__name__), key=lambda entry: (entry.name, entry.value)):
+    for entry in sorted(_installed().select(group=package.__name__), key=lambda entry: (entry.name, entry.value)):
         _add(found, _load(entry.value, constant, kind), entry.value)
     return dict(sorted(found.items()))
+
+
+@cache
+def _installed() -> Any:  # EntryPoints, but for Python 3.11
+    """Return all entry points; to find them means to look into every installed package."""
+    return entry_points()
 
 
 def _load(module_name: str, constant: str, kind: type[P]) -> P:

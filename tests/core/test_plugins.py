@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint
+from importlib.metadata import EntryPoint, EntryPoints
 
 import pytest
 
@@ -31,8 +31,8 @@ def kind(tmp_path, monkeypatch):
         (folder / "__init__.py").write_text("")
         for name, text in modules.items():
             (folder / f"{name}.py").write_text(f"from test_plugins_kind import Thing\n{text}\n")
-        found = [EntryPoint(name, value, package) for name, value in entries]
-        monkeypatch.setattr(plugins, "entry_points", lambda group: [e for e in found if e.group == group])
+        found = EntryPoints(EntryPoint(name, value, package) for name, value in entries)
+        monkeypatch.setattr(plugins, "_installed", lambda: found)
         return discover(__import__(package), "THING", Thing)
 
     monkeypatch.setitem(sys.modules, "test_plugins_kind", sys.modules[__name__])
