@@ -60,7 +60,7 @@ class _Goal:
     result: Message | None = None
     process: simpy.Process | None = None
     waiting: list[Any] = field(default_factory=list)
-    sample: Callable[[], Message] | None = None
+    sample: Callable[[], Message | Mapping[str, Any]] | None = None
     sampled_from: float = 0.0
 
     def entry(self) -> GoalEntry:
@@ -85,10 +85,10 @@ class _Report:
         self._dispatcher = dispatcher
         self._goal = goal
 
-    def send(self, feedback: Message) -> None:
+    def send(self, feedback: Message | Mapping[str, Any]) -> None:
         self._dispatcher.send_feedback(self._goal, feedback, last=True)
 
-    def sample(self, source: Callable[[], Message]) -> None:
+    def sample(self, source: Callable[[], Message | Mapping[str, Any]]) -> None:
         self._dispatcher.sample_feedback(self._goal, source)
 
 
@@ -328,13 +328,13 @@ class Dispatcher:
 
     # --- feedback -------------------------------------------------------------------------------------------------
 
-    def send_feedback(self, goal: _Goal, feedback: Message, *, last: bool = False) -> None:
+    def send_feedback(self, goal: _Goal, feedback: Message | Mapping[str, Any], *, last: bool = False) -> None:
         """Send feedback of a goal that runs, if anybody listens."""
         if not goal.status.terminal and self._interest.feedback:
             server = goal.server
             self._emit(FeedbackSent(server.robot.name, server.action.name, goal.goal_id, feedback, last))
 
-    def sample_feedback(self, goal: _Goal, source: Callable[[], Message]) -> None:
+    def sample_feedback(self, goal: _Goal, source: Callable[[], Message | Mapping[str, Any]]) -> None:
         """Send what *source* says at the feedback rate, and once more when the goal ends."""
         goal.sample, goal.sampled_from = source, self._env.now
         if self._interest.feedback:
@@ -347,7 +347,7 @@ class Dispatcher:
                 if goal.sample is not None and goal not in self._telemetry:
                     self._start_sampling(goal, goal.sample)
 
-    def _start_sampling(self, goal: _Goal, source: Callable[[], Message]) -> None:
+    def _start_sampling(self, goal: _Goal, source: Callable[[], Message | Mapping[str, Any]]) -> None:
         def take() -> None:
             self.send_feedback(goal, source())
 

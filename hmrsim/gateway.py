@@ -206,14 +206,14 @@ class FeedbackSent(NamedTuple):
         robot: Its name.
         action: The action's name.
         goal_id: Whose feedback it is.
-        feedback: The action's feedback message.
+        feedback: The action's feedback message, or the same in plain values.
         last: Whether the goal ends right after it, so that it must not be thinned out.
     """
 
     robot: str
     action: str
     goal_id: str
-    feedback: Message
+    feedback: Message | Mapping[str, Any]
     last: bool = False
 
 

@@ -124,41 +124,55 @@ class Drive(Protocol):
     def piece(self, number: int) -> Piece:
         """Return the piece of this index."""
 
-    def length_after(self, number: int) -> float:
-        """Return the length of all pieces behind that of this index."""
+    def after(self, number: int) -> tuple[float, float]:
+        """Return the length and the seconds of all pieces behind that of this index."""
 
 
 class _Steady:
     """A drive at constant speeds: each leg is a piece, which is made when somebody asks where the robot is."""
 
-    __slots__ = ("_legs", "seconds")
+    __slots__ = ("_after", "_legs", "seconds")
 
     def __init__(self, legs: Sequence[Leg], speed: float) -> None:
         self._legs = legs
+        self._after: list[tuple[float, float]] = []
         self.seconds = [leg.length / min(speed, leg.speed_limit) for leg in legs]
 
     def piece(self, number: int) -> Piece:
         leg = self._legs[number]
         return Piece(leg.first, leg.last, leg.length, self.seconds[number], leg)
 
-    def length_after(self, number: int) -> float:
-        return math.fsum(leg.length for leg in self._legs[number + 1 :])
+    def after(self, number: int) -> tuple[float, float]:
+        # Asked with every feedback, if with any.
+        self._after = self._after or _sums_behind([leg.length for leg in self._legs], self.seconds)
+        return self._after[number]
 
 
 class _Profiled:
     """A drive whose pieces depend on each other."""
 
-    __slots__ = ("_pieces", "seconds")
+    __slots__ = ("_after", "_pieces", "seconds")
 
     def __init__(self, pieces: Sequence[Piece]) -> None:
         self._pieces = pieces
         self.seconds = [piece.duration for piece in pieces]
+        self._after = _sums_behind([piece.length for piece in pieces], self.seconds)
 
     def piece(self, number: int) -> Piece:
         return self._pieces[number]
 
-    def length_after(self, number: int) -> float:
-        return math.fsum(piece.length for piece in self._pieces[number + 1 :])
+    def after(self, number: int) -> tuple[float, float]:
+        return self._after[number]
+
+
+def _sums_behind(lengths: Sequence[float], seconds: Sequence[float]) -> list[tuple[float, float]]:
+    """Return for each index the sums of what is behind it."""
+    length, time = 0.0, 0.0
+    sums = []
+    for i in range(len(lengths) - 1, -1, -1):
+        sums.append((length, time))
+        length, time = length + lengths[i], time + seconds[i]
+    return sums[::-1]
 
 
 def drive(

@@ -26,7 +26,7 @@ _EVENTS_BETWEEN_POLLS = 16
 _BETWEEN_WARNINGS = 5.0
 """Wall seconds from one word about lag to the next."""
 
-_QUANTUM = 0.002
+_QUANTUM = 0.005
 """Wall seconds from one round of events to the next, where they are many: to wake, and to send a message that goes
 alone, costs more than to do the work. What is due in between comes as much late, a command never."""
 

@@ -7,15 +7,18 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter
+from pydantic_core import to_json
 
 from hmrsim.gateway import GoalChanged, Happened
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.interfaces.message import Message
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from hmrsim.actions import AnyAction
     from hmrsim.gateway import CancelResponse, GoalEntry, GoalResponse, ResultResponse, StatusChanged
-    from hmrsim.interfaces.message import Message
 
 JSON = "application/json"
 CANCEL_RESPONSE = f"{JSON};{CancelGoal.Response.ros_type}"
@@ -90,9 +93,10 @@ def result_response(answer: ResultResponse) -> bytes:
     return b'{"status":%d,"result":%b}' % (answer.status, message(answer.result))
 
 
-def feedback_message(goal_id: str, feedback: Message) -> bytes:
+def feedback_message(goal_id: str, feedback: Message | Mapping[str, Any]) -> bytes:
     """Return what is published on a feedback key."""
-    return b'{"goal_id":"%b","feedback":%b}' % (goal_id.encode(), message(feedback))
+    payload = message(feedback) if isinstance(feedback, Message) else to_json(feedback)
+    return b'{"goal_id":"%b","feedback":%b}' % (goal_id.encode(), payload)
 
 
 def status_array(event: StatusChanged) -> bytes:

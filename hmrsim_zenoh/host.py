@@ -227,5 +227,6 @@ class Host:
                 "info": (types["info"], cache(lambda: json.dumps(info).encode())),
                 "route_graph": (types["route_graph"], cache(lambda: json.dumps(to_geojson(graph)).encode())),
             },
+            declare=len(robots) <= _MOST_TOKENS,
             max_payload=self._settings.max_payload,
         )

@@ -51,8 +51,6 @@ _ENDED = "the simulation has ended"
 _LEAST_WALL_SECONDS = 1 / 20
 """Between two feedback messages of one goal: there are never more than 20 a wall second."""
 
-_MOST_DECLARED = 2_000
-"""Keys that are declared before they are published on."""
 
 
 class Server:
@@ -64,6 +62,7 @@ class Server:
         actions: All actions by name, to read goals.
         serves: The names of the actions of each robot.
         fixed: Latched topics of the world that never change: topic to encoding, and what gives the payload.
+        declare: Whether to declare the keys that are published on.
         max_payload: Bytes that a request may have.
 
     Attributes:
@@ -80,9 +79,11 @@ class Server:
         actions: Mapping[str, AnyAction],
         serves: Mapping[str, list[str]],
         fixed: Mapping[str, tuple[str, Callable[[], bytes]]],
+        declare: bool = False,
         max_payload: int = MAX_PAYLOAD,
     ) -> None:
         self._session = session
+        self._declares = declare
         self._keys = keys
         self._actions = actions
         self._sent: dict[str, float] = {}
@@ -227,14 +228,15 @@ class Server:
     def _declare(self, key: str) -> zenoh.KeyExpr | str:
         """Return a key as Zenoh knows it best.
 
-        Where every robot has a liveliness token, Zenoh compares a key that it does not know with all of them: half a
-        millisecond for 1,000 robots. To declare many takes time that grows with their number squared.
+        Zenoh compares a key that it does not know with all that it does: half a millisecond where 1,000 robots have
+        liveliness tokens. So all are declared there, and none in larger worlds, which have no tokens and where it
+        would take minutes.
         """
+        if not self._declares:
+            return key
         known = self._declared.get(key)
         if known is not None:
             return known
-        if len(self._declared) >= _MOST_DECLARED:
-            return key
         declared: zenoh.KeyExpr = self._session.declare_keyexpr(key)
         self._declared[key] = declared
         return declared

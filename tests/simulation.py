@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from hmrsim.actions import registry
 from hmrsim.gateway import Answered, FeedbackSent, GoalChanged, Topic
+from hmrsim.interfaces.message import Message
 from hmrsim.simulator import Simulator
 from hmrsim.world.model import World
 
@@ -31,6 +34,13 @@ SMALL_WORLD = {
     },
     "remap": {"navigate_to_pose/wall_e": "wall_e/navigate_to_pose", "wall_e/grab": "wall_e/pickup"},
 }
+
+
+def as_message(event: FeedbackSent) -> Message:
+    """Return the feedback as a message of its action, strictly checked, whatever it was sent as."""
+    if isinstance(event.feedback, Message):
+        return event.feedback
+    return registry()[event.action].feedback.model_validate_json(json.dumps(event.feedback, allow_nan=False))
 
 
 @dataclass
@@ -78,7 +88,7 @@ class Log:
     def feedback(self, goal_id: str) -> list[tuple[float, object]]:
         """Return the times and the feedback of a goal."""
         return [
-            (time, event.feedback)
+            (time, as_message(event))
             for time, event in self.events
             if isinstance(event, FeedbackSent) and event.goal_id == goal_id
         ]

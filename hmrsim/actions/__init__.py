@@ -32,8 +32,8 @@ class Report(Protocol[F_contra]):
     def send(self, feedback: F_contra) -> None:
         """Send this feedback now, to whoever listens."""
 
-    def sample(self, source: Callable[[], F_contra]) -> None:
-        """Ask *source* for feedback at the feedback rate, and once more when the goal ends."""
+    def sample(self, source: Callable[[], F_contra | Mapping[str, Any]]) -> None:
+        """Ask *source* for feedback, or for its plain values, at the feedback rate, and when the goal ends."""
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,11 @@ MOST_NANOSECONDS = 2**31 * NANOSECONDS - 1
 """Nanoseconds that ROS can state: 68 years. What is later or longer than that is stated as that."""
 
 
-def _split(nanoseconds: float) -> tuple[int, int]:
-    return divmod(round(max(-MOST_NANOSECONDS, min(MOST_NANOSECONDS, nanoseconds))), NANOSECONDS)
+def values_of(nanoseconds: float) -> dict[str, int]:
+    """Return nanoseconds as the plain values of a `Time` or `Duration`; at most as many as ROS can state."""
+    whole = round(max(-MOST_NANOSECONDS, min(MOST_NANOSECONDS, nanoseconds)))
+    sec, nanosec = divmod(whole, NANOSECONDS)
+    return {"sec": sec, "nanosec": nanosec}
 
 
 class Time(Message):
@@ -24,8 +27,7 @@ class Time(Message):
     @classmethod
     def from_nanoseconds(cls, nanoseconds: int) -> Time:
         """Return the time that is *nanoseconds* after zero, or the latest that ROS can state."""
-        sec, nanosec = _split(nanoseconds)
-        return cls(sec=sec, nanosec=nanosec)
+        return cls(**values_of(nanoseconds))
 
     def to_nanoseconds(self) -> int:
         """Return the whole nanoseconds since zero."""
@@ -41,8 +43,7 @@ class Duration(Message):
     @classmethod
     def from_seconds(cls, seconds: float) -> Duration:
         """Return the duration of *seconds* in whole nanoseconds, or the longest that ROS can state."""
-        sec, nanosec = _split(seconds * NANOSECONDS)
-        return cls(sec=sec, nanosec=nanosec)
+        return cls(**values_of(seconds * NANOSECONDS))
 
     def to_seconds(self) -> float:
         """Return the span in seconds."""
