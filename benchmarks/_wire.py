@@ -12,6 +12,7 @@ import zenoh
 
 from benchmarks._fleet import Wanderers, loaded, plan_everything
 from benchmarks._processes import Child, child, wait_for_end
+from hmrsim.cli.garbage import collect_rarely
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.session import SessionOptions, open_client
 
@@ -67,6 +68,7 @@ def _serve(pipe: Connection, world: World, settings: HostSettings, wandering: in
         if wandering:
             plan_everything(host.simulator)
             Wanderers(host.simulator).start(list(host.simulator.robots)[-wandering:])
+        collect_rarely()
         host.start()
         while wandering and host.simulator.now < _BEGINNING:
             if host.wait(_LOOK):

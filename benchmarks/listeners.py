@@ -15,6 +15,7 @@ from benchmarks._processes import Child, child, processor_seconds
 from benchmarks._report import Row
 from benchmarks._timing import Variant, medians
 from benchmarks._wire import Served, served
+from hmrsim.cli.garbage import collect_rarely
 from hmrsim.simulator import Simulator
 from hmrsim_zenoh.host import HostSettings
 from hmrsim_zenoh.session import SessionOptions, open_client
@@ -113,6 +114,7 @@ def _unheard(world: World, rounds: int) -> Row:
     for simulator in (giving, silent):
         plan_everything(simulator)
         Wanderers(simulator).start(simulator.robots)
+    collect_rarely()
     span = _EVENTS_A_ROUND * LANE_SECONDS / len(world.robots)
     variants = [Variant("silent", partial(_go_on, silent, span)), Variant("giving", partial(_go_on, giving, span))]
     took = medians(variants, rounds)

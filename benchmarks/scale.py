@@ -16,6 +16,7 @@ import simpy
 from benchmarks._fleet import LANE_SECONDS, SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._processes import child, memory
 from benchmarks._report import Row
+from hmrsim.cli.garbage import collect_rarely
 from hmrsim.simulator import Simulator
 
 if TYPE_CHECKING:
@@ -90,6 +91,7 @@ def _measure(pipe: Connection, robots: int, window: float, side: int) -> None:
     searching = (time.perf_counter() - began) / len(simulator.world.waypoints)
     empty += _resident() - unplanned
     Wanderers(simulator).start(simulator.robots)
+    collect_rarely()
     # All begin within the first second: a rush that comes never again.
     simulator.run(until=2.0)
     megabytes = _resident() - empty
