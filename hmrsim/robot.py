@@ -199,13 +199,9 @@ class Robot:
         self._piece_ends = Timeout(self._env, driven.seconds[0])
         self._on_piece_end = self._on_piece_end or [self._begin_next]
         self._piece_ends.callbacks = self._on_piece_end
-        self._begin(0)
+        self._number, self._began = 0, self._env.now
+        self._happened("motion", self._motion)
         return arrived
-
-    def _begin(self, number: int) -> None:
-        self._number, self._began = number, self._env.now
-        if self._happened.interest.events:
-            self._happened("motion", self._motion)
 
     def _begin_next(self, piece_end: Event) -> None:
         if piece_end is not self._piece_ends or self._arrived is None:
@@ -215,7 +211,9 @@ class Robot:
         if number == len(self._seconds):
             self._arrived.succeed()
             return
-        self._begin(number)
+        self._number, self._began = number, self._env.now
+        if self._happened.interest.events:
+            self._happened("motion", self._motion)
         piece_end.callbacks = self._on_piece_end
         self._env.schedule(piece_end, NORMAL, self._seconds[number])
 
