@@ -62,6 +62,12 @@ class _Goal:
     waiting: list[Any] = field(default_factory=list)
     sample: Callable[[], Message | Mapping[str, Any]] | None = None
     sampled_from: float = 0.0
+    failure: Callable[[int, str], Message] | None = None
+
+    def failed(self, code: int, message: str) -> Message:
+        """Return the result of a goal that did not succeed."""
+        made: Message = (self.failure or self.server.action.failure)(code, message)
+        return made
 
     def entry(self) -> GoalEntry:
         return GoalEntry(self.goal_id, self.stamp, self.status)
@@ -90,6 +96,9 @@ class _Report:
 
     def sample(self, source: Callable[[], Message | Mapping[str, Any]]) -> None:
         self._dispatcher.sample_feedback(self._goal, source)
+
+    def on_failure(self, make: Callable[[int, str], Message]) -> None:
+        self._goal.failure = make
 
 
 class Dispatcher:
@@ -277,9 +286,9 @@ class Dispatcher:
         except Interrupt:
             return
         except GoalAborted as aborted:
-            self._end(goal, GoalEvent.ABORT, action.failure(aborted.code, str(aborted)))
+            self._end(goal, GoalEvent.ABORT, goal.failed(aborted.code, str(aborted)))
         except Exception as bug:
-            self._end(goal, GoalEvent.ABORT, action.failure(action.codes.unknown, f"bug in {action.name}: {bug!r}"))
+            self._end(goal, GoalEvent.ABORT, goal.failed(action.codes.unknown, f"bug in {action.name}: {bug!r}"))
             raise
         else:
             self._end(goal, GoalEvent.SUCCEED, result)
@@ -288,7 +297,7 @@ class Dispatcher:
 
     def _halt(self, goal: _Goal, event: GoalEvent, code: int, message: str) -> None:
         """End a running goal from outside; its process is interrupted at this instant, before anything else."""
-        self._end(goal, event, goal.server.action.failure(code, message))
+        self._end(goal, event, goal.failed(code, message))
         process, goal.process = goal.process, None
         if process is not None and process.is_alive:
             process.interrupt()
@@ -305,7 +314,7 @@ class Dispatcher:
             goal.sample = None
         if self._holders.get(name) is goal:
             del self._holders[name]
-        goal.result = result
+        goal.result, goal.failure = result, None
         self._change(goal, event)
         for reply_to in goal.waiting:
             self._answer(reply_to, ResultResponse(goal.status, result))

@@ -35,6 +35,9 @@ class Report(Protocol[F_contra]):
     def sample(self, source: Callable[[], F_contra | Mapping[str, Any]]) -> None:
         """Ask *source* for feedback, or for its plain values, at the feedback rate, and when the goal ends."""
 
+    def on_failure(self, make: Callable[[int, str], Any]) -> None:
+        """Have *make* give the result if the goal ends otherwise, in place of the action's *failure*."""
+
 
 @dataclass(frozen=True)
 class Codes:

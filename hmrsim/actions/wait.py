@@ -18,10 +18,16 @@ if TYPE_CHECKING:
 
 def _process(robot: Robot, goal: Wait.Goal, report: Report[Wait.Feedback]) -> Generator[Any, Any, Wait.Result]:
     seconds = max(0.0, goal.time.to_seconds())
-    until = robot.now + seconds
+    began, until = robot.now, robot.now + seconds
+    report.on_failure(lambda code, message: _result(robot.now - began, code, message))
     report.sample(lambda: Wait.Feedback(time_left=Duration.from_seconds(max(0.0, until - robot.now))))
     yield from robot.hold(seconds)
-    return Wait.Result(total_elapsed_time=Duration.from_seconds(seconds))
+    return _result(seconds)
+
+
+def _result(seconds: float, code: int = 0, message: str = "") -> Wait.Result:
+    elapsed = Duration.from_seconds(seconds)
+    return Wait.Result(total_elapsed_time=elapsed, error_code=code, error_msg=message)
 
 
 def _ordered(text: str, _world: World) -> Wait.Goal:

@@ -7,7 +7,7 @@ import json
 import jsonschema
 import pytest
 
-from hmrsim.actions import registry
+from hmrsim.actions import error_of, registry
 from hmrsim.gateway import CancelGoal, SendGoal
 from hmrsim_zenoh.envelopes import SendGoalRequest, around, read
 from hmrsim_zenoh.schemas import action_schema
@@ -66,7 +66,8 @@ def test_it_is_canceled_at_the_instant_of_a_cancel(action, prepared):
 
     assert (now + 0.5, "CANCELED") == log.changes(GOAL)[-1]
     assert 0 == log.answer("cancel").return_code
-    assert action.failure(action.codes.canceled, "canceled") == log.result(GOAL)
+    assert "canceled" == error_of(log.result(GOAL))
+    assert action.failure(action.codes.canceled, "canceled").error_code == log.result(GOAL).error_code
 
 
 def test_a_robot_can_go_on_after_a_cancel(action, prepared):

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from hmrsim.gateway import GetResult, SendGoal, Topic
+from hmrsim.gateway import CancelGoal, GetResult, SendGoal, Topic
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from hmrsim.interfaces.moveit_msgs import Grasp, Pickup, Place, PlaceLocation
@@ -291,3 +291,11 @@ class TestPlace:
         log = run((0.0, pickup("letter")), (5.0, GetResult("wall_e", "pickup", A, "later")))
 
         assert 1 == log.answer("later").result.error_code.val
+
+
+@pytest.mark.parametrize("end", [CancelGoal("wall_e", "wait"), SendGoal("wall_e", "wait", Wait.Goal(), "b" * 32)])
+def test_a_wait_that_is_cut_short_tells_how_long_it_was(run, end):
+    """Canceled or preempted after 1.5 s of 4."""
+    log = run((1.0, SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=4)), "c" * 32)), (2.5, end))
+
+    assert 1.5 == log.result("c" * 32).total_elapsed_time.to_seconds()
