@@ -15,7 +15,7 @@ from hmrsim.geometry import Pose, between, turn
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.graph import Leg
+    from hmrsim.route import Leg
 
 _SAME_HEADING = 1e-9
 

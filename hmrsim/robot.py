@@ -21,10 +21,11 @@ if TYPE_CHECKING:
     import simpy
 
     from hmrsim.geometry import Point
-    from hmrsim.graph import Route, WaypointGraph
+    from hmrsim.graph import WaypointGraph
     from hmrsim.interest import Happenings
     from hmrsim.items import Item
     from hmrsim.motion import Drive, Piece
+    from hmrsim.route import Route
     from hmrsim.world.model import RobotSpec, World
 
 C = TypeVar("C")

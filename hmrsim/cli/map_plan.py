@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hmrsim.geometry import Point
-    from hmrsim.graph import Leg, Route
+    from hmrsim.route import Leg, Route
     from hmrsim.world import World
 
 _EXAMPLES: Final = f"""\

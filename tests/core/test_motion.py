@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.geometry import Pose
-from hmrsim.graph import Leg
 from hmrsim.motion import Trapezoid, drive
+from hmrsim.route import Leg
 
 
 def leg(start, end, limit=math.inf):

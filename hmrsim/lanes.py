@@ -1,0 +1,174 @@
+"""The lanes of a world as plain lists, and what stands around them: all that planning works on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from hmrsim.errors import NoRoute
+from hmrsim.geometry import SAME_PLACE, Obstacles, Point, distance, foot
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+from hmrsim.route import Leg
+from hmrsim.world.model import FARTHEST
+
+if TYPE_CHECKING:
+    from hmrsim.world.model import World
+
+_KEPT_POINTS = 4_096
+"""Points whose nearest lanes are kept."""
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A lane in one direction.
+
+    Attributes:
+        start: Name of the waypoint where it begins.
+        end: Name of the waypoint where it ends.
+        length: In the world's unit.
+        speed_limit: Most that may be driven there; infinite without a limit.
+        capacity: How many robots may be on it at once; None for any number.
+    """
+
+    start: str
+    end: str
+    length: float
+    speed_limit: float
+    capacity: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """A lane in one direction.
+
+    Attributes:
+        number: Its index among all.
+        start: Index of the waypoint where it begins; indices order as names do.
+        end: Likewise where it ends.
+        length: In the world's unit.
+        speed_limit: Most that may be driven there; infinite without a limit.
+        leg: All of it, as part of a route.
+    """
+
+    number: int
+    start: int
+    end: int
+    length: float
+    speed_limit: float
+    leg: Leg
+
+
+class Lanes:
+    """Waypoints and lanes in lists, in order of name, so that an index orders as its name does.
+
+    Args:
+        world: Where they are. Its names must have been checked.
+
+    Attributes:
+        ways: All lanes in each direction in which they can be driven, by the waypoints where they begin.
+        edges: The same in order of the names of their ends.
+        out: By waypoint, the edges that begin there.
+        into: By waypoint, the edges that end there.
+        at: The index of the waypoint at a point; one that no lane touches is a point off the lanes like any other.
+        limited: Whether any lane has a speed limit.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._bounds = world.bounds
+        self._obstacles = Obstacles(
+            [wall for wall in world.walls if isinstance(wall, tuple)],
+            [wall.solid for wall in world.walls if not isinstance(wall, tuple)],
+        )
+        self.ways = _ways(world)
+        names = sorted(world.waypoints)
+        points = [world.waypoints[name] for name in names]
+        index = {name: i for i, name in enumerate(names)}
+        self.edges: list[Edge] = []
+        for way in sorted(self.ways, key=lambda way: (way.start, way.end)):
+            start, end = index[way.start], index[way.end]
+            leg = Leg(points[start], points[end], way.length, (way.start, way.end), way.speed_limit)
+            self.edges.append(Edge(len(self.edges), start, end, way.length, way.speed_limit, leg))
+        self.out: list[list[Edge]] = [[] for _ in names]
+        self.into: list[list[Edge]] = [[] for _ in names]
+        for edge in self.edges:
+            self.out[edge.start].append(edge)
+            self.into[edge.end].append(edge)
+        self.at = {point: i for i, point in enumerate(points) if self.out[i] or self.into[i]}
+        self.limited = any(edge.speed_limit < math.inf for edge in self.edges)
+        self.nearest = lru_cache(_KEPT_POINTS)(self._nearest)
+
+    def check(self, point: Point) -> None:
+        """Do nothing if somebody can be at *point*.
+
+        Raises:
+            NoRoute: It is outside the map (204) or inside an obstacle (206).
+        """
+        x, y = point
+        if max(abs(x), abs(y)) > FARTHEST:
+            raise NoRoute(
+                ComputePathToPose.Result.GOAL_OUTSIDE_MAP,
+                f"target ({x:g}, {y:g}) is outside any map: coordinates end at {FARTHEST:g}",
+            )
+        if self._bounds is not None:
+            x0, y0, x1, y1 = self._bounds
+            if not (x0 <= x <= x1 and y0 <= y <= y1):
+                raise NoRoute(
+                    ComputePathToPose.Result.GOAL_OUTSIDE_MAP,
+                    f"target ({x:g}, {y:g}) is outside the map, which spans ({x0:g}, {y0:g}) to ({x1:g}, {y1:g})",
+                )
+        if self._obstacles.occupy(point):
+            raise NoRoute(ComputePathToPose.Result.GOAL_OCCUPIED, f"target ({x:g}, {y:g}) is inside an obstacle")
+
+    def clear(self, a: Point, b: Point) -> bool:
+        """Return whether nothing stands on the straight line from *a* to *b*."""
+        return not self._obstacles.block(a, b)
+
+    def edge_between(self, a: Point, b: Point) -> Edge | None:
+        """Return the lane on which one drives from *a* to *b*; None if there is none."""
+        for edge in self.edges:
+            begin = edge.leg.start
+            on_it = all(distance(point, self.foot(point, edge)) <= SAME_PLACE for point in (a, b))
+            if on_it and distance(begin, a) < distance(begin, b):
+                return edge
+        return None
+
+    def _nearest(self, point: Point) -> tuple[float, set[tuple[int, int]]]:
+        """Return how far the nearest lane is, and all lanes as near as that."""
+        nearest = math.inf
+        lanes: set[tuple[int, int]] = set()
+        for edge in self.edges:
+            away = distance(point, self.foot(point, edge))
+            if away < nearest - SAME_PLACE:
+                nearest, lanes = away, set()
+            if away <= nearest + SAME_PLACE:
+                lanes.add((min(edge.start, edge.end), max(edge.start, edge.end)))
+        return nearest, lanes
+
+    def foot(self, point: Point, edge: Edge) -> Point:
+        """Return the point of a lane that is nearest to *point*."""
+        return foot(point, edge.leg.start, edge.leg.end)
+
+    def feet(self, point: Point) -> tuple[bool, list[tuple[Edge, Point]]]:
+        """Return whether *point* is on a lane, and the nearest point of each lane: of those that it is on, if any."""
+        feet = [(edge, self.foot(point, edge)) for edge in self.edges]
+        here = [(edge, at) for edge, at in feet if distance(point, at) <= SAME_PLACE]
+        return bool(here), here or feet
+
+    def seen(self, eye: Point, edge: Edge, hidden: Point) -> list[Point]:
+        """Return the points of a lane that are next best to its foot, if that is what is hidden."""
+        if hidden != self.foot(eye, edge):
+            return []
+        return self._obstacles.edges_of_shadow(eye, edge.leg.start, edge.leg.end)
+
+
+def _ways(world: World) -> tuple[Way, ...]:
+    """Return the lanes of a world in each direction; of two between the same waypoints the last one counts."""
+    found: dict[str, dict[str, Way]] = {name: {} for name in world.waypoints}
+    for lane in world.lanes:
+        length = distance(world.waypoints[lane.from_], world.waypoints[lane.to])
+        ends = [(lane.from_, lane.to)] if lane.one_way else [(lane.from_, lane.to), (lane.to, lane.from_)]
+        for start, end in ends:
+            found[start][end] = Way(start, end, length, lane.speed_limit or math.inf, lane.capacity)
+    return tuple(way for ways in found.values() for way in ways.values())

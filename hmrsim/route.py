@@ -1,0 +1,49 @@
+"""A way to be driven: straight legs, one after the other."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from hmrsim.geometry import Point, Pose, heading
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """A straight piece of a route.
+
+    Attributes:
+        start: Where it begins.
+        end: Where it ends.
+        length: In the world's unit.
+        lane: The waypoints of the lane that it runs on, in its direction; None off the lanes.
+        speed_limit: Most that may be driven there; infinite without a limit.
+        first: The pose of a robot that begins to drive it.
+        last: The pose of one that has driven it.
+    """
+
+    start: Point
+    end: Point
+    length: float
+    lane: tuple[str, str] | None = None
+    speed_limit: float = math.inf
+    first: Pose = field(init=False, compare=False, repr=False)
+    last: Pose = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Turn a robot into the leg's direction: every drive needs it, and most legs are driven often."""
+        yaw = heading(self.start, self.end)
+        object.__setattr__(self, "first", Pose(*self.start, yaw))
+        object.__setattr__(self, "last", Pose(*self.end, yaw))
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """The way from one point to another: legs in order, none when they are the same place."""
+
+    legs: tuple[Leg, ...]
+
+    @property
+    def length(self) -> float:
+        """The length of all legs, in the world's unit."""
+        return math.fsum(leg.length for leg in self.legs)

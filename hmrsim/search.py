@@ -1,0 +1,125 @@
+"""The quickest ways to a destination from everywhere: one search each, and the trees that come of it are kept."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from array import array
+from collections import OrderedDict
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from hmrsim.geometry import Point, distance
+
+if TYPE_CHECKING:
+    from hmrsim.lanes import Edge, Lanes
+
+_TIE = 1e-9
+"""Trips whose times differ by less than this share take equally long."""
+
+_KEPT_NODES = 4_000_000
+"""Waypoints in all kept trees together: some 48 MB."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tree:
+    """The quickest ways to one destination; some 12 bytes a waypoint, as many of them are kept.
+
+    Attributes:
+        goal: The destination.
+        on_lanes: Whether it is on a lane, so that nobody leaves the lanes for it.
+        cost: Seconds from each waypoint; infinite where no way leads.
+        step: Number of the lane to take at each waypoint; -1 at the destination itself, and where no way leads.
+        leave: By waypoint, where to leave that lane for the destination; absent where it is driven to its end.
+    """
+
+    goal: Point
+    on_lanes: bool
+    cost: array[float]
+    step: array[int]
+    leave: dict[int, Point]
+
+
+_Entry = tuple[float, int, int, int, Point | None]
+"""Seconds, a waypoint, what keeps entries apart, and what to do there: which lane to take, and where to leave it."""
+
+
+class Trees:
+    """The trees of the destinations that were asked for last.
+
+    Args:
+        lanes: Where to search.
+    """
+
+    def __init__(self, lanes: Lanes) -> None:
+        self._lanes = lanes
+        self._trees: OrderedDict[tuple[Point, float], Tree] = OrderedDict()
+        self._most = max(64, _KEPT_NODES // max(1, len(lanes.out)))
+
+    def __contains__(self, key: tuple[Point, float]) -> bool:
+        """Return whether the tree of a destination and a speed is there."""
+        return key in self._trees
+
+    def to(self, goal: Point, speed: float) -> Tree:
+        """Return the tree of a destination, made now or kept from before."""
+        key = (goal, speed)
+        tree = self._trees.get(key)
+        if tree is None:
+            tree = self._trees[key] = self._search(goal, speed)
+            if len(self._trees) > self._most:
+                self._trees.popitem(last=False)
+        else:
+            self._trees.move_to_end(key)
+        return tree
+
+    def _search(self, goal: Point, speed: float) -> Tree:
+        """Search backwards from *goal* for the quickest way from every waypoint (Dijkstra)."""
+        cost = array("d", [math.inf]) * len(self._lanes.out)
+        tree = Tree(goal, goal in self._lanes.at, cost, array("i", [-1]) * len(self._lanes.out), {})
+        found = cost[:]
+        if tree.on_lanes:
+            heap: list[_Entry] = [(0.0, self._lanes.at[goal], 0, -1, None)]
+        else:
+            on_lane, feet = self._lanes.feet(goal)
+            tree = replace(tree, on_lanes=on_lane)
+            heap = [self._leaving(edge, point, goal, speed) for edge, point in feet]
+            heapq.heapify(heap)
+        while heap:
+            seconds, node, _, number, leave = heapq.heappop(heap)
+            if cost[node] <= seconds:
+                continue
+            if leave:
+                # Whether the line is clear is asked only of lanes that would be taken: it is the dear question.
+                if not (tree.on_lanes or self._lanes.clear(leave, goal)):
+                    edge = self._lanes.edges[number]
+                    for seen in self._lanes.seen(goal, edge, leave):
+                        heapq.heappush(heap, self._leaving(edge, seen, goal, speed))
+                    continue
+                tree.leave[node] = leave
+            cost[node], tree.step[node] = seconds, number
+            for edge in self._lanes.into[node]:
+                total = seconds + edge.length / min(speed, edge.speed_limit)
+                if total < found[edge.start]:
+                    found[edge.start] = total
+                    heapq.heappush(heap, (total, edge.start, 2 * edge.number, edge.number, None))
+        self._settle_ties(tree, speed)
+        return tree
+
+    def _leaving(self, edge: Edge, leave: Point, goal: Point, speed: float) -> _Entry:
+        """Return what to do at the start of a lane that is left at a point for the destination."""
+        along = distance(edge.leg.start, leave) / min(speed, edge.speed_limit)
+        return along + distance(leave, goal) / speed, edge.start, 2 * edge.number + 1, edge.number, leave
+
+    def _settle_ties(self, tree: Tree, speed: float) -> None:
+        """Where several ways take equally long, choose the next waypoint that comes first by name."""
+        cost, step = tree.cost, tree.step
+        for node, number in enumerate(step):
+            if number < 0 or node in tree.leave:
+                continue
+            most, taken = cost[node] * (1 + _TIE), self._lanes.edges[number].end
+            for edge in self._lanes.out[node]:
+                if edge.end >= taken:
+                    break
+                if cost[edge.end] < cost[node] and cost[edge.end] + edge.length / min(speed, edge.speed_limit) <= most:
+                    step[node] = edge.number
+                    break
