@@ -119,7 +119,7 @@ class Simulator:
         self.robots: dict[str, Robot] = {}
         for name, spec in world.robots.items():
             robot = self.robots[name] = Robot(self.env, name, spec, world, self.graph, self.items, happened)
-            self.dispatcher.add(robot)
+            self.dispatcher.servers.add(robot)
         self.telemetry.start("odom", Topic.ODOM, 0.0, odom_rate, self._emit_odom)
         self.scripts = Scripts(self.env, world, submit=self.submit, happened=happened)
         if self.scripts.all:

@@ -201,7 +201,7 @@ class Host:
 
     def _serve(self, loaded: LoadedWorld) -> Server:
         robots, graph = self.simulator.robots, self.simulator.graph
-        serves = {name: self.simulator.dispatcher.actions_of(name) for name in robots}
+        serves = {name: self.simulator.dispatcher.servers.actions_of(name) for name in robots}
         info = {
             "contract": CONTRACT,
             "hmrsim": hmrsim.__version__,

@@ -1,0 +1,211 @@
+"""Who serves which action, the goals of each, and which requests make sense.
+
+All of it is bookkeeping: what becomes of a goal is decided in `hmrsim.dispatcher`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.errors import GoalRejected
+from hmrsim.gateway import GoalEntry
+from hmrsim.goal import ZERO_ID, GoalStatus, parse_goal_id
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    import simpy
+
+    from hmrsim.actions import AnyAction
+    from hmrsim.gateway import CancelGoal, SendGoal
+    from hmrsim.interfaces.message import Message
+    from hmrsim.robot import Robot
+
+_FRAMES = ("", "map")
+
+
+@dataclass(eq=False, slots=True)
+class ServedGoal:
+    """An accepted goal; many are kept after their end, so that they hold no more than is asked for.
+
+    Attributes:
+        server: Where it was accepted.
+        goal_id: 32 hex digits.
+        stamp: When it was accepted.
+        from_client: Whether the client made the id, and so may send it again.
+        status: Where it is in its life.
+        result: What came of it; None while it runs.
+        process: What pursues it; None when nothing does any more.
+        waiting: Whom to tell the result.
+        sample: Gives feedback; None for none, and after the end.
+        sampled_from: Since when.
+        failure: Makes the result if it does not succeed; None for the action's own.
+    """
+
+    server: ActionServer
+    goal_id: str
+    stamp: int
+    from_client: bool
+    status: GoalStatus = GoalStatus.ACCEPTED
+    result: Message | None = None
+    process: simpy.Process | None = None
+    waiting: list[Any] = field(default_factory=list)
+    sample: Callable[[], Message | Mapping[str, Any]] | None = None
+    sampled_from: float = 0.0
+    failure: Callable[[int, str], Message] | None = None
+
+    def failed(self, code: int, message: str) -> Message:
+        """Return the result of a goal that did not succeed."""
+        made: Message = (self.failure or self.server.action.failure)(code, message)
+        return made
+
+    def entry(self) -> GoalEntry:
+        """Return its line in a status list."""
+        return GoalEntry(self.goal_id, self.stamp, self.status)
+
+
+@dataclass(eq=False, slots=True)
+class ActionServer:
+    """One action of one robot, and its goals in order of acceptance.
+
+    Attributes:
+        robot: Whom it has do something.
+        action: And what.
+        goals: Those that are kept, by id.
+        forgotten: How those ended whose results are not kept any more, by id, so that none is done twice.
+        made: How many ids have been made here.
+    """
+
+    robot: Robot
+    action: AnyAction
+    goals: dict[str, ServedGoal] = field(default_factory=dict)
+    forgotten: dict[str, GoalStatus] = field(default_factory=dict)
+    made: int = 0
+
+
+class ActionServers:
+    """The actions of all robots.
+
+    Args:
+        actions: All actions, by name.
+        seed: From which the ids of goals that have none are made.
+    """
+
+    def __init__(self, actions: Mapping[str, AnyAction], seed: int) -> None:
+        self._actions = actions
+        self._seed = seed
+        self._robots: dict[str, Robot] = {}
+        self._offered: dict[tuple[str, ...], dict[str, AnyAction]] = {}
+        self._servers: dict[tuple[str, str], ActionServer] = {}
+
+    def add(self, robot: Robot) -> None:
+        """Serve a robot: all actions that its components allow."""
+        self._robots[robot.name] = robot
+
+    def actions_of(self, robot: str) -> list[str]:
+        """Return the names of the actions that a robot serves."""
+        return list(self._offers(self._robots[robot]))
+
+    def _offers(self, robot: Robot) -> dict[str, AnyAction]:
+        """Return the actions that a robot serves; one table for all robots with the same components."""
+        carried = tuple(robot.components)
+        if carried not in self._offered:
+            self._offered[carried] = {
+                name: action
+                for name, action in self._actions.items()
+                if action.component is None or action.component in carried
+            }
+        return self._offered[carried]
+
+    def find(self, robot: str, action: str) -> ActionServer:
+        """Return who serves an action; made when it is first asked for, as most are never.
+
+        Raises:
+            GoalRejected: There is no such robot or action.
+        """
+        server = self._servers.get((robot, action))
+        if server is not None:
+            return server
+        if robot not in self._robots:
+            there = ", ".join(self._robots) or "none"
+            raise GoalRejected("unknown_robot", f"no robot {robot!r}; there are: {there}")
+        offers = self._offers(self._robots[robot])
+        if action not in offers:
+            raise GoalRejected("unknown_action", f"{robot} has no action {action!r}; it has: {', '.join(offers)}")
+        server = self._servers[robot, action] = ActionServer(self._robots[robot], offers[action])
+        return server
+
+    def goal_id(self, server: ActionServer, text: str | None) -> str:
+        """Return the id in its canonical form; one made from the seed where there is none.
+
+        Raises:
+            GoalRejected: It is no id.
+        """
+        if text is None:
+            server.made += 1
+            name = f"{self._seed}/{server.robot.name}/{server.action.name}/{server.made}"
+            return hashlib.blake2b(name.encode(), digest_size=16).hexdigest()
+        try:
+            goal_id = parse_goal_id(text)
+        except ValueError as error:
+            raise GoalRejected("invalid_goal_id", str(error)) from None
+        if goal_id == ZERO_ID:
+            raise GoalRejected("invalid_goal_id", "the goal id is zero, which stands for all goals; make another")
+        return goal_id
+
+    def acceptable(self, server: ActionServer, command: SendGoal) -> Message:
+        """Return the goal message of a request that can be accepted.
+
+        Raises:
+            GoalRejected: It can't.
+        """
+        action = server.action
+        if not isinstance(command.goal, action.goal):
+            raise GoalRejected("invalid_goal", f"{command.goal!r} is no {action.goal.ros_type}")
+        for frame in action.frames(command.goal):
+            if frame not in _FRAMES:
+                raise GoalRejected("invalid_goal", f"unknown frame_id {frame!r}; use 'map' or leave it empty")
+        flaw = action.flaw(command.goal)
+        if flaw:
+            raise GoalRejected("invalid_goal", flaw)
+        reason = action.not_ready(server.robot)
+        if reason:
+            raise GoalRejected("not_ready", reason)
+        goal: Message = command.goal
+        return goal
+
+    def rejected_code(self, action: str) -> int:
+        """Return the code of a goal that is not accepted; also of an action that there is not."""
+        known = self._actions.get(action)
+        return known.codes.rejected if known else 1
+
+    def goal(self, robot: str, action: str, goal_id: str) -> ServedGoal | None:
+        """Return a goal; None if it isn't there any more, or never was."""
+        server = self._servers.get((robot, action))
+        return server.goals.get(goal_id) if server else None
+
+    def active(self) -> Iterator[ServedGoal]:
+        """Yield the goals that have not ended."""
+        for server in self._servers.values():
+            yield from (goal for goal in server.goals.values() if not goal.status.terminal)
+
+
+def selects(command: CancelGoal, goal: ServedGoal) -> bool:
+    """Return whether a cancel request selects a goal, as action_msgs/srv/CancelGoal says."""
+    if not goal.status.cancelable:
+        return False
+    if goal.goal_id == command.goal_id:
+        return True
+    if command.stamp:
+        return goal.stamp <= command.stamp
+    return command.goal_id == ZERO_ID
+
+
+def as_answered(goal_id: str | None) -> str:
+    """Return an id as answers have it, without hyphens; what is no id as it was sent."""
+    try:
+        return parse_goal_id(goal_id or "")
+    except ValueError:
+        return goal_id or ""
