@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
+FARTHEST = 1e7
+"""Greatest coordinate, either way: beyond it positions would be coarser than arrivals are exact."""
+
 SAME_PLACE = 1e-6
 """Two points nearer than this are one."""
 

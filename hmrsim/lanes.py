@@ -8,10 +8,9 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from hmrsim.errors import NoRoute
-from hmrsim.geometry import SAME_PLACE, Obstacles, Point, distance, foot
+from hmrsim.geometry import FARTHEST, SAME_PLACE, Obstacles, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.route import Leg
-from hmrsim.world.model import FARTHEST
 
 if TYPE_CHECKING:
     from hmrsim.world.model import World

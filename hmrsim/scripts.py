@@ -6,6 +6,7 @@ goal that does not: also when a controller on the network takes the robot over.
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import simpy
 
 from hmrsim.actions import error_of
+from hmrsim.errors import printable
 from hmrsim.gateway import Answered, GetResult, GoalResponse, ResultResponse, SendGoal
 from hmrsim.goal import GoalStatus
 from hmrsim.orders import Order, read_order
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
     from hmrsim.gateway import Command, Event, Topic
     from hmrsim.interest import Happenings
     from hmrsim.world.model import World
+
+_log = logging.getLogger(__name__)
 
 
 class ScriptState(Enum):
@@ -97,6 +101,11 @@ class Scripts:
         for script in self.all.values():
             env.process(self._run(script))
 
+    @property
+    def running(self) -> bool:
+        """Whether any script goes on."""
+        return any(script.state is ScriptState.RUNNING for script in self.all.values())
+
     def wants(self, _topic: Topic) -> bool:
         """Return False: answers come unasked."""
         return False
@@ -115,6 +124,8 @@ class Scripts:
         script.state = ScriptState.FAILED if script.error else ScriptState.DONE
         script.ended = self._env.now
         self._happened("script_ended", script.describe)
+        how = script.error or f"carried out, {script.done} orders"
+        _log.info("sim %.3f | %s script: %s", script.ended, script.robot, printable(how))
 
     def _carry_out(self, robot: str, order: Order) -> Generator[Any, Any, str]:
         """Have a robot do something; return why it did not, or ""."""

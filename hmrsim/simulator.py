@@ -260,6 +260,13 @@ class Simulator:
         if until < math.inf:
             self.advance(until)
 
+    def run_scripts(self, until: float = math.inf) -> None:
+        """Run until every script has ended, or *until* is reached."""
+        while self.scripts.running and self.take(until, _BATCH, idle=False):
+            pass
+        if self.scripts.running and until < math.inf:
+            self.advance(until)
+
     def _set_time(self, to: float) -> None:
         """Let it be *to*; nothing may be due before."""
         if to > self.env.now:

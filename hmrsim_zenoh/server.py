@@ -52,7 +52,6 @@ _LEAST_WALL_SECONDS = 1 / 20
 """Between two feedback messages of one goal: there are never more than 20 a wall second."""
 
 
-
 class Server:
     """Serves one simulation on one session.
 

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.simulation import Run, simulate
+
+# Processes that tests start keep what they compile, or each of them would compile it anew.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 # Examples are counted, not timed: a busy machine must not fail a test.
 settings.register_profile("hmrsim", deadline=None, suppress_health_check=[HealthCheck.too_slow])

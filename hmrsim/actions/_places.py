@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from hmrsim.geometry import FARTHEST
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 
 if TYPE_CHECKING:
@@ -54,4 +55,15 @@ def place(text: str, world: World) -> tuple[float, float]:
 
         known = [*world.waypoints, *world.places, *world.docks]
         raise ValueError(f"no waypoint, place or dock {text!r}{instead(text, known)}") from None
+    check_reachable(x, y)
     return x, y
+
+
+def check_reachable(x: float, y: float) -> None:
+    """Do nothing if a map can have this point.
+
+    Raises:
+        ValueError: It is beyond all coordinates.
+    """
+    if max(abs(x), abs(y)) > FARTHEST:
+        raise ValueError(f"({x:g}, {y:g}) is outside any map: coordinates end at {FARTHEST:g}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
-from hmrsim.actions._places import numbers, pose
+from hmrsim.actions._places import check_reachable, numbers, pose
 from hmrsim.errors import GoalAborted
 from hmrsim.geometry import heading, yaw_of
 from hmrsim.interfaces.nav2_msgs import FollowPath
@@ -44,6 +44,8 @@ def _ordered(text: str, _world: World) -> FollowPath.Goal:
     if len(values) % 2 or not values:
         raise ValueError(f"{len(values)} numbers are no points; expected pairs of x and y")
     points = list(zip(values[::2], values[1::2], strict=True))
+    for point in points:
+        check_reachable(*point)
     before = [points[0], *points]
     yaws = [heading(a, b) for a, b in zip(before, points, strict=False)]
     return FollowPath.Goal(path=Path(poses=[pose(*point, yaw) for point, yaw in zip(points, yaws, strict=True)]))

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 
+_LONGEST = 2**31 - 1
+"""Whole seconds that a ROS duration can state."""
+
+
 def _process(robot: Robot, goal: Wait.Goal, report: Report[Wait.Feedback]) -> Generator[Any, Any, Wait.Result]:
     seconds = max(0.0, goal.time.to_seconds())
     began, until = robot.now, robot.now + seconds
@@ -32,8 +36,8 @@ def _result(seconds: float, code: int = 0, message: str = "") -> Wait.Result:
 
 def _ordered(text: str, _world: World) -> Wait.Goal:
     seconds = numbers(text.split())
-    if len(seconds) != 1 or seconds[0] < 0:
-        raise ValueError(f"expected one number of seconds, 0 or greater, got {text!r}")
+    if len(seconds) != 1 or not 0 <= seconds[0] <= _LONGEST:
+        raise ValueError(f"expected one number of seconds, from 0 to {_LONGEST}, got {text!r}")
     return Wait.Goal(time=Duration.from_seconds(seconds[0]))
 
 

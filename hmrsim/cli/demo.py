@@ -16,8 +16,9 @@ from hmrsim.cli.demo_screen import JsonLines, Screen
 from hmrsim.cli.demo_story import Story
 from hmrsim.cli.demo_turns import Turns
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.log_options import add_log_options, logging_to_stderr
+from hmrsim.cli.log_options import add_log_options, log_level
 from hmrsim.cli.output import warn
+from hmrsim.cli.run_log import LogLines
 from hmrsim.cli.signals import exit_code_of, on_signals
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.client import Client
@@ -84,9 +85,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _demo(args: argparse.Namespace) -> int:
-    demo = _Demo(args, JsonLines() if args.json else Screen(sys.stdout))
+    screen = JsonLines() if args.json else Screen(sys.stdout)
+    demo = _Demo(args, screen)
+    log = LogLines(screen.log if sys.stderr.isatty() else None, log_level(args))
     try:
-        with logging_to_stderr(args), on_signals(lambda number: demo.news.put(_Interrupted(number))):
+        with log, on_signals(lambda number: demo.news.put(_Interrupted(number))):
             return demo.run()
     except _Interrupted as interruption:
         warn("interrupted; the simulator and the controller have ended")
@@ -124,7 +127,8 @@ class _Demo:
             info = client.info(_START_SECONDS)
             story = Story({robot["name"]: robot["type"] for robot in info["robots"]})
             client.subscribe(client.keys.world("events"), lambda _key, payload: self.news.put(payload))
-            arguments = ["run", _TREE, "--robot", *story.robots, "--json", "--connect", *ready["endpoints"][:1]]
+            arguments = ["run", _TREE, "--robot", *story.robots, "--json", "--connect", *options.connect]
+            arguments += ["--log-level", self._args.log_level]
             controller = stack.enter_context(
                 Child("controller", "bt_controller.cli:main", arguments, lambda line: self.news.put((line,)))
             )
@@ -141,7 +145,7 @@ class _Demo:
 
     def _run_arguments(self) -> list[str]:
         arguments = ["run", _WORLD, "--listen", "tcp/127.0.0.1:0", "--json", "--feedback-rate", "2"]
-        arguments += ["--real-time-factor", str(self._args.real_time_factor)]
+        arguments += ["--real-time-factor", str(self._args.real_time_factor), "--log-level", self._args.log_level]
         return arguments + ([] if self._args.seed is None else ["--seed", str(self._args.seed)])
 
     def _ready(self, line: str | None) -> None:

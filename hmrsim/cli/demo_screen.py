@@ -31,6 +31,9 @@ class Audience(Protocol):
     def say(self, text: str) -> None:
         """Show a line that is no part of the mission."""
 
+    def log(self, text: str) -> None:
+        """Show a line of the log; from any thread."""
+
     def tell(self, line: Line) -> None:
         """Show what happened."""
 
@@ -50,6 +53,10 @@ class JsonLines:
 
     def say(self, text: str) -> None:
         """Show a line that is no part of the mission."""
+        warn(text)
+
+    def log(self, text: str) -> None:
+        """Show a line of the log."""
         warn(text)
 
     def tell(self, line: Line) -> None:
@@ -92,6 +99,13 @@ class Screen:
         """Show a line that is no part of the mission."""
         if self._live is None:
             print(text, file=self._out, flush=True)
+        else:
+            self._console.print(text, markup=False)
+
+    def log(self, text: str) -> None:
+        """Show a line of the log: above the live table, if there is one."""
+        if self._live is None:
+            warn(text)
         else:
             self._console.print(text, markup=False)
 

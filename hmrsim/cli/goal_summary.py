@@ -21,11 +21,6 @@ def summary(goal: Message) -> str:
     return ", ".join([*words[:_MOST], *rest])
 
 
-def error_of(result: Message) -> str:
-    """Return what a result says of an error; empty if none."""
-    return error_in(result.model_dump(include={"error_msg", "error_code"}))
-
-
 def error_in(result: Mapping[str, Any]) -> str:
     """Return what a result's plain values say of an error, in Nav2's field or in MoveIt's; empty if nothing."""
     code = result.get("error_code")

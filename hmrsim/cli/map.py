@@ -30,7 +30,7 @@ examples:
   hmrsim map convert drawing.drawio my_world.yaml"""
 
 _VALIDATE_EXAMPLES: Final = f"""\
-exit codes: 0 no errors, maybe warnings; 1 errors; 2 the file can't be read at all
+exit codes: 0 no errors, maybe warnings; 1 errors; 2 the file, or an option, can't be read
 
 examples:
   hmrsim map validate my_world.yaml
@@ -62,9 +62,15 @@ def _validate(args: argparse.Namespace) -> int:
     try:
         problems, code = read_world(args, argument="file").warnings, ExitCode.DONE
     except WorldError as error:
-        problems, code = error.problems, ExitCode.FAILED if _readable(args) else ExitCode.WRONG_USE
+        misused = any(_is_wrong_use(problem) for problem in error.problems) or not _readable(args)
+        problems, code = error.problems, ExitCode.WRONG_USE if misused else ExitCode.FAILED
     _report(problems, as_json=args.json)
     return code
+
+
+def _is_wrong_use(problem: Problem) -> bool:
+    """Return whether it is an option that can't be read, as opposed to one that does not go with the file."""
+    return problem.file.startswith("--") and not problem.path
 
 
 def _readable(args: argparse.Namespace) -> bool:

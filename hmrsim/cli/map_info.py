@@ -9,6 +9,7 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.command_line import ENVIRONMENT
+from hmrsim.errors import printable
 from hmrsim.geometry import distance
 from hmrsim.world.files import read_text
 from hmrsim.world.formats import choose
@@ -29,7 +30,7 @@ examples:
 {ENVIRONMENT}"""
 
 _COUNTED: Final = ("waypoints", "lanes", "walls", "places", "docks", "items", "robot_types", "robots", "faults")
-_MOST: Final = 20
+_MOST: Final = 10
 """So many lines of a kind are shown."""
 
 
@@ -48,7 +49,7 @@ def _info(args: argparse.Namespace) -> int:
         show_json(values)
     else:
         for line in _lines(values):
-            show(line)
+            show(printable(line))
     return ExitCode.DONE
 
 
@@ -154,7 +155,7 @@ def _lines(values: dict[str, Any]) -> Iterator[str]:
     if box:
         kind = "bounds" if values["bounds"] else "no bounds; all is within"
         yield f"{kind} ({box[0]:g}, {box[1]:g}) to ({box[2]:g}, {box[3]:g}) {units}"
-    yield ", ".join(f"{number} {key.replace('_', ' ')}" for key, number in values["counts"].items() if number)
+    yield ", ".join(_counted(number, key.replace("_", " ")) for key, number in values["counts"].items() if number)
     if values["counts"]["lanes"]:
         parts = f"in {len(values['parts'])} parts of {', '.join(map(str, values['parts'][:_MOST]))} waypoints"
         joined = "all connected" if len(values["parts"]) == 1 else parts
@@ -168,7 +169,11 @@ def _lines(values: dict[str, Any]) -> Iterator[str]:
         yield f"kept, but not acted on: {', '.join(values['not_acted_on'])}"
     yield f"seed {values['seed']}, hash {values['hash']}"
     if values["warnings"]:
-        yield f"{values['warnings']} warnings; see `hmrsim map validate {values['file']}`"
+        yield f"{_counted(values['warnings'], 'warnings')}; see `hmrsim map validate {values['file']}`"
+
+
+def _counted(number: int, nouns: str) -> str:
+    return f"{number} {nouns.removesuffix('s') if number == 1 else nouns}"
 
 
 def _listed(title: str, lines: Iterable[str]) -> Iterator[str]:
@@ -182,7 +187,7 @@ def _listed(title: str, lines: Iterable[str]) -> Iterator[str]:
 
 def _robot_line(robot: dict[str, Any], units: str) -> str:
     parts = [f"{robot['name']} {_at(robot)} {robot['type']}, {robot['speed']:g} {units}/s", *robot["components"]]
-    script = [f"a script of {robot['script']} lines"] if robot["script"] else []
+    script = [f"a script of {_counted(robot['script'], 'lines')}"] if robot["script"] else []
     return ", ".join([*parts, *script])
 
 

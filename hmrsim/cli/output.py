@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 import sys
 import textwrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import yaml
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
+
+_DIGITS: Final = 9
+"""People are shown so many of a number: what binary arithmetic adds is no news."""
 
 
 def values(message: Message) -> dict[str, Any]:
@@ -55,7 +58,13 @@ def warn(text: str) -> None:
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes equal values out again rather than as anchors."""
+    """Rounds numbers, and writes equal values out again rather than as anchors."""
 
     def ignore_aliases(self, _data: Any) -> bool:
         return True
+
+    def represent_float(self, data: float) -> yaml.ScalarNode:
+        return super().represent_float(float(f"{data:.{_DIGITS}g}"))
+
+
+_Dumper.add_representer(float, _Dumper.represent_float)

@@ -1,4 +1,4 @@
-"""Messages as people want to read them: what ROS's defaults fill up is left out, numbers are rounded."""
+"""Messages as people want to read them: what ROS's defaults fill up is left out."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ from hmrsim.interfaces.message import Message
 
 _VALUES: Final = (Duration, Time, Point, Pose)
 """Messages that say something when all their fields are zero."""
-
-_DIGITS: Final = 9
 
 
 def plain(message: Message) -> dict[str, Any]:
@@ -34,4 +32,4 @@ def _value(value: object) -> object:
         return plain(value)
     if isinstance(value, list):
         return [_value(part) for part in value]
-    return float(f"{value:.{_DIGITS}g}") if isinstance(value, float) else value
+    return value

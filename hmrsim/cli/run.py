@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli import numbers
 from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.log_options import add_log_options, log_level
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.run_log import GoalLog, LogLines
-from hmrsim.cli.run_table import RobotTable
 from hmrsim.cli.signals import on_signals
 from hmrsim.cli.world_options import add_world_options, read_world
+from hmrsim.errors import printable
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable, Iterator
 
+    from hmrsim.cli.run_table import RobotTable
     from hmrsim.world import LoadedWorld
     from hmrsim_zenoh.session import SessionOptions
 
@@ -132,6 +134,7 @@ def _serve(host: Host, table: RobotTable | None, tell_ready: Callable[[], None])
     """Run the simulation until its end or a signal."""
     signals: list[int] = []
     with on_signals(signals.append):
+        collect_rarely()
         host.start()
         tell_ready()
         while not signals and not host.wait(_LOOK):
@@ -161,19 +164,22 @@ def _tell_ready(loaded: LoadedWorld, host: Host, options: SessionOptions, *, as_
         show_json({**ready, "world": {"name": world.name, "hash": loaded.hash}, "robots": list(world.robots)})
         return
     where = host.endpoints or options.connect
-    show(" ".join(("ready", *where, f"world={shlex.quote(world.name)}", f"robots={len(world.robots)}")))
+    show(" ".join(("ready", *where, f"world={shlex.quote(printable(world.name))}", f"robots={len(world.robots)}")))
 
 
 @contextmanager
 def _shown(host: Host, loaded: LoadedWorld, level: int) -> Iterator[RobotTable | None]:
     """Show what happens on stderr: a table that wants to be refreshed on a terminal, log lines elsewhere."""
     if sys.stderr.isatty():
+        # Takes its time to load, which no other simulator needs.
+        from hmrsim.cli.run_table import RobotTable  # noqa: PLC0415
+
         with RobotTable(host, loaded.world.name) as table, LogLines(table.print, level):
             host.attach(table)
             yield table
         return
     with LogLines(level=level):
         host.attach(GoalLog(host.simulator))
-        _log.info("sim %.3f | %s begins", host.simulator.now, loaded.world.name)
+        _log.info("sim %.3f | %s begins", host.simulator.now, printable(loaded.world.name))
         yield None
-        _log.info("sim %.3f | %s ends", host.simulator.now, loaded.world.name)
+        _log.info("sim %.3f | %s ends", host.simulator.now, printable(loaded.world.name))

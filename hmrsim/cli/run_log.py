@@ -9,7 +9,8 @@ import sys
 import threading
 from typing import TYPE_CHECKING, Final, Self
 
-from hmrsim.cli.goal_summary import error_of, summary
+from hmrsim.actions import error_of
+from hmrsim.cli.goal_summary import summary
 from hmrsim.cli.log_options import PACKAGES
 from hmrsim.errors import printable
 from hmrsim.gateway import GoalChanged, Topic

@@ -11,12 +11,14 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from hmrsim.cli.goal_summary import error_of
+from hmrsim.actions import error_of
 from hmrsim.errors import printable
 from hmrsim.gateway import GoalChanged, Topic
 from hmrsim.goal import GoalStatus
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from hmrsim.gateway import Event
     from hmrsim.robot import Robot
     from hmrsim_zenoh.host import Host
@@ -47,6 +49,9 @@ class _Column(NamedTuple):
     rank: int
     justify: Literal["left", "right"] = "left"
 
+
+_LONGEST_NAME: Final = 16
+"""Of a longer name the rest is left out."""
 
 _COLUMNS: Final = (
     _Column("robot", 8, 0),
@@ -91,6 +96,9 @@ class RobotTable:
         self._live = Live(console=self._console, auto_refresh=False, redirect_stdout=False)
         self._next = 0.0
         self._last: dict[str, Text] = {}
+        longest = max((len(name) for name in host.simulator.robots), default=0)
+        names = _COLUMNS[0]._replace(width=min(_LONGEST_NAME, max(_COLUMNS[0].width, longest)))
+        self._columns = (names, *_COLUMNS[1:])
 
     def __enter__(self) -> Self:
         """Begin to show."""
@@ -127,7 +135,8 @@ class RobotTable:
         simulator, pacing = self._host.simulator, self._host.pacing
         factor = f"at {pacing.real_time_factor:g} x" if pacing.real_time_factor else "as fast as possible"
         lag = f"   {pacing.lag:.1f} s behind" if pacing.lag else ""
-        title = Text(f"{self._world}   {simulator.now:.1f} s   {factor}{lag}", no_wrap=True, overflow="ellipsis")
+        heading = f"{printable(self._world)}   {simulator.now:.1f} s   {factor}{lag}"
+        title = Text(heading, no_wrap=True, overflow="ellipsis")
         table = Table(
             title=title,
             title_justify="left",
@@ -138,15 +147,15 @@ class RobotTable:
             padding=(0, 1, 0, 0),
             expand=True,
         )
-        columns = _fitting(self._console.size.width)
+        columns = _fitting(self._columns, self._console.size.width)
         for column in columns:
-            last = column is _COLUMNS[-1]
+            last = column is self._columns[-1]
             width, ratio = (None, 1) if last else (column.width, None)
             table.add_column(column.heading, justify=column.justify, width=width, ratio=ratio, no_wrap=True)
         room = max(1, self._console.size.height - _LINES_AROUND)
         robots = list(simulator.robots.values())
         for robot in robots[:room]:
-            cells = zip(_COLUMNS, self._row(robot), strict=True)
+            cells = zip(self._columns, self._row(robot), strict=True)
             table.add_row(*(cell for column, cell in cells if column in columns))
         if len(robots) > room:
             table.caption = Text(f"… and {len(robots) - room} more", no_wrap=True)
@@ -173,9 +182,9 @@ class RobotTable:
         return _Row(robot.name, robot.type)
 
 
-def _fitting(width: int) -> list[_Column]:
+def _fitting(columns: Sequence[_Column], width: int) -> list[_Column]:
     """Return the columns for which a terminal has room: at least one, those that matter most."""
-    fitting = list(_COLUMNS)
+    fitting = list(columns)
     while len(fitting) > 1 and sum(column.width + _GAP for column in fitting) - _GAP > width:
         fitting.remove(max(fitting, key=lambda column: column.rank))
     return fitting

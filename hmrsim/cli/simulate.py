@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
-
 from hmrsim.cli import numbers
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
+from hmrsim.cli.log_options import add_log_options, log_level, logging_to_stderr
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
+from hmrsim.cli.run_log import GoalLog
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.gateway import GoalChanged
 from hmrsim.scripts import ScriptState
@@ -30,10 +29,12 @@ if TYPE_CHECKING:
     from hmrsim.world import LoadedWorld
 
 _EXAMPLES: Final = """\
-exit codes: 0 every script was carried out; 1 one failed, or was not done by --duration; 2 the world can't be read
+exit codes: 0 every script was carried out; 1 one failed, or was not done by --duration; 2 the world can't be read;
+130 Ctrl-C
 
 examples:
   hmrsim simulate warehouse
+  hmrsim simulate warehouse --log-level info 2>goals.log
   hmrsim simulate my_map.drawio --duration 600 --json | jq .robots"""
 
 _SHORTEST: Final = 1e-6
@@ -52,9 +53,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_world_options(parser)
     parser.add_argument("--seed", type=int, metavar="N", help="replaces the world's")
     parser.add_argument(
-        "--duration", type=numbers.positive, default=math.inf, metavar="SIM_S", help="end after so much simulated time"
+        "--duration", type=numbers.positive, default=math.inf, metavar="SIM_S", help="give up after so much time"
     )
     parser.add_argument("--json", action="store_true", help="print the summary as one JSON object")
+    add_log_options(parser)
     parser.set_defaults(function=_simulate)
 
 
@@ -81,9 +83,12 @@ def _simulate(args: argparse.Namespace) -> int:
     tally = _Tally()
     # Nobody will ask for old results.
     simulator = Simulator(loaded.world, [tally], seed=args.seed, keep_results=1)
+    if log_level(args) <= logging.INFO:
+        simulator.attach(GoalLog(simulator))
     collect_rarely()
     began = time.perf_counter()
-    simulator.run(args.duration)
+    with logging_to_stderr(args):
+        simulator.run_scripts(args.duration)
     wall_time = time.perf_counter() - began
     scripts = simulator.scripts.all.values()
     if not scripts:
@@ -109,6 +114,11 @@ def _header(loaded: LoadedWorld, simulator: Simulator) -> dict[str, Any]:
 def _show(summary: dict[str, Any], scripts: list[Script]) -> None:
     """Print the summary for people: a line a robot, then the whole."""
     if scripts:
+        # Takes its time to load, which programs that read JSON need not wait for.
+        from rich.console import Console  # noqa: PLC0415
+        from rich.table import Table  # noqa: PLC0415
+        from rich.text import Text  # noqa: PLC0415
+
         table = Table("robot", "orders", "state", "ended at", "why", box=None, pad_edge=False)
         for script in scripts:
             ended = "" if script.ended is None else f"{script.ended:.3f} s"

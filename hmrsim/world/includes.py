@@ -99,18 +99,27 @@ class _Includes:
                 self.merged.complete = False
             elif target not in self.seen:
                 self.seen.add(target)
-                self._read(target, str(Path(source.file).parent / name), above)
+                try:
+                    part = self._read(target, str(Path(source.file).parent / name))
+                except WorldError as error:
+                    self.merged.problems += (_told_by(source, i, problem) for problem in error.problems)
+                    self.merged.complete = False
+                else:
+                    self.add(part, (*above, target))
 
-    def _read(self, target: Path, file: str, above: tuple[Path, ...]) -> None:
-        try:
-            part = Source(file, read_document(target, file, self.options))
-        except WorldError as error:
-            self.merged.problems += error.problems
-            self.merged.complete = False
-            return
+    def _read(self, target: Path, file: str) -> Source:
+        """Return a file that is included, after its parts were added."""
+        part = Source(file, read_document(target, file, self.options))
         self.documents.append(part.document)
         self.merged.add(part)
-        self.add(part, (*above, target))
+        return part
+
+
+def _told_by(source: Source, number: int, problem: Problem) -> Problem:
+    """Return why an include can't be read, with the line that asks for it where the problem has none of its own."""
+    if problem.line is not None:
+        return problem
+    return source.problem(Finding(("include", number), str(problem), problem.value))
 
 
 def _target(name: object, above: tuple[Path, ...], seen: set[Path]) -> Path | str:

@@ -19,6 +19,8 @@ from pydantic import (
     model_validator,
 )
 
+from hmrsim.geometry import FARTHEST
+
 ROS_NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
 """A ROS name that does not begin with an underscore: those are the simulator's own."""
 
@@ -31,9 +33,6 @@ class Model(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-
-FARTHEST = 1e7
-"""Greatest coordinate, either way: beyond it positions would be coarser than arrivals are exact."""
 
 Coordinate = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST)]
 Point = Annotated[tuple[Coordinate, Coordinate], Field(description="x, y in the world's unit.")]

@@ -37,7 +37,10 @@ def start():
             process.kill()
 
 
-@pytest.fixture
-def endpoint(start):
-    """Return where a simulator of scenario 1 listens."""
-    return start("run", "scenario1", "--real-time-factor", "10", *FREE_PORT).stdout.readline().split()[1]
+@pytest.fixture(scope="module")
+def endpoint():
+    """Return where a simulator of scenario 1 listens, one for all tests of a module."""
+    words = [sys.executable, "-m", "hmrsim.cli", "run", "scenario1", "--real-time-factor", "10", *FREE_PORT]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+        yield process.stdout.readline().split()[1]
+        process.kill()

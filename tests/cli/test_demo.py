@@ -22,19 +22,19 @@ PATIENCE = 30.0
 
 @pytest.fixture(scope="module")
 def told():
-    """Return the objects that a demo writes for programs, and its exit code."""
+    """Return the objects that a demo writes for programs, its exit code, and its log."""
     process = subprocess.run(
-        [sys.executable, "-m", "hmrsim.cli", "demo", "--real-time-factor", "30", "--json"],
+        [sys.executable, "-m", "hmrsim.cli", "demo", "--real-time-factor", "100", "--json", "--log-level", "info"],
         capture_output=True,
         text=True,
         check=False,
     )
-    return [json.loads(line) for line in process.stdout.splitlines()], process.returncode
+    return [json.loads(line) for line in process.stdout.splitlines()], process.returncode, process.stderr
 
 
 def test_demo(told):
     """The whole fleet of eight does its work, and no goal fails; the sum is the last line."""
-    lines, code = told
+    lines, code, _ = told
     robots = lines[-1]["robots"]
 
     moved = sorted(item for robot in robots.values() for item in robot["items_moved"])
@@ -63,9 +63,16 @@ def test_demo_tells_cause_before_effect(told):
     assert sorted(times) == times
 
 
+def test_demo_logs_what_its_processes_log(told):
+    """As much as was asked for."""
+    log = told[2]
+
+    assert re.search(r"^\[INFO\] .* \| simulator: \[INFO\] .* wall_e navigate_to_pose accepted", log, re.MULTILINE)
+
+
 def test_demo_for_people(capsys):
     """Without a terminal the demo is lines of text, and a table at the end."""
-    code = main(["demo", "--real-time-factor", "30"])
+    code = main(["demo", "--real-time-factor", "200"])
 
     out = capsys.readouterr().out
     assert 0 == code

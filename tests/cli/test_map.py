@@ -113,3 +113,12 @@ def test_running_a_broken_world_is_2(broken, capsys):
     captured = capsys.readouterr()
     assert (2, "") == (code, captured.out)
     assert captured.err.startswith(f"{broken}:2: lanes.1.to: ")
+
+
+@pytest.mark.parametrize("option", [("--robot", "x@"), ("--item", "x@1,2:heavy"), ("--rename", "x")])
+def test_an_option_that_cannot_be_read_is_2(option, capsys):
+    """It is wrong use of the command line, as for every command that takes a world."""
+    code = main(["map", "validate", "hospital", *option])
+
+    assert 2 == code
+    assert f"{' '.join(option)}: expected " in capsys.readouterr().out

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 
 import pytest
 
@@ -105,3 +107,56 @@ def test_robots_and_items_can_be_added(simulate, rooms):
     code, _, _ = simulate(rooms, "--robot", "burn_e@3,2:fetcher", "--item", "letter@3,2.1")
 
     assert 0 == code
+
+
+def test_goals_are_logged_when_asked_for(simulate, rooms):
+    """Each goal's acceptance and end, and each script's end, is a line on stderr; the summary alone is on stdout."""
+    _, out, err = simulate(rooms, "--log-level", "info", "--json")
+
+    lines = err.splitlines()
+    assert "[INFO] sim 0.000 | wall_e navigate_to_pose accepted (9, 2)" == lines[0]
+    assert [
+        "[INFO] sim 16.000 | wall_e place SUCCEEDED",
+        "[INFO] sim 16.000 | wall_e script: carried out, 4 orders",
+    ] == (lines[-2:])
+    assert 9 == len(lines)
+    assert 16.0 == json.loads(out)["sim_time"]
+
+
+INTERRUPTED = """
+import os, signal, sys
+from hmrsim.cli import main
+from hmrsim.robot import Robot
+
+Robot.plan_to = lambda *_: os.kill(os.getpid(), signal.SIGINT)
+sys.exit(main(["simulate", sys.argv[1]]))
+"""
+
+
+def test_ctrl_c_ends_it_with_130(rooms):
+    """Also when it comes in the middle of a robot's action, and without a word."""
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED, rooms], capture_output=True, text=True, check=False, timeout=30
+    )
+
+    assert (130, "", "") == (done.returncode, done.stdout, done.stderr)
+
+
+def test_json_does_not_wait_for_tables(rooms):
+    """What draws tables takes its time to load."""
+    program = (
+        "import sys; from hmrsim.cli import main; main(['simulate', sys.argv[1], '--json']); "
+        "print('rich' in sys.modules)"
+    )
+
+    done = subprocess.run([sys.executable, "-c", program, rooms], capture_output=True, text=True, check=True)
+
+    assert "False" == done.stdout.splitlines()[-1]
+
+
+def test_it_ends_with_the_last_script(simulate, rooms):
+    """A duration is the most that there may be."""
+    code, out, _ = simulate(rooms, "--duration", 600)
+
+    assert 0 == code
+    assert "16.000 simulated seconds" in out

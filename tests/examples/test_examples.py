@@ -23,7 +23,7 @@ EXAMPLES = sorted(ROOT.glob("examples/*.py"))
 def endpoint():
     """Return where scenario 1 is served."""
     options = SessionOptions(listen=("tcp/127.0.0.1:0",))
-    with Host(load_world("scenario1"), options, HostSettings(real_time_factor=2.0)) as host:
+    with Host(load_world("scenario1"), options, HostSettings(real_time_factor=5.0)) as host:
         host.start()
         yield host.endpoints[0]
 

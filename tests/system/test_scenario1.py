@@ -57,6 +57,15 @@ def placed(command, endpoint):
     return position["x"], position["y"]
 
 
+def fetch(client):
+    """Do from Python what the four commands do."""
+    wall_e = Commander(client, "wall_e")
+    wall_e.go_to_pose(512, 215)
+    wall_e.pickup("medicine")
+    wall_e.go_to_pose(100, 180)
+    wall_e.place("medicine")
+
+
 @pytest.mark.parametrize("orders", [OURS, ORIGINALS], ids=["our names", "the original's names"])
 def test_the_four_commands_succeed_on_our_world(serve, command, orders):
     """Feedback falls to exactly 0, and the robot ends at its goal."""
@@ -87,7 +96,7 @@ def test_the_four_commands_succeed_on_the_original_s_drawing(serve, command, tmp
     assert (100.0, 180.0) == placed(command, endpoint)
 
 
-def test_the_medicine_ends_at_the_robot_s_centre(serve, command):
+def test_the_medicine_ends_at_the_robot_s_centre(serve):
     """The world's events tell where it was put."""
     _, endpoint = serve("scenario1", "--real-time-factor", "10")
     told = queue.SimpleQueue()
@@ -96,16 +105,17 @@ def test_the_medicine_ends_at_the_robot_s_centre(serve, command):
         # Goals that take no time, until the simulator is known to know that somebody listens.
         while told.empty():
             Commander(client, "wall_e").wait(0)
-        follow(command, endpoint, OURS)
+        fetch(client)
         dropped = next(event for event in iter(lambda: told.get(timeout=30), None) if event["kind"] == "placed")
 
     assert ("wall_e", "medicine", [100.0, 180.0]) == (dropped["robot"], dropped["item"], dropped["at"])
 
 
-def test_the_simulator_tells_what_goes_on(serve, command):
+def test_the_simulator_tells_what_goes_on(serve):
     """A line for each goal received and each end, as the original had."""
     simulator, endpoint = serve("scenario1", "--real-time-factor", "10")
-    follow(command, endpoint, OURS)
+    with Client(SessionOptions(connect=(endpoint,))) as client:
+        fetch(client)
     code, _, log = simulator.end(15)
 
     assert 0 == code

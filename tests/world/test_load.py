@@ -198,6 +198,16 @@ def test_include_that_cannot_be_is_refused(write, name, message):
     assert [message in str(problem) for problem in caught.value.problems] == [True]
 
 
+def test_include_that_is_not_there_is_told_with_who_asks_for_it(write):
+    """One line has the including file, its line, and the file that is missing."""
+    path = write("units: m\ninclude: [missing.yaml]\n", "inside/world.yaml")
+
+    with pytest.raises(WorldError) as caught:
+        load_world(path)
+
+    assert [f"{path}:2: include.0: {path.parent}/missing.yaml: no such file"] == list(map(str, caught.value.problems))
+
+
 def test_missing_include_makes_no_other_errors(errors_of):
     """What may have been in a file that can't be read is not missed."""
     errors = errors_of("include: [floor.yaml]\nlanes: [[a, b]]\nrobots: {eve: {at: a, type: nurse}}\n")

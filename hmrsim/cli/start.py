@@ -1,0 +1,43 @@
+"""The first instants of ``hmrsim``: signals are heard before anything that takes its time is loaded."""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import nullcontext
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.cli.signals import on_signals
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_SERVING: Final = ("run",)
+"""Commands that a signal ends well, whenever it comes."""
+
+_DONE: Final = 0
+_INTERRUPTED: Final = 130
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code.
+
+    Args:
+        argv: What stands behind ``hmrsim`` on the command line; that of this process if None.
+    """
+    words = sys.argv[1:] if argv is None else argv
+    try:
+        with on_signals(_end) if words and words[0] in _SERVING else nullcontext():
+            from hmrsim.cli.entry import main as run  # noqa: PLC0415 - what takes its time
+
+            return run(argv)
+    except KeyboardInterrupt:
+        return _INTERRUPTED
+
+
+def _end(_number: int) -> None:
+    """End the process, wherever it is: there is nobody yet who could be served.
+
+    An exception would be lost where Python has nobody to give it to, as in its own callbacks during an import.
+    """
+    os._exit(_DONE)
