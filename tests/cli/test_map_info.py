@@ -96,7 +96,7 @@ def test_for_people(path, capsys):
     assert f"two islands ({path}, native)" == lines[0]
     assert "5 waypoints, 2 lanes, 1 dock, 1 item, 1 robot" in lines
     assert "lanes: 7 m in all, 1 one-way, in 3 parts of 2, 2, 1 waypoints" in lines
-    assert "  eve (0, 0) fetcher, 1.5 m/s, claw, a script of 1 lines" in lines
+    assert "  eve (0, 0) fetcher, 1.5 m/s, claw, a script of 1 line" in lines
     assert "  eve/grab -> eve/pickup" in lines
 
 
