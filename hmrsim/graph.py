@@ -113,6 +113,14 @@ class WaypointGraph:
             )
         return _route(legs)
 
+    def check(self, point: Point) -> None:
+        """Do nothing if somebody can be at *point*.
+
+        Raises:
+            NoRoute: It is outside the map (204) or inside an obstacle (206).
+        """
+        self._lanes.check(point)
+
     def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:
         """Return the straight legs from point to point as far as nothing stands in the way, and what does; or "".
 

@@ -12,7 +12,9 @@ from hmrsim.cli.topics import topics
 from hmrsim.cli.world_options import read_world
 from hmrsim.errors import HmrsimError
 from hmrsim.resources import shipped_maps
+from hmrsim.world.files import find
 from hmrsim.world.formats import registry as formats
+from hmrsim.world.includes import read_document
 from hmrsim_zenoh.completion import running
 
 if TYPE_CHECKING:
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from hmrsim.command_line import Completer
+
+
+_WITH_WORLD: Final = ("run", "simulate", "map validate", "map info", "map plan", "map convert")
 
 
 def _worlds(prefix: str, **_unused: object) -> Iterable[str]:
@@ -41,6 +46,15 @@ def _robots_of_file(parsed_args: argparse.Namespace, **_unused: object) -> Itera
     try:
         return list(read_world(parsed_args, argument="file").world.robots)
     except (HmrsimError, AttributeError):
+        return ()
+
+
+def _pages(parsed_args: argparse.Namespace, **_unused: object) -> Iterable[str]:
+    """Return the pages of the drawing that is on the line already, whatever it is called there."""
+    name = next((getattr(parsed_args, key) for key in ("world", "file", "in") if hasattr(parsed_args, key)), None)
+    try:
+        return read_document(find(name or ""), name or "").pages
+    except HmrsimError:
         return ()
 
 
@@ -70,6 +84,7 @@ COMPLETERS: Final[Mapping[str, Completer]] = {
     "hmrsim map plan FROM": _points,
     "hmrsim map plan TO": _points,
     "hmrsim map plan ROBOT": _robots_of_file,
+    **{f"hmrsim {command} PAGE": _pages for command in _WITH_WORLD},
     "hmrsim action info NAME": _actions,
     "hmrsim action send-goal NAME": _actions,
     "hmrsim topic echo NAME": _topics,

@@ -12,7 +12,6 @@ from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.command_line import ENVIRONMENT
-from hmrsim.errors import HmrsimError
 from hmrsim.graph import WaypointGraph
 from hmrsim.route_graph import to_geojson
 from hmrsim.world.formats import choose
@@ -121,7 +120,7 @@ def _write(out: Path, text: str) -> None:
         finally:
             draft.unlink(missing_ok=True)
     except OSError as error:
-        raise HmrsimError(f"{out}: can't be written: {os.strerror(error.errno or 0).lower()}") from None
+        raise WrongUse(f"{out}: can't be written: {os.strerror(error.errno or 0).lower()}") from None
 
 
 def _left_out(world: World) -> dict[str, int]:

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli import numbers
-from hmrsim.cli.exits import ExitCode, UnknownName
+from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.command_line import ENVIRONMENT
 from hmrsim.errors import HmrsimError, NoRoute
 from hmrsim.geometry import Pose, heading
 from hmrsim.graph import WaypointGraph
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.motion import drive
 from hmrsim.world.finding import instead
 from hmrsim.world.model import Base
@@ -37,8 +38,13 @@ examples:
 
 {ENVIRONMENT}"""
 
-_NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?"
-_POINT: Final = re.compile(rf"(?P<x>{_NUMBER}),\s*(?P<y>{_NUMBER})", re.ASCII)
+_NUMBER: Final = r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|nan|inf|infinity)"
+_POINT: Final = re.compile(rf"(?P<x>{_NUMBER}),\s*(?P<y>{_NUMBER})", re.ASCII | re.IGNORECASE)
+
+_OF_START: Final = {
+    ComputePathToPose.Result.GOAL_OUTSIDE_MAP: ComputePathToPose.Result.START_OUTSIDE_MAP,
+    ComputePathToPose.Result.GOAL_OCCUPIED: ComputePathToPose.Result.START_OCCUPIED,
+}
 
 
 @dataclass(frozen=True)
@@ -90,8 +96,10 @@ def _plan(args: argparse.Namespace) -> int:
     base = Base(speed=args.speed) if driver is None else world.robot_type(world.robots[driver]).base
     base = base.model_copy(update={"speed": world.speed(base)})
     yaw = world.robots[driver].yaw if driver is not None and driver == args.start else None
+    graph = WaypointGraph(world)
     try:
-        trip = _trip(WaypointGraph(world).plan(start, goal, world.speed(base)), base, yaw)
+        _check_start(graph, start)
+        trip = _trip(graph.plan(start, goal, world.speed(base)), base, yaw)
     except NoRoute as error:
         raise HmrsimError(f"{error} (error_code {error.code})") from None
     names = {point: name for name, point in world.waypoints.items()}
@@ -102,6 +110,18 @@ def _plan(args: argparse.Namespace) -> int:
     for line in _lines(trip, names, world.units):
         show(line)
     return ExitCode.DONE
+
+
+def _check_start(graph: WaypointGraph, start: Point) -> None:
+    """Do nothing if somebody can be at *start*.
+
+    Raises:
+        NoRoute: It is outside the map (203) or inside an obstacle (205).
+    """
+    try:
+        graph.check(start)
+    except NoRoute as error:
+        raise NoRoute(_OF_START[error.code], str(error).replace("target", "start", 1)) from None
 
 
 def _trip(route: Route, base: Base, yaw: float | None) -> Trip:
@@ -127,6 +147,7 @@ def _ends(world: World, texts: Sequence[str], driver: str | None) -> list[Point]
 
     Raises:
         UnknownName: There is nothing of a name; it tells all of them.
+        WrongUse: A coordinate is not finite.
     """
     found = [_point(world, text) for text in texts]
     named = [*world.places, *world.docks, *world.waypoints, *world.robots, *world.items]
@@ -144,7 +165,10 @@ def _ends(world: World, texts: Sequence[str], driver: str | None) -> list[Point]
 
 def _point(world: World, text: str) -> Point | None:
     if match := _POINT.fullmatch(text):
-        return float(match["x"]), float(match["y"])
+        point = float(match["x"]), float(match["y"])
+        if not all(map(math.isfinite, point)):
+            raise WrongUse(f"{text!r} is no point; expected X,Y of finite numbers, such as 1.5,-2")
+        return point
     thing = world.robots.get(text) or world.items.get(text)
     try:
         return world.point(text)

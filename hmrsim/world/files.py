@@ -22,6 +22,8 @@ def find(source: str | Path) -> Path:
     """
     path = Path(source)
     name = str(source)
+    if not name:
+        raise _error("", "the name of the world is empty; expected a file, or the name of a shipped world")
     if path.is_file():
         return path
     bare = isinstance(source, str) and path.name == name and not path.suffix
@@ -63,7 +65,8 @@ def read_text(path: Path, file: str) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        raise WorldError([Problem(file, "", f"is not UTF-8: byte 0x{content[error.start]:02x}", line)]) from None
+        message = f"is not UTF-8: byte 0x{content[error.start]:02x}; save it as UTF-8"
+        raise WorldError([Problem(file, "", message, line)]) from None
 
 
 def _error(file: str, message: str) -> WorldError:

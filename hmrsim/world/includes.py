@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world.files import read_text
 from hmrsim.world.finding import Finding, instead, shown
-from hmrsim.world.formats import choose, registry
+from hmrsim.world.formats import choose, not_read_yet, registry
 from hmrsim.world.merging import Merged, Source
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 
@@ -41,10 +41,12 @@ def read_document(path: Path, file: str, options: ReadOptions = AS_IT_IS) -> Doc
     if path.suffix.lower() in _PICTURES and path.is_file():
         raise WorldError([Problem(file, "", "is a picture; open the drawing in draw.io and save it as .drawio")])
     text = read_text(path, file)
+    foreign = not_read_yet(text)
     kind = choose(path.name, text)
-    if kind is None:
+    if kind is None or foreign:
         suffixes = ", ".join(sorted(suffix for kind in registry().values() for suffix in kind.suffixes))
-        raise WorldError([Problem(file, "", f"is of no known format; expected one of {suffixes}")])
+        what = f"{foreign}, which is not read yet" if foreign else "of no known format"
+        raise WorldError([Problem(file, "", f"is {what}; expected one of {suffixes}")])
     return kind.read(text, file, options)
 
 

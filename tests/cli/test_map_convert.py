@@ -120,8 +120,8 @@ def test_no_half_written_file_is_left(tmp_path, monkeypatch, capsys):
     out = tmp_path / "w.yaml"
 
     code = main(["map", "convert", "scenario1", str(out)])
-    assert (1, []) == (code, list(tmp_path.iterdir()))
-    assert f"hmrsim: {out}: can't be written: no space left on device\n" == capsys.readouterr().err
+    assert (2, []) == (code, list(tmp_path.iterdir()))
+    assert f"{out}: can't be written: no space left on device\n" == capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -102,6 +102,29 @@ def test_no_route_is_1(path, capsys, goal, code):
     assert capsys.readouterr().err.endswith(f"(error_code {code})\n")
 
 
+@pytest.mark.parametrize(
+    ("start", "error"),
+    [
+        ("30,0", "start (30, 0) is outside the map, which spans (-5, -5) to (20, 10) (error_code 203)"),
+        ("-1e308,0", "start (-1e+308, 0) is outside any map: coordinates end at 1e+07 (error_code 203)"),
+        ("6.5,5.5", "start (6.5, 5.5) is inside an obstacle (error_code 205)"),
+    ],
+)
+def test_no_start_is_1(path, capsys, start, error):
+    """Nobody can stand there, even to stay; Nav2's code says that it is the start."""
+    assert 1 == main(["map", "plan", path, start, start])
+
+    assert f"hmrsim: {error}\n" == capsys.readouterr().err
+
+
+@pytest.mark.parametrize("ends", [("1e400,1", "home"), ("home", "1,-1e400"), ("nan,1", "home"), ("home", "Infinity,1")])
+def test_a_coordinate_that_is_not_finite_is_2(path, capsys, ends):
+    """It is no point of any map."""
+    assert 2 == main(["map", "plan", path, *ends])
+
+    assert capsys.readouterr().err.endswith(" is no point; expected X,Y of finite numbers, such as 1.5,-2\n")
+
+
 def test_all_unknown_names_are_told(path, capsys):
     """Not the first only."""
     code = main(["map", "plan", path, "hom", "shel", "--for", "ev"])

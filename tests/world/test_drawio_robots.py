@@ -162,7 +162,7 @@ def test_attribute_that_makes_no_sense_is_an_error(wrong, attribute, text, messa
     ("attributes", "error"),
     [
         ({"component_Claw": "[-80, 1]"}, "robots.eve.components.claw.reach: must be greater than 0, got -80"),
-        ({"speed": "-1"}, "robots.eve.base.speed: must be greater than 0, got -60.0"),
+        ({"speed": "-5"}, "robot cell 'eve': speed is '-5'; expected a number above 0, in px a frame"),
         (
             {"battery": '{"lookupTable": {"still": "much"}}'},
             "robots.eve.components.battery.drain.still: expected a number, got 'much'",

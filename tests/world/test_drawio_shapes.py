@@ -45,6 +45,27 @@ def test_shape_covers_its_bars(draw, style, boxes):
 
 
 @pytest.mark.parametrize(
+    ("style", "error"),
+    [
+        ("wallThickness=-4", "wallThickness is '-4'; expected a number above 0, such as 10"),
+        ("wallThickness=0", "wallThickness is '0'; expected a number above 0, such as 10"),
+        ("wallThickness=thin", "wallThickness is 'thin'; expected a number of at most 1e+07"),
+        ("direction=up", "direction is 'up'; expected one of east, south, west, north"),
+    ],
+)
+def test_walls_that_make_no_sense_are_told(wrong, style, error):
+    """The cell, the value and what would do."""
+    assert [f"1: cell 'w': {error}"] == wrong(shape(f"{ROOM};{style}", 100, 100, 100, 60, id="w"))
+
+
+def test_walls_thicker_than_their_box_are_warned_of(warned):
+    """Nothing is left inside, which nobody draws on purpose."""
+    (warning,) = warned(shape(f"{ROOM};wallThickness=500", 100, 100, 100, 60, id="w"))
+
+    assert "cell 'w': wallThickness is 500, more than its size of 100 x 60, so it is solid" == warning
+
+
+@pytest.mark.parametrize(
     "style", ["text;html=1", "shape=text", "edgeLabel", "group", "swimlane;startSize=23", "rounded=0;container=1", ""]
 )
 def test_decoration_is_no_obstacle(draw, style):

@@ -7,14 +7,13 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from hmrsim.world.formats._xml import Refused
-from hmrsim.world.model import FARTHEST
+from hmrsim.geometry import FARTHEST
+from hmrsim.world.formats._xml import Element, Refused
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from hmrsim.geometry import Point
-    from hmrsim.world.formats._xml import Element
 
 _NUMBER = re.compile(r"\s*[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]{1,3})?\s*")
 
@@ -31,7 +30,15 @@ MOST_CELLS = 10_000
 
 
 class BadCell(Exception):
-    """A cell that can't be understood; the text says why."""
+    """A cell that can't be understood; the text says why.
+
+    Attributes:
+        value: What makes no sense; None where nothing in particular does.
+    """
+
+    def __init__(self, message: str, value: object = None) -> None:
+        super().__init__(message)
+        self.value = value
 
 
 class Box(NamedTuple):
@@ -160,7 +167,7 @@ def read_number(text: str, key: str) -> float:
         BadCell: It is no number, or too large to be one of a map.
     """
     if not _NUMBER.fullmatch(text) or abs(float(text)) > FARTHEST:
-        raise BadCell(f"{key} is {text[:_SHOWN]!r}; expected a number of at most {FARTHEST:g}")
+        raise BadCell(f"{key} is {text[:_SHOWN]!r}; expected a number of at most {FARTHEST:g}", text)
     return float(text)
 
 
@@ -176,11 +183,12 @@ def read_cells(model: Element) -> Iterator[Cell]:
     for element in root.children if root else ():
         if element.tag == "mxCell":
             yield _cell(element, element, None, element.attributes.get("value", ""))
-        elif element.tag in ("object", "UserObject") and (inner := element.find("mxCell")):
-            kind = element.attributes.get("type", "")
-            cell = _cell(element, inner, kind, element.attributes.get("label", ""))
+        elif element.tag in ("object", "UserObject"):
+            kind, inner = element.attributes.get("type", ""), element.find("mxCell")
+            drawn = inner or Element("mxCell", {}, element.line)
+            cell = _cell(element, drawn, kind, element.attributes.get("label", ""))
             # A layer may have data, too, and needs no type.
-            yield replace(cell, kind=None) if cell.is_layer and not kind else cell
+            yield replace(cell, kind=None) if inner and cell.is_layer and not kind else cell
 
 
 def _cell(element: Element, inner: Element, kind: str | None, label: str) -> Cell:

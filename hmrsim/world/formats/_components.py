@@ -24,7 +24,7 @@ _STATES = ("default", "still", "moving")
 def _list(attributes: Mapping[str, str], key: str, example: str) -> list[Any]:
     value = _json(attributes, key, example)
     if not isinstance(value, list):
-        raise BadCell(f"{key} is {shown(value)}; expected a JSON list such as {example}")
+        raise BadCell(f"{key} is {shown(value)}; expected a JSON list such as {example}", value)
     return value
 
 
@@ -33,7 +33,7 @@ def _json(attributes: Mapping[str, str], key: str, example: str) -> object:
     try:
         return json.loads(text, parse_constant=_refuse)
     except (ValueError, RecursionError):
-        raise BadCell(f"{key} is {shown(text)}; expected JSON such as {example}") from None
+        raise BadCell(f"{key} is {shown(text)}; expected JSON such as {example}", text) from None
 
 
 def _refuse(text: str) -> None:
@@ -50,7 +50,7 @@ def _claw(attributes: Mapping[str, str]) -> dict[str, Any] | None:
     values = _list(attributes, _CLAW, "[80, 1]")
     if len(values) > len(_CLAW_ARGUMENTS):
         names = ", ".join(_CLAW_ARGUMENTS)
-        raise BadCell(f"{_CLAW} has {len(values)} arguments; expected at most {len(_CLAW_ARGUMENTS)}: {names}")
+        raise BadCell(f"{_CLAW} has {len(values)} arguments; expected at most {len(_CLAW_ARGUMENTS)}: {names}", values)
     return dict(zip(_CLAW_ARGUMENTS, values, strict=False))
 
 
@@ -65,7 +65,7 @@ def _battery(attributes: Mapping[str, str]) -> dict[str, Any] | None:
         values = _list(attributes, _BATTERY, "[3600]")
         numbers = [value for value in values if _is_number(value)]
         if values and not numbers:
-            raise BadCell(f"{_BATTERY} is {shown(values)}; expected its capacity, such as [3600]")
+            raise BadCell(f"{_BATTERY} is {shown(values)}; expected its capacity, such as [3600]", values)
         settings |= {"capacity": numbers[0]} if numbers else {}
     return settings
 
@@ -74,7 +74,7 @@ def _old_battery(value: object) -> dict[str, Any]:
     table = value.get("lookupTable", {}) if isinstance(value, dict) else None
     if not isinstance(value, dict) or not isinstance(table, dict):
         expected = '{"initialCharge": 5000, "lookupTable": {"default": 1, "still": 0.5, "moving": 2}}'
-        raise BadCell(f"{_OLD_BATTERY} is {shown(value)}; expected JSON such as {expected}")
+        raise BadCell(f"{_OLD_BATTERY} is {shown(value)}; expected JSON such as {expected}", value)
     settings = dict.fromkeys(("capacity", "initial_charge"), value["initialCharge"]) if "initialCharge" in value else {}
     drain = {state: table[state] for state in _STATES if state in table}
     return {**settings, "drain": drain} if drain else settings
@@ -95,9 +95,9 @@ def script(attributes: Mapping[str, str]) -> list[str]:
     values = _list(attributes, _SCRIPT, '[["Go place"], 0]')
     orders = values[0] if values else []
     if not isinstance(orders, list) or not all(isinstance(order, str) for order in orders):
-        raise BadCell(f'{_SCRIPT} is {shown(values)}; expected [["Go place", …], 0]')
+        raise BadCell(f'{_SCRIPT} is {shown(values)}; expected [["Go place", …], 0]', values)
     if not all(_is_number(count) for count in values[1:]):
-        raise BadCell(f"{_SCRIPT} has {shown(values[1:])} after its orders; expected a number")
+        raise BadCell(f"{_SCRIPT} has {shown(values[1:])} after its orders; expected a number", values[1:])
     return orders
 
 

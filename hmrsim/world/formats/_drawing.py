@@ -58,7 +58,7 @@ class Drawing:
         self.by_id: dict[str, Cell] = {}
         for cell in self.cells:
             if cell.id in self.by_id:
-                self.complain(cell, "has an id that another cell has; draw.io gives every cell its own")
+                self.complain(cell, "has an id that another cell has; draw.io gives every cell its own", cell.id)
             elif cell.id:
                 self.by_id[cell.id] = cell
         place(self.cells, self.by_id, self.complain)
@@ -74,21 +74,21 @@ class Drawing:
                 return self.lines[path[:length]]
         return None
 
-    def complain(self, cell: Cell, message: str) -> None:
+    def complain(self, cell: Cell, message: str, value: object = None) -> None:
         """Remember what is wrong with a cell."""
         cell.failed = True
-        self.findings.append(Finding((cell.title,), message, cell.id, line=cell.line))
+        self.findings.append(Finding((cell.title,), message, value, line=cell.line))
 
-    def warn(self, cell: Cell, message: str) -> None:
+    def warn(self, cell: Cell, message: str, value: object = None) -> None:
         """Remember what is odd about a cell."""
-        self.findings.append(Finding((cell.title,), message, cell.id, "warning", cell.line))
+        self.findings.append(Finding((cell.title,), message, value, "warning", cell.line))
 
     def attempt(self, cell: Cell, read: Callable[[], _Value]) -> _Value | None:
         """Return what *read* reads of a cell; if that fails remember why."""
         try:
             return read()
         except BadCell as error:
-            self.complain(cell, str(error))
+            self.complain(cell, str(error), error.value)
             return None
 
     def name(self, cell: Cell, attribute: str, prefix: str) -> str:
@@ -108,7 +108,7 @@ class Drawing:
         """
         things = {"places": self.places, "items": self.items, "robots": self.robots}[key]
         if name in things:
-            raise BadCell(f"is another one named {name!r}; give it a name of its own")
+            raise BadCell(f"is another one named {name!r}; give it a name of its own", name)
         if cell.failed:
             return
         things[name] = fields
@@ -125,5 +125,5 @@ class Drawing:
             return None
         other = self.by_id.get(identifier)
         if other is None or not other.is_shape:
-            raise BadCell(f"has the {which} {shown(identifier)}, which is no shape on this page")
+            raise BadCell(f"has the {which} {shown(identifier)}, which is no shape on this page", identifier)
         return other

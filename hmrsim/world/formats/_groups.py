@@ -6,25 +6,29 @@ has its place as a share of a turned shape goes round with it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Protocol
 
 from hmrsim.world.formats._cells import BadCell, Box, Cell, number, style_number
 from hmrsim.world.formats._shapes import turn
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Iterable, Mapping
 
-    from hmrsim.geometry import Point
     from hmrsim.world.formats._xml import Element
 
 
-def place(cells: Iterable[Cell], by_id: Mapping[str, Cell], complain: Callable[[Cell, str], None]) -> None:
+class _Complain(Protocol):
+    def __call__(self, cell: Cell, message: str, value: object = None) -> None: ...
+
+
+def place(cells: Iterable[Cell], by_id: Mapping[str, Cell], complain: _Complain) -> None:
     """Set the origin of each cell, and the box of each shape.
 
     Args:
         cells: The cells of a page.
         by_id: The same, by id.
-        complain: Takes a cell that can't be placed, and why; what is in it fails without a word.
+        complain: Takes a cell that can't be placed, why, and the value; what is in it fails without a word.
     """
     placed: set[str] = set()
     for cell in cells:
@@ -32,7 +36,7 @@ def place(cells: Iterable[Cell], by_id: Mapping[str, Cell], complain: Callable[[
         met = {cell.id}
         while chain[-1].parent not in placed and (group := by_id.get(chain[-1].parent)) is not None:
             if group.id in met:
-                complain(cell, f"is in the group {group.id!r}, which is inside itself; take it out of there")
+                complain(cell, f"is in the group {group.id!r}, which is inside itself; take it out of there", group.id)
                 placed.add(group.id)
             else:
                 chain.append(group)
@@ -45,25 +49,37 @@ def place(cells: Iterable[Cell], by_id: Mapping[str, Cell], complain: Callable[[
             placed.add(part.id)
 
 
-def _place(cell: Cell, parent: Cell | None, complain: Callable[[Cell, str], None]) -> None:
+def _place(cell: Cell, parent: Cell | None, complain: _Complain) -> None:
     """Place one cell; what it is in has been placed already."""
     if parent is not None:
         cell.origin = (parent.box.x, parent.box.y) if parent.is_shape else parent.origin
     if cell.is_edge or cell.geometry is None:
         return
-    try:
-        cell.box = _box(cell.geometry, cell.origin, style_number(cell.style, "rotation"))
-        if cell.is_relative and parent is not None and parent.is_shape:
-            cell.box = _on(parent.box, cell.box, cell.geometry)
-    except BadCell as error:
-        complain(cell, str(error))
-
-
-def _box(geometry: Element, origin: Point, rotation: float) -> Box:
-    x, y, width, height = (number(geometry, key) for key in ("x", "y", "width", "height"))
+    numbers = _numbers(cell, cell.geometry, complain)
+    if cell.failed:
+        return
+    x, y, width, height, rotation = numbers
     if width < 0 or height < 0:
-        raise BadCell(f"has the size {width:g} x {height:g}; expected none below 0")
-    return Box(origin[0] + x, origin[1] + y, width, height, rotation)
+        complain(cell, f"has the size {width:g} x {height:g}; expected none below 0", min(width, height))
+        return
+    cell.box = Box(cell.origin[0] + x, cell.origin[1] + y, width, height, rotation)
+    if cell.is_relative and parent is not None and parent.is_shape:
+        try:
+            cell.box = _on(parent.box, cell.box, cell.geometry)
+        except BadCell as error:
+            complain(cell, str(error), error.value)
+
+
+def _numbers(cell: Cell, geometry: Element, complain: _Complain) -> list[float]:
+    """Return x, y, width, height and rotation, without those that are no numbers; these are told, each of them."""
+    found: list[float] = []
+    readers = [partial(number, geometry, key) for key in ("x", "y", "width", "height")]
+    for read in (*readers, partial(style_number, cell.style, "rotation")):
+        try:
+            found.append(read())
+        except BadCell as error:
+            complain(cell, str(error), error.value)
+    return found
 
 
 def _on(outer: Box, inner: Box, geometry: Element) -> Box:

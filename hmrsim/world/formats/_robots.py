@@ -41,9 +41,10 @@ def robot(drawing: Drawing, cell: Cell) -> None:
     for warning in _components.odd(cell.attributes):
         drawing.warn(cell, warning)
     if cell.attributes.get("movable", "true") != "true":
-        drawing.warn(cell, f"movable is {shown(cell.attributes['movable'])}; robots can always move here")
+        movable = cell.attributes["movable"]
+        drawing.warn(cell, f"movable is {shown(movable)}; robots can always move here", movable)
     if name != old and name in drawing.robots:
-        raise BadCell(f"can't be renamed to {name!r}, which another robot is called")
+        raise BadCell(f"can't be renamed to {name!r}, which another robot is called", name)
     drawing.keep(cell, "robots", name, fields)
 
 
@@ -52,7 +53,11 @@ def _base(cell: Cell) -> dict[str, float]:
     if cell.box.width and cell.box.height:
         base["radius"] = max(cell.box.width, cell.box.height) / 2
     if "speed" in cell.attributes:
-        base["speed"] = read_number(cell.attributes["speed"], "speed") * _FRAMES
+        text = cell.attributes["speed"]
+        speed = read_number(text, "speed")
+        if speed <= 0:
+            raise BadCell(f"speed is {shown(text)}; expected a number above 0, in px a frame", text)
+        base["speed"] = speed * _FRAMES
     return base
 
 
@@ -65,7 +70,7 @@ def way(drawing: Drawing, cell: Cell) -> None:
     source = drawing.end(cell, "source")
     if source is None or source.kind != "robot":
         what = "no source" if source is None else f"the source {shown(source.id)}, which is no robot"
-        raise BadCell(f"has {what}; draw it from the robot that is to follow it")
+        raise BadCell(f"has {what}; draw it from the robot that is to follow it", source and source.id)
     target = drawing.end(cell, "target")
     points = [*cell.points(), *([target.box.centre] if target else ())]
     if not points:

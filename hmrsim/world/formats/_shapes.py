@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from hmrsim.world.formats._cells import style_number
+from hmrsim.world.finding import shown
+from hmrsim.world.formats._cells import BadCell, style_number
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -39,11 +40,10 @@ def outlines(box: Box, style: dict[str, str]) -> list[Outline]:
     Raises:
         BadCell: A number of the style makes no sense.
     """
-    shape = style.get("shape", "").removeprefix("mxgraph.floorplan.")
+    shape = _shape(style)
     if shape in _BARS:
-        thickness = max(style_number(style, "wallThickness", _THICKNESS), 1.0)
-        drawn = _drawn(_BARS[shape], style)
-        found = [_bar(box, side, thickness) for side in _SIDES if side in drawn]
+        thick, drawn = thickness(style), _drawn(_BARS[shape], style)
+        found = [_bar(box, side, thick) for side in _SIDES if side in drawn]
     elif "ellipse" in style or shape == "ellipse":
         found = [_ellipse(box)]
     else:
@@ -51,9 +51,31 @@ def outlines(box: Box, style: dict[str, str]) -> list[Outline]:
     return [tuple(turn(point, box) for point in outline) for outline in found]
 
 
+def thickness(style: dict[str, str]) -> float:
+    """Return how thick the walls of a shape are; 0 of one that covers all of its box.
+
+    Raises:
+        BadCell: That makes no sense.
+    """
+    if _shape(style) not in _BARS:
+        return 0.0
+    thick = style_number(style, "wallThickness", _THICKNESS)
+    if thick <= 0:
+        text = style["wallThickness"]
+        raise BadCell(f"wallThickness is {shown(text)}; expected a number above 0, such as {_THICKNESS:g}", text)
+    return thick
+
+
+def _shape(style: dict[str, str]) -> str:
+    return style.get("shape", "").removeprefix("mxgraph.floorplan.")
+
+
 def _drawn(sides: tuple[str, ...], style: dict[str, str]) -> set[str]:
     """Return where the sides of a shape are in its box: draw.io turns it in there, and flips it then."""
-    quarters = _DIRECTIONS.get(style.get("direction", ""), 0)
+    direction = style.get("direction") or "east"
+    if direction not in _DIRECTIONS:
+        raise BadCell(f"direction is {shown(direction)}; expected one of {', '.join(_DIRECTIONS)}", direction)
+    quarters = _DIRECTIONS[direction]
     drawn = {_SIDES[(_SIDES.index(side) + quarters) % 4] for side in sides}
     for flag, other in _FLIPS.items():
         if style.get(flag) == "1":
@@ -65,9 +87,9 @@ def _rectangle(x: float, y: float, width: float, height: float) -> Outline:
     return ((x, y), (x + width, y), (x + width, y + height), (x, y + height))
 
 
-def _bar(box: Box, side: str, thickness: float) -> Outline:
+def _bar(box: Box, side: str, thick: float) -> Outline:
     """Return one wall inside a box, along one of its sides; at most as thick as the box."""
-    thick_x, thick_y = min(thickness, box.width), min(thickness, box.height)
+    thick_x, thick_y = min(thick, box.width), min(thick, box.height)
     if side == "left":
         return _rectangle(box.x, box.y, thick_x, box.height)
     if side == "right":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hmrsim.world.formats._cells import BadCell, read_number
-from hmrsim.world.formats._shapes import outlines
+from hmrsim.world.formats._shapes import outlines, thickness
 
 if TYPE_CHECKING:
     from hmrsim.world.formats._cells import Cell
@@ -21,6 +21,8 @@ def obstacle(drawing: Drawing, cell: Cell) -> None:
     Raises:
         BadCell: A number of its style makes no sense.
     """
+    if cell.geometry is None and cell.own.get("vertex") == "1":
+        drawing.warn(cell, "has no mxGeometry, so it is nowhere and left out")
     if not cell.is_shape or not cell.style or _is_decoration(drawing, cell):
         return
     box = cell.box
@@ -29,6 +31,9 @@ def obstacle(drawing: Drawing, cell: Cell) -> None:
     if not box.width or not box.height:
         drawing.warn(cell, f"has the size {box.width:g} x {box.height:g}, so it is no obstacle")
         return
+    if (thick := thickness(cell.style)) > min(box.width, box.height):
+        size = f"{box.width:g} x {box.height:g}"
+        drawing.warn(cell, f"wallThickness is {thick:g}, more than its size of {size}, so it is solid", thick)
     for outline in outlines(box, cell.style):
         drawing.lines["walls", len(drawing.walls)] = cell.line
         drawing.walls.append({"solid": [list(point) for point in outline]})

@@ -68,6 +68,7 @@ def _read(text: str, file: str, options: ReadOptions = AS_IT_IS) -> Document:
 def _read_cells(drawing: Drawing) -> None:
     """Read the shapes, then the lines between them, which may come first in the file."""
     _warn_of_hidden_layers(drawing)
+    _warn_of_orphans(drawing)
     lines = [cell for cell in drawing.cells if cell.kind in _LINES]
     for cell in [*(cell for cell in drawing.cells if cell.kind not in _LINES), *lines]:
         # What is wrong with a robot beside its place is worth knowing; nothing else has more to tell.
@@ -84,6 +85,8 @@ def _read_cell(drawing: Drawing, cell: Cell) -> None:
     """
     if cell.kind is None:
         _things.obstacle(drawing, cell)
+    elif cell.kind in (*_SHAPES, *_LINES) and cell.geometry is None and not cell.is_edge:
+        raise BadCell("has no mxGeometry, so it is nowhere")
     elif cell.kind in _SHAPES:
         _check_shape(drawing, cell)
         _SHAPES[cell.kind](drawing, cell)
@@ -99,20 +102,18 @@ def _check_shape(drawing: Drawing, cell: Cell) -> None:
     parent = drawing.by_id.get(cell.parent)
     if cell.is_edge:
         raise BadCell(f"is a line; a {cell.kind} is a shape")
-    if cell.geometry is None:
-        raise BadCell("has no mxGeometry, so it is nowhere")
     if parent is not None and parent.is_edge:
-        raise BadCell(f"is a label of the line {shown(parent.id)}; put it on the page")
+        raise BadCell(f"is a label of the line {shown(parent.id)}; put it on the page", parent.id)
 
 
 def _unknown(drawing: Drawing, cell: Cell) -> None:
     """Tell of an object of a type that nobody knows."""
     what = f"has the unknown type {shown(cell.kind)}" if cell.kind else "has no type"
     if drawing.options.lenient:
-        drawing.warn(cell, f"{what}; it is left out")
+        drawing.warn(cell, f"{what}; it is left out", cell.kind)
         return
     expected = instead(cell.kind, _TYPES) if cell.kind else f"; expected one of {', '.join(_TYPES)}"
-    raise BadCell(f"{what}{expected}; --lenient leaves it out")
+    raise BadCell(f"{what}{expected}; --lenient leaves it out", cell.kind)
 
 
 def _warn_of_hidden_layers(drawing: Drawing) -> None:
@@ -122,11 +123,18 @@ def _warn_of_hidden_layers(drawing: Drawing) -> None:
         drawing.warn(hidden[0], f"is a hidden layer{more}; what is on it is read all the same")
 
 
+def _warn_of_orphans(drawing: Drawing) -> None:
+    for cell in drawing.cells:
+        if cell.parent and cell.parent not in drawing.by_id:
+            place = f"is in {shown(cell.parent)}, which is no cell of this page; it is placed on the page itself"
+            drawing.warn(cell, place, cell.parent)
+
+
 def _bounds(drawing: Drawing, model: Element) -> list[float] | None:
     try:
         return [0.0, 0.0, number(model, "pageWidth", _PAGE), number(model, "pageHeight", _PAGE)]
     except BadCell as error:
-        drawing.findings.append(Finding(("bounds",), str(error), line=model.line))
+        drawing.findings.append(Finding(("bounds",), str(error), error.value, line=model.line))
         return None
 
 
