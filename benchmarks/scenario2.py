@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks._fleet import SIDE, grid_world
 from benchmarks._report import Row
 from benchmarks._timing import Variant, medians
-from benchmarks._wire import BARE, BARE_PAYLOAD, GoalSender, ask, served
+from benchmarks._wire import BARE, BARE_PAYLOAD, GoalSender, answer, ask, served
 from hmrsim.actions import registry
 from hmrsim.gateway import Answered, GetResult, SendGoal
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
@@ -52,6 +52,7 @@ def _with_nothing_else(rounds: int) -> list[Row]:
         took = medians(
             [
                 _bare(free),
+                Variant("two bare queries, right behind each other", lambda: _two_bare(free)),
                 Variant("send_goal to accepted, idle", idle.accepted, idle.result),
                 Variant("send_goal to accepted, paced", on_time.accepted, on_time.result),
                 Variant("goal to result, one by one", there.one_by_one, back.right_behind),
@@ -96,6 +97,13 @@ def _waiter(session: zenoh.Session, robot: str) -> GoalSender:
 
 def _bare(session: zenoh.Session) -> Variant:
     return Variant(_BARE, lambda: ask(session, BARE, BARE_PAYLOAD))
+
+
+def _two_bare(session: zenoh.Session) -> None:
+    """Return with the answers to two queries: what a goal and its result take at least, when they need two."""
+    first, second = (session.get(BARE, payload=BARE_PAYLOAD) for _ in range(2))
+    answer(second, BARE)
+    answer(first, BARE)
 
 
 def _rows(took: dict[str, float], limits: dict[str, float]) -> list[Row]:
