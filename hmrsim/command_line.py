@@ -11,7 +11,9 @@ import os
 import re
 import sys
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NoReturn
+
+from hmrsim.errors import printable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -56,11 +58,21 @@ class CommandParser(argparse.ArgumentParser):
         self._negative_number_matcher = re.compile(r"-\.?\d.*", re.DOTALL)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
-        """Parse, after the environment has said what the command line doesn't."""
+        """Parse, after the environment has said what the command line doesn't; refuse what is unknown.
+
+        A command refuses it itself: argparse would leave that to the program, whose help doesn't have its options.
+        """
         given = sys.argv[1:] if args is None else list(args)
         if _HELP.isdisjoint(given):
             self._read_environment(given)
-        return super().parse_known_args(args, namespace)
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return found, unknown
+
+    def error(self, message: str) -> NoReturn:
+        """End with 2 and one line that says what is wrong and where to read on."""
+        self.exit(2, f"{self.prog}: error: {printable(message)}; see {self.prog} --help\n")
 
     def _read_environment(self, given: list[str]) -> None:
         for action in self._actions:
@@ -71,7 +83,7 @@ class CommandParser(argparse.ArgumentParser):
             try:
                 value = self._value(action, text)
             except argparse.ArgumentError as error:
-                self.exit(2, f"{self.prog}: error: {variable}: {error.message}\n")
+                self.exit(2, f"{self.prog}: error: {variable}: {printable(error.message)}\n")
             action.required = False
             self.set_defaults(**{action.dest: value})
 

@@ -20,6 +20,7 @@ from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import (
     MAX_PAYLOAD,
     CancelGoalRequest,
+    Envelope,
     GetResultRequest,
     SendGoalRequest,
     UnreadableError,
@@ -44,6 +45,10 @@ _KEPT_KEYS = 16_384
 
 _TOPICS = {"odom": Topic.ODOM}
 _WORLD_TOPICS = {"clock": Topic.CLOCK}
+
+
+class _ReadRequest(Envelope):
+    """The request to read what is latched: it has no fields."""
 
 
 class _Shared:
@@ -197,25 +202,28 @@ class Requests:
                 request = self._read(plain(GetResultRequest), query)
                 return [GetResult(robot, name, _goal_id(request.goal_id, "goal_id"), reply_to)]
             case Verb.STATUS:
+                self._check_reading(query)
                 return [Read(Topic.STATUS, robot, name, reply_to)]
             case Verb.FEEDBACK:
                 raise UnreadableError("feedback is only published; subscribe to it, or get the status")
 
     def _decode_world(self, query: zenoh.Query, key: str, topic: str) -> list[Command]:
-        if topic in self._fixed:
-            mime, payload = self._fixed[topic]
-            Asked(query, key).reply(payload(), mime)
-            return []
+        if topic not in self._fixed and topic not in _WORLD_TOPICS:
+            there = ", ".join(sorted((*self._fixed, *_WORLD_TOPICS)))
+            raise UnreadableError(f"the world has no {topic!r} to get; there are: {there}")
+        self._check_reading(query)
         if topic in _WORLD_TOPICS:
             return [Read(_WORLD_TOPICS[topic], reply_to=Asked(query, key))]
-        there = ", ".join(sorted((*self._fixed, *_WORLD_TOPICS)))
-        raise UnreadableError(f"the world has no {topic!r} to get; there are: {there}")
+        mime, payload = self._fixed[topic]
+        Asked(query, key).reply(payload(), mime)
+        return []
 
     def _read_topic(self, query: zenoh.Query, key: str, robot: str, topic: str) -> Command:
         if robot not in self._serves:
             raise UnreadableError(f"no robot {robot!r}; there are: {', '.join(self._serves) or 'none'}")
         if topic not in _TOPICS:
             raise UnreadableError(f"{robot} has no topic {topic!r} to get; it has: {', '.join(_TOPICS)}")
+        self._check_reading(query)
         return Read(_TOPICS[topic], robot, reply_to=Asked(query, key))
 
     def _decode_wildcard(self, query: zenoh.Query, pattern: str) -> list[Command]:
@@ -225,6 +233,8 @@ class Requests:
         latched = [item for item in self._latched if wanted.intersects(item.key)]
         if not fixed and not latched and (query.payload is not None or wanted.intersects(self._goals)):
             raise UnreadableError("a request is for one robot and one action; name them, without wildcards")
+        if fixed or latched:
+            self._check_reading(query)
         for topic in fixed:
             mime, payload = self._fixed[topic]
             query.reply(self._keys.world(topic), payload(), encoding=mime)
@@ -246,6 +256,10 @@ class Requests:
                 for alias in keys.names(robot, action)
             ]
         return found
+
+    def _check_reading(self, query: zenoh.Query) -> None:
+        if query.payload:
+            self._read(plain(_ReadRequest), query)
 
     def _read(self, reader: Any, query: zenoh.Query) -> Any:
         payload = query.payload

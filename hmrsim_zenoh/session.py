@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import re
 import socket
+import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal
 
@@ -33,6 +34,11 @@ _PORT_TRIES: Final = 5
 # Zenoh's own retry begins at 1 s: a tool that starts along with its simulator would wait that long.
 _RETRY: Final = {"period_init_ms": 20, "period_max_ms": 400, "period_increase_factor": 1.5}
 
+# Of several endpoints Zenoh tries the first until the timeout, so we ask for one try of each, again and again. Delete
+# this when `connect/timeout_ms` no longer keeps a client from its second endpoint.
+_FIRST_TRY: Final = 0.15
+_OPEN_TIMEOUT_KEY: Final = "transport/unicast/open_timeout"
+
 # One reader that has stopped would otherwise hold up whoever publishes to it for 5 s.
 _WAIT_BEFORE_CLOSE: Final = 500_000
 _WAIT_BEFORE_CLOSE_KEY: Final = "transport/link/tx/queue/congestion_control/block/wait_before_close"
@@ -52,7 +58,8 @@ class SessionOptions:
     """Where to find a simulator, or where to be found.
 
     Attributes:
-        connect: Endpoints to connect to, such as ``tcp/10.0.0.7:7447``; for tools `DEFAULT_ENDPOINT` if none.
+        connect: Endpoints to connect to, such as ``tcp/10.0.0.7:7447``, of which one has to answer; for tools
+            `DEFAULT_ENDPOINT` if none.
         listen: Endpoints to listen on; for the simulator `DEFAULT_ENDPOINT` if none and it connects to none.
         mode: Zenoh's mode; None for what fits.
         config_file: A Zenoh configuration, JSON5; what the other options say comes first.
@@ -146,10 +153,38 @@ class _Settings:
             raise BadOptions("mode 'client' needs an endpoint; name one with --connect")
         for key, value in self._values().items():
             self._insert(key, value)
+        return self._open_in_turn(advice) if self._has_choice else self._try(advice)
+
+    @property
+    def _has_choice(self) -> bool:
+        """Whether one of several endpoints will do."""
+        return len(self.connect) > 1 and not self.listen
+
+    def _open_in_turn(self, advice: str) -> zenoh.Session:
+        """Try all endpoints, with ever more time for each, until one answers or the timeout is over."""
+        end = time.monotonic() + self._timeout
+        patience, pause = _FIRST_TRY, _RETRY["period_init_ms"] / 1000
+        while True:
+            share = max(end - time.monotonic(), 0.0) / len(self.connect)
+            self._insert(_OPEN_TIMEOUT_KEY, round(min(patience, share) * 1000) or 1)
+            try:
+                return self._try(advice)
+            except NobodyThere:
+                if time.monotonic() + pause >= end:
+                    raise
+            time.sleep(pause)
+            patience *= 2
+            pause = min(pause * _RETRY["period_increase_factor"], _RETRY["period_max_ms"] / 1000)
+
+    def _try(self, advice: str) -> zenoh.Session:
         try:
-            return zenoh.open(self._config)
+            session = zenoh.open(self._config)
         except zenoh.ZError as error:
             raise self._translated(error, advice) from None
+        if self._has_choice and not (session.info.routers_zid() or session.info.peers_zid()):
+            session.close()
+            raise self._nobody(advice)
+        return session
 
     def _values(self) -> dict[str, object]:
         values: dict[str, object] = {
@@ -164,9 +199,10 @@ class _Settings:
             "transport/shared_memory/enabled": False,
         }
         if not self.listen:
-            # Who listens, too, can do without those it connects to: Zenoh goes on trying.
-            values["connect/exit_on_failure"] = True
-            values["connect/timeout_ms"] = round(self._timeout * 1000)
+            # Who listens, too, can do without those it connects to, a peer without some of them: Zenoh goes on trying.
+            values["connect/exit_on_failure"] = not self._has_choice
+            once = self._has_choice and self.mode == "client"
+            values["connect/timeout_ms"] = 0 if once else round(self._timeout * 1000)
         if not self.connect:
             # A router waits this long for others to be found; we look for none.
             values["scouting/delay"] = 0
@@ -188,8 +224,11 @@ class _Settings:
                 f"{_listed(taken)} is taken; name another endpoint with --listen, or join who is there with --connect",
             )
         if "Unable to connect" in text:
-            return NobodyThere(f"nobody answers at {_listed(self.connect)}; {advice}")
+            return self._nobody(advice)
         return BadOptions(f"can't open a Zenoh session: {text}")
+
+    def _nobody(self, advice: str) -> NobodyThere:
+        return NobodyThere(f"nobody answers at {_listed(self.connect)}; {advice}")
 
 
 def _listed(endpoints: tuple[Any, ...]) -> str:

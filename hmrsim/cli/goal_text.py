@@ -11,24 +11,29 @@ from hmrsim.world import yaml_text
 from hmrsim.world.finding import dotted, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from pydantic import BaseModel
-    from pydantic_core import ErrorDetails
 
     from hmrsim.interfaces.message import Message
+    from hmrsim.world.finding import Path
+    from hmrsim_zenoh.errors import RequestError
 
+# By pydantic's texts: they are what the simulator's error replies have, too.
 _WANTED: Final = {
-    "float_type": "expected a number",
-    "finite_number": "expected a finite number",
-    "int_type": "expected a whole number",
-    "int_from_float": "expected a whole number",
-    "string_type": "expected text (in quotes, if it looks like a number)",
-    "bool_type": "expected true or false",
-    "list_type": "expected a list",
-    "model_type": "expected a mapping",
-    "invalid_key": "expected a field's name",
+    "Field required": "required, but not given",
+    "Input should be a valid number": "expected a number",
+    "Input should be a finite number": "expected a finite number",
+    "Input should be a valid integer": "expected a whole number",
+    "Input should be a valid integer, got a number with a fractional part": "expected a whole number",
+    "Input should be a valid string": "expected text (in quotes, if it looks like a number)",
+    "Input should be a valid boolean": "expected true or false",
+    "Input should be a valid list": "expected a list",
+    "Input should be a valid array": "expected a list",
+    "Input should be an object": "expected a mapping",
+    "Keys should be strings": "expected a field's name",
 }
+_MAPPING: Final = "Input should be a valid dictionary"
+_MISSING: Final = "Field required"
+_UNKNOWN: Final = "Extra inputs are not permitted"
 
 
 def read_yaml(text: str, noun: str = "goal") -> object:
@@ -59,22 +64,69 @@ def read_goal(data: object, kind: type[Message]) -> Message:
     try:
         return kind.model_validate(data)
     except ValidationError as error:
-        lines = [_line(details, kind) for details in error.errors(include_url=False)]
-        raise WrongUse("\n".join(lines)) from None
+        mistakes = [(details["loc"], details["msg"], details["input"]) for details in error.errors(include_url=False)]
+        raise WrongUse("\n".join(mistake("goal", *found, kind) for found in mistakes)) from None
 
 
-def _line(details: ErrorDetails, kind: type[Message]) -> str:
-    path = details["loc"]
-    where = ": ".join(("goal", *([".".join(str(step) for step in path)] if path else [])))
-    if details["type"] == "extra_forbidden":
-        return f"{where}: unknown field; there are: {', '.join(_fields(kind, path[:-1])) or 'none'}"
-    wanted = _WANTED.get(details["type"]) or details["msg"][:1].lower() + details["msg"][1:]
-    return f"{where}: {wanted}, got {shown(details['input'])}"
+def mistake(noun: str, path: Path, message: str, value: object, kind: type[BaseModel] | None = None) -> str:
+    """Return one line about a mistake that pydantic found, here or in the simulator.
+
+    Args:
+        noun: What has the mistake, such as ``goal``.
+        path: Where.
+        message: Pydantic's text.
+        value: What was found there.
+        kind: What was to be read, to tell which fields it has.
+    """
+    where = ": ".join(part for part in (noun, dotted(path)) if part)
+    if message == _UNKNOWN:
+        there = "leave it out" if kind is None else f"there are: {', '.join(_fields(kind, path[:-1])) or 'none'}"
+        return f"{where}: unknown field; {there}"
+    wanted = "expected a mapping" if message.startswith(_MAPPING) else _WANTED.get(message)
+    text = wanted or message[:1].lower() + message[1:]
+    if message == _MISSING or repr(value) in text:
+        return f"{where}: {text}"
+    return f"{where}: {text}, got {shown(value)}"
 
 
-def _fields(kind: type[BaseModel], path: Sequence[str | int]) -> list[str]:
-    """Return the names of the fields of the message at *path*."""
+def mistakes_in_reply(
+    noun: str, error: RequestError, data: object = None, kind: type[BaseModel] | None = None
+) -> WrongUse:
+    """Return the error that a simulator's error reply means, a line a mistake.
+
+    Args:
+        noun: What has the mistakes; where a field begins with it, it is not said twice.
+        error: The reply.
+        data: The plain values that were sent, where they are at hand: a reply has lists and mappings as text only.
+        kind: What was to be read.
+    """
+    lines = []
+    for item in error.details:
+        field, message = str(item.get("field", "")), str(item.get("message", ""))
+        path = tuple(int(step) if step.isdecimal() else step for step in field.split(".")) if field else ()
+        value = _at(data, path, item.get("value"))
+        lines.append(
+            mistake(noun, path[path[:1] == (noun,) :], message, value, kind) if field else f"{noun}: {message}"
+        )
+    return WrongUse("\n".join(lines) or f"{noun}: {error}")
+
+
+def _at(data: Any, path: Path, default: object) -> object:
+    """Return the value at *path*."""
+    try:
+        for step in path:
+            data = data[step]
+    except (LookupError, TypeError):
+        return default
+    return data
+
+
+def _fields(kind: type[BaseModel], path: Path) -> list[str]:
+    """Return the names of the fields of the message at *path*; none if the simulator's has another form than ours."""
     here: Any = kind
-    for step in path:
-        here = here.model_fields[step].annotation if isinstance(step, str) else get_args(here)[0]
-    return list(here.model_fields)
+    try:
+        for step in path:
+            here = here.model_fields[step].annotation if isinstance(step, str) else get_args(here)[0]
+        return list(here.model_fields)
+    except (LookupError, AttributeError):
+        return []

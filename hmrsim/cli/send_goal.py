@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli import names
 from hmrsim.cli.connection import add_connection_options, connected
 from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.goal_text import read_goal, read_yaml
+from hmrsim.cli.goal_text import mistakes_in_reply, read_goal, read_yaml
 from hmrsim.cli.output import indented, show, show_json, values, warn, yaml_text
 from hmrsim.cli.plain import plain
 from hmrsim.cli.signals import exit_code_of, on_signals
@@ -117,13 +117,31 @@ class _Report:
                 }
             )
 
-    def end(self, goal_id: str, status: GoalStatus, result: Message) -> None:
+    def end(self, handle: GoalHandle[Any, Any]) -> None:
         """Tell how the goal ended."""
         if self.as_json:
-            outcome = {"accepted": True, "goal_id": goal_id, "status": int(status), "status_name": status.name}
-            show_json({**outcome, "result": values(result)})
+            show_json(_outcome(handle))
         else:
-            show(f"Result:\n{indented(yaml_text(plain(result)))}\nGoal finished with status: {status.name}")
+            result = indented(yaml_text(plain(handle.result())))
+            show(f"Result:\n{result}\nGoal finished with status: {handle.status.name}")
+
+    def interrupt(self, handle: GoalHandle[Any, Any]) -> None:
+        """Tell how the goal ended that was canceled, or what is known of it."""
+        if isinstance(handle.error, GoalRejectedError):
+            self.reject(handle.goal_id, handle.error)
+        elif self.as_json:
+            show_json(_outcome(handle))
+
+
+def _outcome(handle: GoalHandle[Any, Any]) -> dict[str, Any]:
+    result = handle.result_message
+    return {
+        "accepted": handle.accepted,
+        "goal_id": handle.goal_id,
+        "status": int(handle.status),
+        "status_name": handle.status.name,
+        "result": None if result is None else values(result),
+    }
 
 
 def _follow(client: Client, name: names.ActionName, goal: Message, *, goal_id: str | None, report: _Report) -> int:
@@ -144,7 +162,7 @@ def _follow(client: Client, name: names.ActionName, goal: Message, *, goal_id: s
                     return _ended(handle, report)
                 continue
             if isinstance(item, int):
-                return _cancel(handle, item)
+                return _cancel(handle, item, report)
             if handle.accepted:
                 report.accept(handle.goal_id)
             if item is not None:
@@ -156,20 +174,22 @@ def _ended(handle: GoalHandle[Any, Any], report: _Report) -> int:
         report.reject(handle.goal_id, handle.error)
         return ExitCode.FAILED
     if isinstance(handle.error, RequestError):
-        lines = [f"goal: {item.get('field', '')}: {item.get('message', '')}" for item in handle.error.details]
-        raise WrongUse("\n".join(lines) or f"goal: {handle.error}")
-    result = handle.result()
-    report.end(handle.goal_id, handle.status, result)
+        raise mistakes_in_reply("goal", handle.error)
+    handle.result()
+    report.end(handle)
     return ExitCode.DONE if handle.status is GoalStatus.SUCCEEDED else ExitCode.FAILED
 
 
-def _cancel(handle: GoalHandle[Any, Any], signal: int) -> int:
+def _cancel(handle: GoalHandle[Any, Any], signal: int, report: _Report) -> int:
     """Cancel the goal and wait a little for its end."""
     warn("Canceling goal…")
     handle.cancel()
     try:
         handle.result(timeout=_CANCEL_WAIT)
         warn(f"Goal finished with status: {handle.status.name}")
+    except GoalRejectedError:
+        pass
     except HmrsimError as error:
         warn(str(error))
+    report.interrupt(handle)
     return exit_code_of(signal)

@@ -8,20 +8,27 @@ import re
 import threading
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.actions import registry
+from hmrsim.cli import names
 from hmrsim.cli.connection import add_connection_options, connected, look_for_simulator
 from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
-from hmrsim.cli.goal_text import read_yaml
+from hmrsim.cli.goal_text import mistakes_in_reply, read_yaml
 from hmrsim.cli.output import show, show_json, yaml_text
 from hmrsim.cli.services import services
 from hmrsim.errors import HmrsimError
 from hmrsim.world.finding import instead, shown
+from hmrsim_zenoh.envelopes import CancelGoalRequest, GetResultRequest, SendGoalRequest
 from hmrsim_zenoh.errors import RequestError, Unreachable
+from hmrsim_zenoh.keys import Verb
 from hmrsim_zenoh.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Iterable
 
+    from pydantic import BaseModel
+
+    from hmrsim.cli.names import Info
     from hmrsim_zenoh.client import Client
 
 _EXAMPLES: Final = f"""\
@@ -55,6 +62,7 @@ The answer is waited for as long as the simulator is there: get_result, for one,
 
 _TYPE: Final = re.compile(r"\w+(/\w+)+")
 _WILDCARDS: Final = frozenset("*$#?")
+_ACTION: Final = "/_action/"
 _LOOK: Final = 0.5
 _FOR_EVER: Final = 1e6
 
@@ -103,7 +111,8 @@ def _call(args: argparse.Namespace) -> int:
     name = f"/{args.name.removeprefix('/')}"
     if not _WILDCARDS.isdisjoint(name):
         raise WrongUse(f"{args.name!r} has a wildcard; expected the name of one service")
-    payload = _payload(request)
+    data = {} if request is None else read_yaml(request, "request")
+    payload = _payload(data)
     with connected(args) as (client, info):
         known = {one.name: one.ros_type for one in services(info)}
         if ros_type is not None and known.get(name, ros_type) != ros_type:
@@ -111,15 +120,16 @@ def _call(args: argparse.Namespace) -> int:
         try:
             answer = _answer(client, f"{client.keys.prefix}{name}", payload)
         except RequestError as error:
-            raise (_unreadable(error) if name in known else _unknown(name, known, f"; the answer: {error}")) from None
+            if name in known:
+                raise mistakes_in_reply("request", error, data, _request_type(name, info)) from None
+            raise _unknown(name, known, info, f"; the answer: {error}") from None
         except (Unreachable, ValueError):
-            raise _unknown(name, known) from None
+            raise _unknown(name, known, info) from None
     _print(answer, as_json=args.json)
     return ExitCode.DONE
 
 
-def _payload(text: str | None) -> bytes:
-    data = {} if text is None else read_yaml(text, "request")
+def _payload(data: object) -> bytes:
     if not isinstance(data, dict):
         raise WrongUse(f"request: expected a mapping such as '{{goal_id: …}}', got {shown(data)}")
     try:
@@ -155,16 +165,32 @@ def _answer(client: Client, key: str, payload: bytes) -> bytes:
         return answer
 
 
-def _unreadable(error: RequestError) -> WrongUse:
-    """Return an error reply of a service, a line a mistake."""
-    lines = [": ".join(part for part in (item.get("field"), item.get("message")) if part) for item in error.details]
-    return WrongUse("\n".join(f"request: {line}" for line in lines or [str(error)]))
+def _request_type(name: str, info: Info) -> type[BaseModel] | None:
+    """Return the message that a service of an action reads; None for all that are no such services."""
+    owner, _, verb = name.rpartition(_ACTION)
+    if verb == Verb.SEND_GOAL.value:
+        known = registry().get(names.find_action(info, owner).action)
+        return SendGoalRequest[known.goal] if known else None  # type: ignore[name-defined]  # made as it runs
+    others: dict[str, type[BaseModel]] = {
+        Verb.CANCEL_GOAL.value: CancelGoalRequest,
+        Verb.GET_RESULT.value: GetResultRequest,
+    }
+    return others.get(verb)
 
 
-def _unknown(name: str, known: Iterable[str], answer: str = "") -> UnknownName:
-    names = list(known)
-    owner = f"{name.rpartition('/_action/')[0] or '/_world'}/"
-    near = [one for one in names if one.startswith(owner)] or [one for one in names if "/_action/" not in one]
+def _unknown(name: str, known: Iterable[str], info: Info, answer: str = "") -> UnknownName:
+    owner, found, _ = name.rpartition(_ACTION)
+    try:
+        if found:
+            names.find_action(info, owner)
+    except UnknownName as error:
+        return error
+    except WrongUse:
+        pass
+    there = list(known)
+    near = [one for one in there if one.startswith(f"{owner or '/_world'}/")] or [
+        one for one in there if _ACTION not in one
+    ]
     return UnknownName(f"no service {name!r}{instead(name, near)}{answer}")
 
 

@@ -121,7 +121,7 @@ def test_help_loads_nothing_slow():
     ids=" ".join,
 )
 def test_wrong_use_is_2(arguments, capsys):
-    """What argparse refuses ends with 2 and a usage line on stderr."""
+    """What argparse refuses ends with 2 and one line on stderr."""
     code = main(arguments)
 
     captured = capsys.readouterr()

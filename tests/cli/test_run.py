@@ -94,7 +94,7 @@ def test_a_result_timeout_is_minus_1_or_no_less_than_0(capsys):
     code = main(["run", "scenario1", "--result-timeout", "-2"])
 
     assert 2 == code
-    assert capsys.readouterr().err.endswith("argument --result-timeout: -2 is less than 0; -1 is for ever\n")
+    assert "argument --result-timeout: -2 is less than 0; -1 is for ever; see" in capsys.readouterr().err
 
 
 def test_prefix_that_is_no_key_is_2(capsys):

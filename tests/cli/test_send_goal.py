@@ -152,11 +152,12 @@ def test_a_rejected_goal_is_1(client, capsys):
 
 def test_a_goal_that_the_simulator_cannot_read_is_2(client, capsys):
     """Each mistake that it finds is a line."""
-    error = RequestError("goal.time.sec: no", [{"field": "goal.time.sec", "message": "no", "value": 1}])
+    message = "Input should be a valid integer"
+    error = RequestError("goal.time.sec: no", [{"field": "goal.time.sec", "message": message, "value": "x"}])
     client.then = lambda goal: goal.fail(error)
     code = send("{}")
 
-    assert (2, "goal: goal.time.sec: no\n") == (code, capsys.readouterr().err)
+    assert (2, "goal: time.sec: expected a whole number, got 'x'\n") == (code, capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("error", [SimulatorGone("it is gone"), NobodyThere("nobody answers")])
@@ -206,6 +207,52 @@ def test_a_signal_cancels_the_goal(client, number, code, capsys):
 
     assert code == send("{}")
     assert "Canceling goal…\nGoal finished with status: CANCELED\n" == capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_canceled_goal_as_json(client, number, code, capsys):
+    """A program that is interrupted has its one JSON object all the same."""
+    client.then = lambda goal: (goal.accept(), os.kill(os.getpid(), number))
+
+    assert code == send("{}", "--json")
+    outcome = json.loads(capsys.readouterr().out)
+    assert (True, GOAL_ID) == (outcome["accepted"], outcome["goal_id"])
+    assert (5, "CANCELED") == (outcome["status"], outcome["status_name"])
+    assert {"sec": 0, "nanosec": 0} == outcome["result"]["total_elapsed_time"]
+
+
+@pytest.mark.parametrize(
+    ("accepted", "status", "name"), [(True, 1, "ACCEPTED"), (None, 0, "UNKNOWN")], ids=["accepted", "not answered"]
+)
+def test_a_goal_whose_end_is_not_learned_as_json(client, monkeypatch, capsys, accepted, status, name):
+    """The object says what is known of the goal."""
+
+    def then(goal):
+        if accepted:
+            goal.accept()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    client.then = then
+    monkeypatch.setattr(FakeGoal, "cancel", lambda goal: goal.fail(SimulatorGone("it is gone")))
+
+    assert 130 == send("{}", "--json")
+    assert {
+        "accepted": accepted,
+        "goal_id": GOAL_ID,
+        "status": status,
+        "status_name": name,
+        "result": None,
+    } == json.loads(capsys.readouterr().out)
+
+
+def test_a_goal_rejected_while_it_is_canceled_as_json(client, monkeypatch, capsys):
+    """Its object is that of any rejection."""
+    client.then = lambda _goal: os.kill(os.getpid(), signal.SIGINT)
+    monkeypatch.setattr(FakeGoal, "cancel", lambda goal: goal.fail(GoalRejectedError("busy", 1, "try later")))
+
+    assert 130 == send("{}", "--json")
+    outcome = json.loads(capsys.readouterr().out)
+    assert (False, "busy") == (outcome["accepted"], outcome["reason"])
 
 
 def test_the_handlers_of_signals_are_put_back(client):

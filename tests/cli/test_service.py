@@ -19,6 +19,8 @@ SEND_GOAL = "/wall_e/wait/_action/send_goal"
 GET_RESULT = "/wall_e/wait/_action/get_result"
 CANCEL_GOAL = "/wall_e/wait/_action/cancel_goal"
 
+NO_TEXT = "request: goal_id: expected text (in quotes, if it looks like a number)"
+
 
 @pytest.fixture
 def call(endpoint, capsys):
@@ -87,7 +89,7 @@ def test_a_goal_that_is_rejected_is_an_answer(call):
 
 def test_the_type_may_be_given(call):
     """As `ros2 service call` wants it."""
-    code, out, _ = call(GET_RESULT, "nav2_msgs/action/Wait_GetResult", f"{{goal_id: {GOAL_ID}}}", "--json")
+    code, out, _ = call(GET_RESULT, "nav2_msgs/action/Wait_GetResult", f"{{goal_id: {'a' * 32}}}", "--json")
 
     assert (0, 0) == (code, json.loads(out)["status"])
 
@@ -95,8 +97,14 @@ def test_the_type_may_be_given(call):
 @pytest.mark.parametrize(
     ("words", "error"),
     [
-        ((GET_RESULT, "{goal_id: 3, x: 1}"), "request: goal_id: Input should be a valid string\nrequest: x: "),
-        ((GET_RESULT, "{goal_id: zz}"), "request: goal_id: "),
+        ((GET_RESULT, "{goal_id: 3, x: 1}"), f"{NO_TEXT}, got 3\nrequest: x: unknown field; there are: goal_id\n"),
+        ((GET_RESULT, "{goal_id: zz}"), "request: goal_id: goal id 'zz' is not a UUID"),
+        ((SEND_GOAL, "{}"), "request: goal: required, but not given\n"),
+        ((SEND_GOAL, "{goal: [1]}"), "request: goal: expected a mapping, got [1]\n"),
+        ((SEND_GOAL, "{goal: {time: {sec: 1.5}}}"), "request: goal.time.sec: expected a whole number, got 1.5\n"),
+        ((SEND_GOAL, "{goal: {time: {s: 1}}}"), "request: goal.time.s: unknown field; there are: sec, nanosec\n"),
+        ((CANCEL_GOAL, "{goal_info: {x: 1}}"), "request: goal_info.x: unknown field; there are: goal_id, stamp\n"),
+        (("/_world/info", "{x: 3}"), "request: x: unknown field; leave it out\n"),
         ((GET_RESULT, "[1]"), "request: expected a mapping such as '{goal_id: …}', got [1]\n"),
         ((GET_RESULT, "{a: 1, a: 2}"), "request: a: "),
         ((GET_RESULT, "{a: .inf}"), "request: NaN and infinity are no JSON; expected finite numbers\n"),
@@ -117,7 +125,9 @@ def test_requests_that_cannot_be_read_are_2(call, words, error):
     [
         ("/_world/inf", "hmrsim: no service '/_world/inf'; did you mean '/_world/info'?"),
         ("/nobody", "hmrsim: no service '/nobody'; there are /_world/info, /_world/route_graph"),
-        ("/nobody/wait/_action/get_result", "hmrsim: no service '/nobody/wait/_action/get_result'; there are "),
+        ("/wally/wait/_action/send_goal", "hmrsim: no robot 'wally'; there are: wall_e\n"),
+        ("/nobody/wait/_action/get_result", "hmrsim: no robot 'nobody'; there are: wall_e\n"),
+        ("/wall_e/fly/_action/send_goal", "hmrsim: wall_e has no action 'fly'; it has: "),
         ("/wall_e/wait/_action/get_resul", "hmrsim: no service '/wall_e/wait/_action/get_resul'; did you mean "),
         ("/a//b", "hmrsim: no service '/a//b'; there are "),
     ],
@@ -140,8 +150,9 @@ def test_nobody_there_is_3(capsys):
 
 def test_ctrl_c_gives_up(call, endpoint, start):
     """Who waits for a result that does not come can go."""
-    call(SEND_GOAL, LONG_WAIT)
-    waiting = start("service", "call", GET_RESULT, f"{{goal_id: {GOAL_ID}}}", "--connect", endpoint, "--log-level=info")
+    goal_id = "f" * 32
+    call(SEND_GOAL, LONG_WAIT.replace(GOAL_ID, goal_id))
+    waiting = start("service", "call", GET_RESULT, f"{{goal_id: {goal_id}}}", "--connect", endpoint, "--log-level=info")
     waiting.stderr.readline()
     waiting.send_signal(signal.SIGINT)
 

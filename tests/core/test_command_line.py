@@ -87,6 +87,37 @@ def test_a_bad_variable_is_named(parser, monkeypatch, capsys, variable, value, e
     assert error == capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        ([], "prog: error: the following arguments are required: --names; see prog --help\n"),
+        (
+            [*NEEDED, "--seed", "x"],
+            "prog: error: argument --seed: 'x' is not a whole number; see prog --help\n",
+        ),
+        (
+            [*NEEDED, "--seed", "1", "a", "--x\x1b[31m\n"],
+            "prog: error: unrecognized arguments: --x\\x1b[31m\\n; see prog --help\n",
+        ),
+    ],
+)
+def test_wrong_use_is_one_line(parser, capsys, words, error):
+    """It says what is wrong and where to read on, whatever was typed; the exit code is 2."""
+    with pytest.raises(SystemExit, match="2"):
+        parser.parse_args(words)
+    assert error == capsys.readouterr().err
+
+
+def test_a_command_refuses_what_it_does_not_know(capsys):
+    """The help of the command has its options, not that of the program."""
+    program = CommandParser(prog="prog")
+    program.add_subparsers().add_parser("run")
+
+    with pytest.raises(SystemExit, match="2"):
+        program.parse_args(["run", "--fast"])
+    assert "prog run: error: unrecognized arguments: --fast; see prog run --help\n" == capsys.readouterr().err
+
+
 def test_help_comes_whatever_the_environment_says(parser, monkeypatch, capsys):
     """Whoever set a bad variable can read which values would do."""
     monkeypatch.setenv("HMRSIM_SEED", "many")

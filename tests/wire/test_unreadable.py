@@ -165,6 +165,26 @@ def test_what_can_not_be_got_is_an_error(shared, key, text):
     assert (False, True) == (reply.ok, text in reply.body["error"])
 
 
+LATCHED = ["_world/info", "_world/route_graph", "_world/clock", "wall_e/odom", "wall_e/wait/_action/status", "_world/*"]
+
+
+@pytest.mark.parametrize("key", LATCHED)
+def test_a_reading_has_no_fields(shared, key):
+    """Nobody is told that what they asked for was done when it was ignored."""
+    (reply,) = shared.ask(key, {"x": 3})
+
+    (detail,) = reply.body["details"]
+    assert (False, "x", 3) == (reply.ok, detail["field"], detail["value"])
+    assert "x: Extra inputs are not permitted" == reply.body["error"]
+
+
+@pytest.mark.parametrize("payload", [None, b"", b"{}", b" { } "])
+@pytest.mark.parametrize("key", LATCHED)
+def test_a_reading_without_fields_is_answered(shared, key, payload):
+    """No payload, an empty one and an empty object are the same."""
+    assert {True} == {reply.ok for reply in shared.ask(key, payload)}
+
+
 @pytest.mark.parametrize("key", ["*/navigate_to_pose/_action/send_goal", "**/send_goal", "wall_e/*/_action/send_goal"])
 def test_a_request_with_wildcards_is_an_error(shared, key):
     """A goal is for one robot."""

@@ -65,6 +65,54 @@ def test_a_client_waits_for_a_simulator_that_starts_late(free_endpoint):
         sessions[0].close()
 
 
+@pytest.fixture
+def mute_endpoint():
+    """Return where somebody listens who never says a word."""
+    with socket.create_server(("127.0.0.1", 0)) as mute:
+        yield f"tcp/127.0.0.1:{mute.getsockname()[1]}"
+
+
+@pytest.mark.parametrize("mode", ["client", "peer"])
+@pytest.mark.parametrize("before", ["free_endpoint", "mute_endpoint"])
+@pytest.mark.parametrize("live_is_first", [False, True])
+def test_one_live_endpoint_is_enough(request, mode, before, live_is_first):
+    """Whoever does not answer hides nobody, whatever the order."""
+    server, (live,) = open_server(SessionOptions(listen=ANY_PORT))
+    silent = request.getfixturevalue(before)
+    connect = (live, silent) if live_is_first else (silent, live)
+    began = time.monotonic()
+
+    with server, open_client(SessionOptions(connect=connect, mode=mode, timeout=60.0)) as client:
+        assert [server.zid()] == client.info.routers_zid()
+        assert time.monotonic() - began < 30.0
+
+
+@pytest.mark.parametrize("mode", ["client", "peer"])
+def test_nobody_at_several_endpoints_is_said_within_the_timeout(free_endpoint, mute_endpoint, mode):
+    """The error names all of them."""
+    began = time.monotonic()
+
+    with pytest.raises(NobodyThere, match=f"nobody answers at {mute_endpoint}, {free_endpoint}; start"):
+        open_client(SessionOptions(connect=(mute_endpoint, free_endpoint), mode=mode, timeout=0.6))
+
+    assert time.monotonic() - began < 5.0
+
+
+def test_a_client_of_several_waits_for_one_that_starts_late(free_endpoint, mute_endpoint):
+    """All endpoints are tried again until the timeout."""
+    sessions = []
+    options = SessionOptions(connect=(mute_endpoint, free_endpoint), timeout=20.0)
+    thread = threading.Thread(target=lambda: sessions.append(open_client(options)))
+    thread.start()
+    thread.join(0.3)
+    server, _ = open_server(SessionOptions(listen=(free_endpoint,)))
+    with server:
+        thread.join(20.0)
+
+        assert len(sessions) == 1
+        sessions[0].close()
+
+
 def test_a_taken_port_is_named():
     """A second simulator on the same port is told so, and which options help."""
     server, (endpoint,) = open_server(SessionOptions(listen=ANY_PORT))
