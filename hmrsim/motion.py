@@ -114,6 +114,20 @@ class Piece(NamedTuple):
         return Pose(*between(self.start.point, self.end.point, self.driven(elapsed) / self.length), self.start.yaw)
 
 
+class Progress(NamedTuple):
+    """How far a robot is on its way.
+
+    Attributes:
+        pose: Where it is.
+        length: What is left of the way, in the world's unit.
+        seconds: How long that takes, if nothing gets in the way.
+    """
+
+    pose: Pose
+    length: float = 0.0
+    seconds: float = 0.0
+
+
 class Drive(Protocol):
     """A route as it is driven, piece by piece."""
 
@@ -124,8 +138,8 @@ class Drive(Protocol):
     def piece(self, number: int) -> Piece:
         """Return the piece of this index."""
 
-    def after(self, number: int) -> tuple[float, float]:
-        """Return the length and the seconds of all pieces behind that of this index."""
+    def progress(self, number: int, elapsed: float) -> Progress:
+        """Return how far one is *elapsed* seconds after the start of the piece of this index."""
 
 
 class _Steady:
@@ -142,10 +156,17 @@ class _Steady:
         leg = self._legs[number]
         return Piece(leg.first, leg.last, leg.length, self.seconds[number], leg)
 
-    def after(self, number: int) -> tuple[float, float]:
+    def progress(self, number: int, elapsed: float) -> Progress:
         # Asked with every feedback, if with any.
         self._after = self._after or _sums_behind([leg.length for leg in self._legs], self.seconds)
-        return self._after[number]
+        length, seconds = self._after[number]
+        leg, duration = self._legs[number], self.seconds[number]
+        if elapsed >= duration:
+            return Progress(leg.last, length, seconds)
+        share = elapsed / duration
+        (ax, ay), (bx, by) = leg.start, leg.end
+        pose = Pose(ax + (bx - ax) * share, ay + (by - ay) * share, leg.first.yaw)
+        return Progress(pose, leg.length * (1.0 - share) + length, duration - elapsed + seconds)
 
 
 class _Profiled:
@@ -161,8 +182,11 @@ class _Profiled:
     def piece(self, number: int) -> Piece:
         return self._pieces[number]
 
-    def after(self, number: int) -> tuple[float, float]:
-        return self._after[number]
+    def progress(self, number: int, elapsed: float) -> Progress:
+        piece = self._pieces[number]
+        length, seconds = self._after[number]
+        left = piece.length - piece.driven(elapsed)
+        return Progress(piece.pose(elapsed), left + length, max(0.0, piece.duration - elapsed) + seconds)
 
 
 def _sums_behind(lengths: Sequence[float], seconds: Sequence[float]) -> list[tuple[float, float]]:

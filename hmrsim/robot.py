@@ -12,7 +12,7 @@ from hmrsim.components import registry as components
 from hmrsim.geometry import Pose, distance
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.geometry_msgs import PoseStamped
-from hmrsim.motion import drive
+from hmrsim.motion import Progress, drive
 from hmrsim.sim_time import stamp
 
 if TYPE_CHECKING:
@@ -96,10 +96,15 @@ class Robot:
 
     # --- where it is ----------------------------------------------------------------------------------------------
 
+    def progress(self) -> Progress:
+        """Return where it is now, and how far it still has to go; nothing is left when it stands."""
+        if self._drive is None:
+            return Progress(self._rest)
+        return self._drive.progress(self._number, self._env.now - self._began)
+
     def pose(self) -> Pose:
         """Return where its centre is now and which way it faces."""
-        piece = self._piece
-        return piece.pose(self._env.now - self._began) if piece else self._rest
+        return self.progress().pose
 
     @property
     def _piece(self) -> Piece | None:
@@ -108,16 +113,16 @@ class Robot:
 
     def pose_stamped(self) -> PoseStamped:
         """Return the pose as a ROS message, in the frame ``map``."""
-        return PoseStamped.model_validate(self.pose_values(), strict=False)
+        return PoseStamped.model_validate(self.stamped(self.pose()), strict=False)
 
-    def pose_values(self) -> dict[str, Any]:
-        """Return the pose as the plain values of a PoseStamped, which are made in a tenth of the time."""
-        x, y, yaw = self.pose()
+    def stamped(self, pose: Pose) -> dict[str, Any]:
+        """Return a pose of now as the plain values of a PoseStamped, which are made in a tenth of the time."""
+        half = pose.yaw / 2
         return {
             "header": {"stamp": values_of(stamp(self._env.now)), "frame_id": "map"},
             "pose": {
-                "position": {"x": x, "y": y, "z": 0.0},
-                "orientation": {"x": 0.0, "y": 0.0, "z": math.sin(yaw / 2), "w": math.cos(yaw / 2)},
+                "position": {"x": pose.x, "y": pose.y, "z": 0.0},
+                "orientation": {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)},
             },
         }
 
@@ -134,19 +139,7 @@ class Robot:
     @property
     def distance_remaining(self) -> float:
         """What is left of the route that it drives; 0 when it stands."""
-        piece, drive = self._piece, self._drive
-        if piece is None or drive is None:
-            return 0.0
-        left = piece.length - piece.driven(self._env.now - self._began)
-        return max(0.0, left + drive.after(self._number)[0])
-
-    @property
-    def time_remaining(self) -> float:
-        """Seconds until it arrives, if nothing gets in its way; 0 when it stands."""
-        if self._drive is None:
-            return 0.0
-        left = self._drive.seconds[self._number] - (self._env.now - self._began)
-        return max(0.0, left + self._drive.after(self._number)[1])
+        return self.progress().length
 
     def distance_to(self, point: Point) -> float:
         """Return how far its centre is from *point*."""

@@ -238,9 +238,7 @@ class Simulator:
             if due > until or due == math.inf:
                 break
             if sample < event:
-                self._set_time(sample)
-                self.telemetry.sample(sample)
-                taken += 1
+                taken += self.telemetry.sample(event, until, most - taken, self._set_time)
             else:
                 # Each event may bring a sample that is due before the next one.
                 batch = 1 if self._interest.sampled else most - taken

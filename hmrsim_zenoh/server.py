@@ -48,6 +48,8 @@ _log = logging.getLogger(__name__)
 _BUSY = "too many requests are waiting; try again later"
 _ENDED = "the simulation has ended"
 
+_BLOCK, _DROP = zenoh.CongestionControl.BLOCK, zenoh.CongestionControl.DROP
+
 _LEAST_WALL_SECONDS = 1 / 20
 """Between two feedback messages of one goal: there are never more than 20 a wall second."""
 
@@ -86,7 +88,10 @@ class Server:
         self._keys = keys
         self._actions = actions
         self._sent: dict[str, float] = {}
-        self._declared: dict[str, zenoh.KeyExpr] = {}
+        # Where each is published, by the name that it is known by here.
+        self._feedback_keys: dict[tuple[str, str], list[zenoh.KeyExpr | str]] = {}
+        self._status_keys: dict[tuple[str, str], list[zenoh.KeyExpr | str]] = {}
+        self._topic_keys: dict[str, zenoh.KeyExpr | str] = {}
         self._emitters: dict[type, Callable[[Any], None]] = {
             Answered: self._emit_answer,
             GoalChanged: self._emit_change,
@@ -183,15 +188,20 @@ class Server:
         if event.status.terminal:
             self._sent.pop(event.goal_id, None)
         if self._interest[Topic.EVENTS]:
-            self._put(self._keys.world("events"), encoding.happened(event), encoding.EVENT, reliable=True)
+            self._put_event(event)
 
     def _emit_happening(self, event: Happened) -> None:
         if self._interest[Topic.EVENTS]:
-            self._put(self._keys.world("events"), encoding.happened(event), encoding.EVENT, reliable=True)
+            self._put_event(event)
+
+    def _put_event(self, event: GoalChanged | Happened) -> None:
+        self._put(self._key_of(self._keys.world("events")), encoding.happened(event), encoding.EVENT, reliable=True)
 
     def _emit_status(self, event: StatusChanged) -> None:
         if self._interest[Topic.STATUS]:
-            self._put_action(event, Verb.STATUS, encoding.status_array(event), encoding.STATUS, reliable=True)
+            payload = encoding.status_array(event)
+            for key in self._keys_of(self._status_keys, event, Verb.STATUS):
+                self._put(key, payload, encoding.STATUS, reliable=True)
 
     def _emit_feedback(self, event: FeedbackSent) -> None:
         if not self._interest[Topic.FEEDBACK]:
@@ -202,29 +212,37 @@ class Server:
         self._sent[event.goal_id] = now
         payload = encoding.feedback_message(event.goal_id, event.feedback)
         mime = encoding.of_action(self._actions[event.action], "FeedbackMessage")
-        self._put_action(event, Verb.FEEDBACK, payload, mime)
+        for key in self._keys_of(self._feedback_keys, event, Verb.FEEDBACK):
+            self._put(key, payload, mime)
 
     def _emit_sample(self, event: Sampled) -> None:
         if not self._interest[event.topic]:
             return
-        key = self._keys.topic(event.robot or WORLD, event.topic.value)
+        key = self._key_of(self._keys.topic(event.robot or WORLD, event.topic.value))
         self._put(key, encoding.message(event.message), encoding.of_message(event.message))
 
-    def _put_action(
-        self, event: StatusChanged | FeedbackSent, verb: Verb, payload: bytes, mime: str, *, reliable: bool = False
-    ) -> None:
-        for robot, action in self._keys.names(event.robot, event.action):
-            self._put(self._keys.action(robot, action, verb), payload, mime, reliable=reliable)
-
-    def _put(self, key: str, payload: bytes, mime: str, *, reliable: bool = False) -> None:
+    def _put(self, key: zenoh.KeyExpr | str, payload: bytes, mime: str, *, reliable: bool = False) -> None:
         """Publish; what may be lost is dropped rather than waited for when a reader is slow."""
-        control = zenoh.CongestionControl.BLOCK if reliable else zenoh.CongestionControl.DROP
         try:
-            self._session.put(self._declare(key), payload, encoding=mime, congestion_control=control)
+            self._session.put(key, payload, encoding=mime, congestion_control=_BLOCK if reliable else _DROP)
         except zenoh.ZError as error:
             _log.debug("publishing on %s: %s", key, error)
 
-    def _declare(self, key: str) -> zenoh.KeyExpr | str:
+    def _keys_of(
+        self, known: dict[tuple[str, str], list[zenoh.KeyExpr | str]], event: StatusChanged | FeedbackSent, verb: Verb
+    ) -> list[zenoh.KeyExpr | str]:
+        """Return the keys of one verb of a robot's action, one for each of its names."""
+        target = (event.robot, event.action)
+        if target not in known:
+            known[target] = [self._declared(self._keys.action(*name, verb)) for name in self._keys.names(*target)]
+        return known[target]
+
+    def _key_of(self, topic: str) -> zenoh.KeyExpr | str:
+        if topic not in self._topic_keys:
+            self._topic_keys[topic] = self._declared(topic)
+        return self._topic_keys[topic]
+
+    def _declared(self, key: str) -> zenoh.KeyExpr | str:
         """Return a key as Zenoh knows it best.
 
         Zenoh compares a key that it does not know with all that it does: half a millisecond where 1,000 robots have
@@ -233,9 +251,9 @@ class Server:
         """
         if not self._declares:
             return key
-        known = self._declared.get(key)
-        if known is not None:
-            return known
-        declared: zenoh.KeyExpr = self._session.declare_keyexpr(key)
-        self._declared[key] = declared
+        try:
+            declared: zenoh.KeyExpr = self._session.declare_keyexpr(key)
+        except zenoh.ZError:
+            # The session was closed, as whoever publishes will find out, too.
+            return key
         return declared

@@ -37,12 +37,13 @@ def _done() -> NavigateToPose.Result:
 
 def _feedback(robot: Robot, began: float) -> dict[str, Any]:
     """Return the feedback in plain values: it is made more often than anything else."""
+    pose, length, seconds = robot.progress()
     return {
-        "current_pose": robot.pose_values(),
+        "current_pose": robot.stamped(pose),
         "navigation_time": values_of((robot.now - began) * NANOSECONDS),
-        "estimated_time_remaining": values_of(robot.time_remaining * NANOSECONDS),
+        "estimated_time_remaining": values_of(seconds * NANOSECONDS),
         "number_of_recoveries": 0,
-        "distance_remaining": robot.distance_remaining,
+        "distance_remaining": length,
     }
 
 

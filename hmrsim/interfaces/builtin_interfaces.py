@@ -13,8 +13,9 @@ MOST_NANOSECONDS = 2**31 * NANOSECONDS - 1
 
 def values_of(nanoseconds: float) -> dict[str, int]:
     """Return nanoseconds as the plain values of a `Time` or `Duration`; at most as many as ROS can state."""
-    whole = round(max(-MOST_NANOSECONDS, min(MOST_NANOSECONDS, nanoseconds)))
-    sec, nanosec = divmod(whole, NANOSECONDS)
+    if not -MOST_NANOSECONDS < nanoseconds < MOST_NANOSECONDS:
+        nanoseconds = max(-MOST_NANOSECONDS, min(MOST_NANOSECONDS, nanoseconds))
+    sec, nanosec = divmod(round(nanoseconds), NANOSECONDS)
     return {"sec": sec, "nanosec": nanosec}
 
 
