@@ -33,7 +33,7 @@ def by_bare_keys(endpoint: str) -> None:
         "mode": "client",
         "connect/endpoints": [endpoint],
         "connect/timeout_ms": 10_000,
-        "connect/retry": {"period_init_ms": 20, "period_max_ms": 100, "period_increase_factor": 1.5},
+        "connect/retry": {"period_init_ms": 20, "period_max_ms": 200, "period_increase_factor": 1.05},
         "scouting/multicast/enabled": False,
     }.items():
         config.insert_json5(key, json.dumps(value))

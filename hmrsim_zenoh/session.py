@@ -32,7 +32,7 @@ _LAST_PORT: Final = 65535
 _PORT_TRIES: Final = 5
 
 # Zenoh's own retry begins at 1 s: a tool that starts along with its simulator would wait that long.
-_RETRY: Final = {"period_init_ms": 20, "period_max_ms": 400, "period_increase_factor": 1.5}
+_RETRY: Final = {"period_init_ms": 20, "period_max_ms": 200, "period_increase_factor": 1.05}
 
 # Of several endpoints Zenoh tries the first until the timeout, so we ask for one try of each, again and again. Delete
 # this when `connect/timeout_ms` no longer keeps a client from its second endpoint.
