@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, get_args
 
-from hmrsim.cli import names, send_goal
+from hmrsim.cli import listing, names, send_goal
 from hmrsim.cli.connection import add_connection_options, connected
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, yaml_flow
@@ -13,6 +13,7 @@ from hmrsim_zenoh.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     import argparse
+    from collections.abc import Iterator
 
     from pydantic.fields import FieldInfo
 
@@ -48,16 +49,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.description = "What robots can be asked to do, as `ros2 action`."
     parser.epilog = _EXAMPLES
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    listing = commands.add_parser(
+    lister = commands.add_parser(
         "list",
         help="list the actions of all robots",
         description="List the actions of all robots, one a line.",
         epilog=_LIST_EXAMPLES,
     )
-    listing.add_argument("-t", "--show-types", action="store_true", help="show the ROS type behind each name")
-    listing.add_argument("--json", action="store_true", help="print one JSON list")
-    listing.set_defaults(function=_list)
-    add_connection_options(listing)
+    listing.configure(lister, _names)
     info = commands.add_parser(
         "info",
         help="show what an action takes and gives",
@@ -71,15 +69,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     send_goal.configure(commands.add_parser("send-goal", help="send a goal and follow it to its end"))
 
 
-def _list(args: argparse.Namespace) -> int:
-    with connected(args) as (_, info):
-        found = list(names.actions(info))
-    if args.json:
-        show_json([{"name": one.name, "type": one.ros_type, "robot": one.robot, "action": one.action} for one in found])
-        return ExitCode.DONE
-    for one in found:
-        show(f"{one.name} [{one.ros_type}]" if args.show_types else one.name)
-    return ExitCode.DONE
+def _names(_args: argparse.Namespace, info: names.Info) -> Iterator[dict[str, Any]]:
+    for one in names.actions(info):
+        yield {"name": one.name, "type": one.ros_type, "robot": one.robot, "action": one.action}
 
 
 def _info(args: argparse.Namespace) -> int:

@@ -9,7 +9,7 @@ import threading
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import registry
-from hmrsim.cli import names
+from hmrsim.cli import listing, names
 from hmrsim.cli.connection import add_connection_options, connected, look_for_simulator
 from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
 from hmrsim.cli.goal_text import mistakes_in_reply, read_yaml
@@ -24,7 +24,7 @@ from hmrsim_zenoh.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from pydantic import BaseModel
 
@@ -72,16 +72,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.description = "What can be asked, as `ros2 service`."
     parser.epilog = _EXAMPLES
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    listing = commands.add_parser(
+    lister = commands.add_parser(
         "list", help="list all services", description="List all services, one a line.", epilog=_LIST_EXAMPLES
     )
-    listing.add_argument("-t", "--show-types", action="store_true", help="show the ROS type behind each name")
-    listing.add_argument(
+    lister.add_argument(
         "-a", "--include-hidden-services", action="store_true", help="list those that actions are made of, too"
     )
-    listing.add_argument("--json", action="store_true", help="print one JSON list")
-    listing.set_defaults(function=_list)
-    add_connection_options(listing)
+    listing.configure(lister, _names)
     call = commands.add_parser(
         "call", help="ask a service", description="Ask a service and print its answer.", epilog=_CALL_EXAMPLES
     )
@@ -93,15 +90,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_connection_options(call)
 
 
-def _list(args: argparse.Namespace) -> int:
-    with connected(args) as (_, info):
-        found = [one for one in services(info) if args.include_hidden_services or not one.hidden]
-    if args.json:
-        show_json([{"name": one.name, "type": one.ros_type, "hidden": one.hidden} for one in found])
-        return ExitCode.DONE
-    for one in found:
-        show(f"{one.name} [{one.ros_type}]" if args.show_types else one.name)
-    return ExitCode.DONE
+def _names(args: argparse.Namespace, info: Info) -> Iterator[dict[str, Any]]:
+    for one in services(info):
+        if args.include_hidden_services or not one.hidden:
+            yield {"name": one.name, "type": one.ros_type, "hidden": one.hidden}
 
 
 def _call(args: argparse.Namespace) -> int:

@@ -6,7 +6,7 @@ import json
 import queue
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli import topic_hz
+from hmrsim.cli import listing, topic_hz
 from hmrsim.cli.connection import add_connection_options, connected, look_for_simulator
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, yaml_text
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Iterator
 
+    from hmrsim.cli.names import Info
     from hmrsim.cli.topics import Topic
     from hmrsim_zenoh.client import Client
 
@@ -51,13 +52,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.description = "What is published, as `ros2 topic`."
     parser.epilog = _EXAMPLES
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    listing = commands.add_parser(
+    lister = commands.add_parser(
         "list", help="list all topics", description="List all topics, one a line.", epilog=_LIST_EXAMPLES
     )
-    listing.add_argument("-t", "--show-types", action="store_true", help="show the ROS type behind each name")
-    listing.add_argument("--json", action="store_true", help="print one JSON list")
-    listing.set_defaults(function=_list)
-    add_connection_options(listing)
+    listing.configure(lister, _names)
     echo = commands.add_parser(
         "echo",
         help="print what a topic publishes",
@@ -72,15 +70,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     topic_hz.configure(commands.add_parser("hz", help="measure how often a topic is published"))
 
 
-def _list(args: argparse.Namespace) -> int:
-    with connected(args) as (_, info):
-        found = list(topics(info))
-    if args.json:
-        show_json([{"name": one.name, "type": one.ros_type, "latched": one.latched} for one in found])
-        return ExitCode.DONE
-    for one in found:
-        show(f"{one.name} [{one.ros_type}]" if args.show_types else one.name)
-    return ExitCode.DONE
+def _names(_args: argparse.Namespace, info: Info) -> Iterator[dict[str, Any]]:
+    for one in topics(info):
+        yield {"name": one.name, "type": one.ros_type, "latched": one.latched}
 
 
 def _echo(args: argparse.Namespace) -> int:

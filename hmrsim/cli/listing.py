@@ -1,0 +1,41 @@
+"""The ``list`` of actions, topics and services: names, one a line, with their ROS types if asked for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.cli.connection import add_connection_options, connected
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show, show_json
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Callable, Iterable, Mapping
+
+    from hmrsim.cli.names import Info
+
+
+def configure(
+    parser: argparse.ArgumentParser, find: Callable[[argparse.Namespace, Info], Iterable[Mapping[str, Any]]]
+) -> None:
+    """Add the arguments of a ``list``.
+
+    Args:
+        parser: Of the command.
+        find: Gives what to list of a running simulator, each as what ``--json`` tells: ``name``, ``type`` and more.
+    """
+    parser.add_argument("-t", "--show-types", action="store_true", help="show the ROS type behind each name")
+    parser.add_argument("--json", action="store_true", help="print one JSON list")
+    parser.set_defaults(function=lambda args: _list(args, find))
+    add_connection_options(parser)
+
+
+def _list(args: argparse.Namespace, find: Callable[[argparse.Namespace, Info], Iterable[Mapping[str, Any]]]) -> int:
+    with connected(args) as (_, info):
+        found = [dict(one) for one in find(args, info)]
+    if args.json:
+        show_json(found)
+        return ExitCode.DONE
+    for one in found:
+        show(f"{one['name']} [{one['type']}]" if args.show_types else one["name"])
+    return ExitCode.DONE
