@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Point, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.lanes import Lanes
+from hmrsim.lanes import START, Lanes
 from hmrsim.route import Leg, Route
 from hmrsim.search import Trees
 
@@ -79,6 +79,12 @@ class WaypointGraph:
             graph.add_edge(way.start, way.end, length=way.length, speed_limit=way.speed_limit, capacity=way.capacity)
         return graph
 
+    def parts(self) -> list[set[str]]:
+        """Return the waypoints in sets that lanes connect, whatever their direction; the largest first."""
+        import networkx as nx  # noqa: PLC0415 - see above
+
+        return sorted(nx.weakly_connected_components(self.graph), key=len, reverse=True)
+
     def clear(self, a: Point, b: Point) -> bool:
         """Return whether nothing stands on the straight line from *a* to *b*."""
         return self._lanes.clear(a, b)
@@ -113,13 +119,13 @@ class WaypointGraph:
             )
         return _route(legs)
 
-    def check(self, point: Point) -> None:
-        """Do nothing if somebody can be at *point*.
+    def check_start(self, point: Point) -> None:
+        """Do nothing if somebody can set out from *point*.
 
         Raises:
-            NoRoute: It is outside the map (204) or inside an obstacle (206).
+            NoRoute: It is outside the map (203) or inside an obstacle (205).
         """
-        self._lanes.check(point)
+        self._lanes.check(point, START)
 
     def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:
         """Return the straight legs from point to point as far as nothing stands in the way, and what does; or "".

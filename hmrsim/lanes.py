@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import FARTHEST, SAME_PLACE, Obstacles, Point, distance, foot
@@ -17,6 +17,19 @@ if TYPE_CHECKING:
 
 _KEPT_POINTS = 4_096
 """Points whose nearest lanes are kept."""
+
+
+class End(NamedTuple):
+    """One end of a route, and Nav2's codes for where it can't be."""
+
+    noun: str
+    outside: int
+    occupied: int
+
+
+_CODES = ComputePathToPose.Result
+START = End("start", _CODES.START_OUTSIDE_MAP, _CODES.START_OCCUPIED)
+TARGET = End("target", _CODES.GOAL_OUTSIDE_MAP, _CODES.GOAL_OCCUPIED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,27 +111,25 @@ class Lanes:
         self.limited = any(edge.speed_limit < math.inf for edge in self.edges)
         self.nearest = lru_cache(_KEPT_POINTS)(self._nearest)
 
-    def check(self, point: Point) -> None:
+    def check(self, point: Point, end: End = TARGET) -> None:
         """Do nothing if somebody can be at *point*.
 
         Raises:
-            NoRoute: It is outside the map (204) or inside an obstacle (206).
+            NoRoute: It is outside the map or inside an obstacle; with the codes of that *end* of a route.
         """
         x, y = point
+        noun, outside, occupied = end
         if max(abs(x), abs(y)) > FARTHEST:
-            raise NoRoute(
-                ComputePathToPose.Result.GOAL_OUTSIDE_MAP,
-                f"target ({x:g}, {y:g}) is outside any map: coordinates end at {FARTHEST:g}",
-            )
+            raise NoRoute(outside, f"{noun} ({x:g}, {y:g}) is outside any map: coordinates end at {FARTHEST:g}")
         if self._bounds is not None:
             x0, y0, x1, y1 = self._bounds
             if not (x0 <= x <= x1 and y0 <= y <= y1):
                 raise NoRoute(
-                    ComputePathToPose.Result.GOAL_OUTSIDE_MAP,
-                    f"target ({x:g}, {y:g}) is outside the map, which spans ({x0:g}, {y0:g}) to ({x1:g}, {y1:g})",
+                    outside,
+                    f"{noun} ({x:g}, {y:g}) is outside the map, which spans ({x0:g}, {y0:g}) to ({x1:g}, {y1:g})",
                 )
         if self._obstacles.occupy(point):
-            raise NoRoute(ComputePathToPose.Result.GOAL_OCCUPIED, f"target ({x:g}, {y:g}) is inside an obstacle")
+            raise NoRoute(occupied, f"{noun} ({x:g}, {y:g}) is inside an obstacle")
 
     def clear(self, a: Point, b: Point) -> bool:
         """Return whether nothing stands on the straight line from *a* to *b*."""

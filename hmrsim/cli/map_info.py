@@ -11,6 +11,7 @@ from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.command_line import ENVIRONMENT
 from hmrsim.errors import printable
 from hmrsim.geometry import distance
+from hmrsim.graph import WaypointGraph
 from hmrsim.world.files import read_text
 from hmrsim.world.formats import choose
 
@@ -57,7 +58,7 @@ def facts(loaded: LoadedWorld) -> dict[str, Any]:
     """Return what there is to know of a world, as plain values."""
     world = loaded.world
     kind = choose(loaded.path.name, read_text(loaded.path, str(loaded.path)))
-    parts = connected_parts(world)
+    parts = WaypointGraph(world).parts()
     return {
         "name": world.name,
         "file": str(loaded.path),
@@ -81,27 +82,6 @@ def facts(loaded: LoadedWorld) -> dict[str, Any]:
         "remap": world.remap,
         "not_acted_on": list(_not_acted_on(world)),
     }
-
-
-def connected_parts(world: World) -> list[set[str]]:
-    """Return the waypoints in sets that lanes connect, whatever their direction; the largest first."""
-    neighbours: dict[str, list[str]] = {name: [] for name in world.waypoints}
-    for lane in world.lanes:
-        neighbours[lane.from_].append(lane.to)
-        neighbours[lane.to].append(lane.from_)
-    parts: list[set[str]] = []
-    left = dict.fromkeys(neighbours)
-    while left:
-        part = {next(iter(left))}
-        edge = [*part]
-        while edge:
-            new = set(neighbours[edge.pop()]) - part
-            part |= new
-            edge += new
-        parts.append(part)
-        for name in part:
-            del left[name]
-    return sorted(parts, key=len, reverse=True)
 
 
 def _robot(world: World, name: str) -> dict[str, Any]:

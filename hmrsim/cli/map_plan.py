@@ -15,7 +15,6 @@ from hmrsim.command_line import ENVIRONMENT
 from hmrsim.errors import HmrsimError, NoRoute
 from hmrsim.geometry import Pose, heading
 from hmrsim.graph import WaypointGraph
-from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.motion import drive
 from hmrsim.world.finding import instead
 from hmrsim.world.model import Base
@@ -40,11 +39,6 @@ examples:
 
 _NUMBER: Final = r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|nan|inf|infinity)"
 _POINT: Final = re.compile(rf"(?P<x>{_NUMBER}),\s*(?P<y>{_NUMBER})", re.ASCII | re.IGNORECASE)
-
-_OF_START: Final = {
-    ComputePathToPose.Result.GOAL_OUTSIDE_MAP: ComputePathToPose.Result.START_OUTSIDE_MAP,
-    ComputePathToPose.Result.GOAL_OCCUPIED: ComputePathToPose.Result.START_OCCUPIED,
-}
 
 
 @dataclass(frozen=True)
@@ -98,7 +92,7 @@ def _plan(args: argparse.Namespace) -> int:
     yaw = world.robots[driver].yaw if driver is not None and driver == args.start else None
     graph = WaypointGraph(world)
     try:
-        _check_start(graph, start)
+        graph.check_start(start)
         trip = _trip(graph.plan(start, goal, world.speed(base)), base, yaw)
     except NoRoute as error:
         raise HmrsimError(f"{error} (error_code {error.code})") from None
@@ -110,18 +104,6 @@ def _plan(args: argparse.Namespace) -> int:
     for line in _lines(trip, names, world.units):
         show(line)
     return ExitCode.DONE
-
-
-def _check_start(graph: WaypointGraph, start: Point) -> None:
-    """Do nothing if somebody can be at *start*.
-
-    Raises:
-        NoRoute: It is outside the map (203) or inside an obstacle (205).
-    """
-    try:
-        graph.check(start)
-    except NoRoute as error:
-        raise NoRoute(_OF_START[error.code], str(error).replace("target", "start", 1)) from None
 
 
 def _trip(route: Route, base: Base, yaw: float | None) -> Trip:
