@@ -150,10 +150,3 @@ class Keys:
             case _ if first == WORLD:
                 return TopicKey(first, "/".join(rest))
         return None
-
-    def split_name(self, name: str) -> tuple[str, str] | None:
-        """Return robot and action (or topic) of a ROS-like name such as ``/wall_e/odom``; None if it is no such."""
-        parts = name.strip("/").split("/")
-        if len(parts) != 2 or not all(parts):  # noqa: PLR2004
-            return None
-        return parts[0], parts[1]
