@@ -11,9 +11,9 @@ import sys
 from contextlib import nullcontext
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.cli.log_options import add_log_options, logging_to_stderr
-from hmrsim.cli.signals import exit_code_of
 from hmrsim.command_line import CommandParser, autocomplete, run_program
+from hmrsim.log_options import add_log_options, logging_to_stderr
+from hmrsim.signals import exit_code_of
 from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
 
 if TYPE_CHECKING:

@@ -16,11 +16,11 @@ from hmrsim.cli.demo_screen import JsonLines, Screen
 from hmrsim.cli.demo_story import Story
 from hmrsim.cli.demo_turns import Turns
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.log_options import add_log_options, log_level
 from hmrsim.cli.output import warn
 from hmrsim.cli.run_log import LogLines
-from hmrsim.cli.signals import exit_code_of, on_signals
 from hmrsim.errors import HmrsimError
+from hmrsim.log_options import add_log_options, log_level
+from hmrsim.signals import exit_code_of, on_signals
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.session import SessionOptions
 

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.cli import numbers
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
-from hmrsim.cli.log_options import add_log_options, log_level
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.run_log import GoalLog, LogLines
-from hmrsim.cli.signals import on_signals
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.errors import printable
+from hmrsim.log_options import add_log_options, log_level
+from hmrsim.signals import on_signals
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Final, Self
 
 from hmrsim.actions import error_of
 from hmrsim.cli.goal_summary import summary
-from hmrsim.cli.log_options import PACKAGES
 from hmrsim.errors import printable
 from hmrsim.gateway import GoalChanged, Topic
 from hmrsim.goal import GoalStatus
+from hmrsim.log_options import PACKAGES
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,9 +12,9 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.goal_text import mistakes_in_reply, read_goal, read_yaml
 from hmrsim.cli.output import indented, show, show_json, values, warn, yaml_text
 from hmrsim.cli.plain import plain
-from hmrsim.cli.signals import exit_code_of, on_signals
 from hmrsim.errors import HmrsimError
 from hmrsim.goal import GoalStatus, parse_goal_id
+from hmrsim.signals import exit_code_of, on_signals
 from hmrsim_zenoh.errors import GoalRejectedError, RequestError
 from hmrsim_zenoh.options import ENVIRONMENT
 

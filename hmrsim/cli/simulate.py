@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli import numbers
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
-from hmrsim.cli.log_options import add_log_options, log_level, logging_to_stderr
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.run_log import GoalLog
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.gateway import GoalChanged
+from hmrsim.log_options import add_log_options, log_level, logging_to_stderr
 from hmrsim.scripts import ScriptState
 from hmrsim.simulator import Simulator
 from hmrsim.world.finding import shown

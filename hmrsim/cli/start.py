@@ -7,7 +7,7 @@ import sys
 from contextlib import nullcontext
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.cli.signals import on_signals
+from hmrsim.signals import on_signals
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

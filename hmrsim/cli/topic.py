@@ -10,8 +10,8 @@ from hmrsim.cli import listing, topic_hz
 from hmrsim.cli.connection import add_connection_options, connected, look_for_simulator
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, yaml_text
-from hmrsim.cli.signals import on_signals
 from hmrsim.cli.topics import find_topic, topics
+from hmrsim.signals import on_signals
 from hmrsim_zenoh.options import ENVIRONMENT, session_options
 
 if TYPE_CHECKING:
