@@ -5,13 +5,12 @@ All of it is bookkeeping: what becomes of a goal is decided in `hmrsim.dispatche
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.errors import GoalRejected
 from hmrsim.gateway import GoalEntry
-from hmrsim.goal import ZERO_ID, GoalStatus, parse_goal_id
+from hmrsim.goal import ZERO_ID, GoalStatus, made_goal_id, parse_goal_id
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -145,8 +144,7 @@ class ActionServers:
         """
         if text is None:
             server.made += 1
-            name = f"{self._seed}/{server.robot.name}/{server.action.name}/{server.made}"
-            return hashlib.blake2b(name.encode(), digest_size=16).hexdigest()
+            return made_goal_id(f"{self._seed}/{server.robot.name}/{server.action.name}", server.made)
         try:
             goal_id = parse_goal_id(text)
         except ValueError as error:

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from hmrsim.action_servers import ActionServer
     from hmrsim.actions import AnyAction
     from hmrsim.gateway import Event
-    from hmrsim.interest import Interest
+    from hmrsim.interest import Happenings
     from hmrsim.interfaces.message import Message
     from hmrsim.telemetry import Telemetry
 
@@ -70,7 +70,7 @@ class Dispatcher:
         actions: All actions, by name.
         telemetry: Takes feedback samples.
         emit: Where events go.
-        interest: Who listens to what.
+        happened: Tells of goals that are rejected, and knows who listens to what.
         seed: From which the ids of goals that have none are made.
         keep_results: Most ended goals that a robot remembers.
         feedback_rate: Samples of feedback a second of simulated time.
@@ -86,7 +86,7 @@ class Dispatcher:
         telemetry: Telemetry,
         *,
         emit: Callable[[Event], None],
-        interest: Interest,
+        happened: Happenings,
         seed: int = 0,
         keep_results: int = 1000,
         feedback_rate: float = 10.0,
@@ -95,7 +95,8 @@ class Dispatcher:
         self.servers = ActionServers(actions, seed)
         self._telemetry = telemetry
         self._emit = emit
-        self._interest = interest
+        self._happened = happened
+        self._interest = happened.interest
         self._keep_results = keep_results
         self._feedback_rate = feedback_rate
         self._instant, self._instant_stamp = -1.0, 0
@@ -129,6 +130,7 @@ class Dispatcher:
                 error_msg=str(rejection),
             )
             self._answer(command.reply_to, answer)
+            self._happened("rejected", lambda: _rejected(command, answer))
             return
         goal = ServedGoal(server, goal_id, self._stamp(), from_client=command.goal_id is not None)
         self._answer(command.reply_to, GoalResponse(True, goal_id, goal.stamp))
@@ -243,6 +245,14 @@ class Dispatcher:
         if self._interest.feedback:
             self._start_sampling(goal, source)
 
+    def feedback(self) -> list[FeedbackSent]:
+        """Return the feedback of all goals that run, as it is now."""
+        return [
+            FeedbackSent(goal.server.robot.name, goal.server.action.name, goal.goal_id, goal.sample())
+            for goal in self.servers.active()
+            if goal.sample is not None
+        ]
+
     def interest_changed(self) -> None:
         """Begin to sample the feedback of the goals that run, if somebody has come to listen."""
         if self._interest.feedback:
@@ -342,3 +352,13 @@ class Dispatcher:
     def _status(self, server: ActionServer) -> StatusChanged:
         entries = tuple(goal.entry() for goal in server.goals.values())
         return StatusChanged(server.robot.name, server.action.name, entries)
+
+
+def _rejected(command: SendGoal, answer: GoalResponse) -> dict[str, Any]:
+    return {
+        "robot": command.robot,
+        "action": command.action,
+        "goal_id": answer.goal_id,
+        "reason": answer.reason,
+        "error_msg": answer.error_msg,
+    }

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.interfaces.message import Message
+    from hmrsim.participation import TimeAnswer
 
 
 # --- commands --------------------------------------------------------------------------------------------------------
@@ -88,6 +89,10 @@ class Topic(Enum):
     ODOM = "odom"
     CLOCK = "clock"
     EVENTS = "events"
+    MOTION = "motion"
+    """Each lane driven and each turn made, which is part of the events for whoever watches, but of no trace."""
+    TIME = "time/state"
+    """How time moves, and whom it waits for."""
 
 
 class Read(NamedTuple):
@@ -111,7 +116,41 @@ class InterestChanged:
     """Somebody began or ceased to listen to a topic."""
 
 
-Command = SendGoal | CancelGoal | GetResult | ForgetResult | Read | InterestChanged
+class CallService(NamedTuple):
+    """Ask one of the world's services; answered by its response.
+
+    Attributes:
+        service: Its name, such as ``spawn_entity``.
+        request: Its request.
+        reply_to: Handed back with the answer.
+    """
+
+    service: str
+    request: Message
+    reply_to: Any = None
+
+
+class Participation(NamedTuple):
+    """A controller takes part in lockstep, or does so no longer; told as the event ``participant_<change>``.
+
+    Attributes:
+        participant: Its name.
+        change: ``joined``, ``left`` or ``dropped``.
+        why: Why it was dropped, or had to leave; empty if of its own accord.
+    """
+
+    participant: str
+    change: str
+    why: str = ""
+
+
+class Stop(NamedTuple):
+    """Abort every goal that runs; nothing may come after it."""
+
+    reason: str
+
+
+Command = SendGoal | CancelGoal | GetResult | ForgetResult | Read | InterestChanged | CallService | Participation | Stop
 
 
 # --- answers ---------------------------------------------------------------------------------------------------------
@@ -176,7 +215,7 @@ class Answered(NamedTuple):
     """The answer to a command; each command with a *reply_to* gets exactly one."""
 
     reply_to: Any
-    answer: GoalResponse | CancelResponse | ResultResponse | Refused | Published
+    answer: GoalResponse | CancelResponse | ResultResponse | Refused | Published | Message | TimeAnswer
 
 
 class GoalChanged(NamedTuple):
@@ -225,6 +264,11 @@ class Sampled(NamedTuple):
     message: Message
 
 
+@dataclass(frozen=True, slots=True)
+class RosterChanged:
+    """Robots have come or gone, or all of the world is another."""
+
+
 class Happened(NamedTuple):
     """Something happened in the world.
 
@@ -240,7 +284,7 @@ class Happened(NamedTuple):
 
 
 Published = StatusChanged | FeedbackSent | Sampled | Happened
-Event = Answered | GoalChanged | StatusChanged | FeedbackSent | Sampled | Happened
+Event = Answered | GoalChanged | StatusChanged | FeedbackSent | Sampled | Happened | RosterChanged
 
 
 class Sink(Protocol):

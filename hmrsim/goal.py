@@ -17,6 +17,7 @@ A rejected goal never enters the machine.
 
 from __future__ import annotations
 
+import hashlib
 import re
 from enum import Enum, IntEnum
 from types import MappingProxyType
@@ -110,3 +111,8 @@ def parse_goal_id(text: str) -> str:
     if not _GOAL_ID.fullmatch(goal_id):
         raise ValueError(f"goal id {text[:_MOST_SHOWN]!r} is not a UUID of 32 hex digits")
     return goal_id
+
+
+def made_goal_id(owner: str, number: int) -> str:
+    """Return the id of the goal with this number, from 1, that *owner* sends: the same in every run."""
+    return hashlib.blake2b(f"{owner}/{number}".encode(), digest_size=16).hexdigest()

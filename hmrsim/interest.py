@@ -27,6 +27,7 @@ class Interest:
         odom: Likewise.
         clock: Likewise.
         events: Likewise.
+        motion: Likewise.
     """
 
     status: bool
@@ -34,6 +35,7 @@ class Interest:
     odom: bool
     clock: bool
     events: bool
+    motion: bool
 
     def __init__(self, sinks: Sequence[Sink]) -> None:
         self._sinks = sinks
@@ -42,11 +44,11 @@ class Interest:
     def refresh(self) -> None:
         """Ask all sinks anew."""
         for topic in Topic:
-            setattr(self, topic.value, any(sink.wants(topic) for sink in self._sinks))
+            setattr(self, topic.name.lower(), any(sink.wants(topic) for sink in self._sinks))
 
     def in_(self, topic: Topic) -> bool:
         """Return whether anybody wants a topic."""
-        wanted: bool = getattr(self, topic.value)
+        wanted: bool = getattr(self, topic.name.lower())
         return wanted
 
     @property
@@ -76,3 +78,8 @@ class Happenings:
         """Tell that something of a *kind* happened at this instant; *fields* gives JSON values, if they are wanted."""
         if self.interest.events:
             self._emit(Happened(stamp(self._env.now), kind, fields()))
+
+    def moved(self, fields: Callable[[], dict[str, Any]]) -> None:
+        """Tell that a robot begins to drive a lane or to turn, if somebody watches."""
+        if self.interest.motion:
+            self._emit(Happened(stamp(self._env.now), "motion", fields()))

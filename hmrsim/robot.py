@@ -194,7 +194,7 @@ class Robot:
         self._on_piece_end = self._on_piece_end or [self._begin_next]
         self._piece_ends.callbacks = self._on_piece_end
         self._number, self._began = 0, self._env.now
-        self._happened("motion", self._motion)
+        self._happened.moved(self._motion)
         return arrived
 
     def _begin_next(self, piece_end: Event) -> None:
@@ -206,8 +206,8 @@ class Robot:
             self._arrived.succeed()
             return
         self._number, self._began = number, self._env.now
-        if self._happened.interest.events:
-            self._happened("motion", self._motion)
+        if self._happened.interest.motion:
+            self._happened.moved(self._motion)
         piece_end.callbacks = self._on_piece_end
         self._env.schedule(piece_end, NORMAL, self._seconds[number])
 

@@ -7,7 +7,7 @@ seed and the commands with their times.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import simpy
 
@@ -20,15 +20,17 @@ from hmrsim.gateway import (
     ForgetResult,
     GetResult,
     InterestChanged,
+    Participation,
     Read,
     Refused,
     Sampled,
     SendGoal,
+    Stop,
     Topic,
 )
 from hmrsim.graph import WaypointGraph
 from hmrsim.interest import Happenings, Interest
-from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.interfaces.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance, Vector3
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
@@ -39,7 +41,7 @@ from hmrsim.sim_time import nanoseconds
 from hmrsim.telemetry import Telemetry
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from hmrsim.actions import AnyAction
     from hmrsim.gateway import Command, Event, Published, Sink
@@ -54,17 +56,23 @@ class _Environment(simpy.Environment):
     """Simpy's environment, with a way to let time pass in which nothing happens.
 
     ``run(until=…)`` would do, but leaves a stale event behind, so that the schedule never looks empty.
+
+    Attributes:
+        horizon: The last instant of which `take` takes events.
     """
+
+    horizon = math.inf
 
     def pass_until(self, to: float) -> None:
         """Let it be *to*; nothing may be due before."""
         self._now = to
 
-    def take(self, until: float, most: int) -> int:
-        """Take at most so many events that are due at *until* or before; return how many there were."""
+    def take(self, most: int) -> int:
+        """Take at most so many events that are due at the horizon or before; return how many there were."""
         queue, step = self._queue, self.step
         for taken in range(most):
-            if not queue or queue[0][0] > until:
+            # The horizon may come nearer with any event.
+            if not queue or queue[0][0] > self.horizon:
                 return taken
             step()
         return most
@@ -82,6 +90,13 @@ class Simulator:
         odom_rate: Samples of odometry a second of simulated time.
         clock_rate: Samples of the clock a second of simulated time.
         keep_results: Most ended goals that a robot remembers.
+
+    Attributes:
+        taken: Events taken since the beginning. What somebody listens to does not change it, nor any clock; so
+            (number of events, command) says exactly when a command came.
+        record: Told of each command from outside, before it is applied, and by whom it was sent.
+        limit: The time up to which time may move; infinite while the simulation is not paused.
+        generation: How often the world was begun anew.
     """
 
     def __init__(
@@ -105,23 +120,27 @@ class Simulator:
         self._interest = Interest(self._sinks)
         self.telemetry = Telemetry(self._interest)
         self._told = math.nan
+        self.taken = 0
+        self.record: Callable[[Command, str], None] = lambda _command, _by: None
+        self.limit = math.inf
+        self.generation = 0
+        happened = self._happened = Happenings(self.env, self._interest, self._emit)
         self.dispatcher = Dispatcher(
             self.env,
             all_actions() if actions is None else actions,
             self.telemetry,
             emit=self._emit,
-            interest=self._interest,
+            happened=happened,
             seed=self.seed,
             keep_results=keep_results,
             feedback_rate=feedback_rate,
         )
-        happened = Happenings(self.env, self._interest, self._emit)
         self.robots: dict[str, Robot] = {}
         for name, spec in world.robots.items():
             robot = self.robots[name] = Robot(self.env, name, spec, world, self.graph, self.items, happened)
             self.dispatcher.servers.add(robot)
         self.telemetry.start("odom", Topic.ODOM, 0.0, odom_rate, self._emit_odom)
-        self.scripts = Scripts(self.env, world, submit=self.submit, happened=happened)
+        self.scripts = Scripts(self.env, world, submit=self._apply, happened=happened)
         if self.scripts.all:
             self._sinks.append(self.scripts)
         self.telemetry.start("clock", Topic.CLOCK, 0.0, clock_rate, lambda: self._emit(self._clock()))
@@ -138,8 +157,17 @@ class Simulator:
         self._sinks.append(sink)
         self.submit(InterestChanged())
 
-    def submit(self, command: Command) -> None:
-        """Apply a command at this instant; what comes of it goes to the sinks, now or later."""
+    def submit(self, command: Command, by: str = "") -> None:
+        """Apply a command from outside at this instant; what comes of it goes to the sinks, now or later.
+
+        Args:
+            command: What to do.
+            by: The participant that sent it, if it takes part in lockstep.
+        """
+        self.record(command, by)
+        self._apply(command)
+
+    def _apply(self, command: Command) -> None:
         match command:
             case SendGoal():
                 self.dispatcher.send_goal(command)
@@ -155,9 +183,22 @@ class Simulator:
                 self._interest.refresh()
                 self.dispatcher.interest_changed()
                 self.telemetry.refresh(self.now)
+            case Participation(participant, change, why):
+                told = {"participant": participant} | ({"why": why} if why else {})
+                self._happened(f"participant_{change}", lambda: told)
+            case Stop(reason):
+                self._stop(reason)
+
+    def answer(self, reply_to: Any, answer: Any) -> None:
+        """Send the answer to a command that was not for the world itself."""
+        if reply_to is not None:
+            self._emit(Answered(reply_to, answer))
 
     def stop(self, reason: str = "the simulation was stopped") -> None:
         """Abort every goal that runs; the simulation must not be run afterwards."""
+        self.submit(Stop(reason))
+
+    def _stop(self, reason: str) -> None:
         # Nobody will tell any more who has come to listen.
         self._interest.refresh()
         interrupted = self.dispatcher.stop(reason)
@@ -232,18 +273,26 @@ class Simulator:
             Whether anything was due.
         """
         taken = 0
+        self.env.horizon = until
         while taken < most:
             sample, event = self.telemetry.next_due, self.env.peek()
             due = min(sample, event) if idle or event < math.inf else math.inf
-            if due > until or due == math.inf:
+            if due > self.env.horizon or due == math.inf:
                 break
+            # Each event may bring a sample that is due before the next one; each sample may halt us.
             if sample < event:
-                taken += self.telemetry.sample(event, until, most - taken, self._set_time)
+                taken += self.telemetry.sample(event, self.env.horizon, 1, self._set_time)
             else:
-                # Each event may bring a sample that is due before the next one.
-                batch = 1 if self._interest.sampled else most - taken
-                taken += self.env.take(until, batch)
+                events = self.env.take(1 if self._interest.sampled else most - taken)
+                self.taken += events
+                taken += events
         return taken > 0
+
+    def halt(self) -> float:
+        """End the `take` under way after this instant, of which all is taken still; return the end of the instant."""
+        # An instant is a nanosecond: what is due in the same one happens at the same time.
+        self.env.horizon = (nanoseconds(self.now) + 0.5) / NANOSECONDS
+        return self.env.horizon
 
     def advance(self, until: float) -> None:
         """Take everything that is due at *until* or before, then let it be *until*."""
@@ -266,6 +315,14 @@ class Simulator:
             self.advance(until)
 
     def _set_time(self, to: float) -> None:
-        """Let it be *to*; nothing may be due before."""
-        if to > self.env.now:
-            self.env.pass_until(to)
+        """Let it be *to*, rounded to whole nanoseconds, if it is not yet; nothing may be due before.
+
+        So whoever knows a trace, which has whole nanoseconds, can let it be exactly the same time.
+        """
+        if to > self.env.now and (whole := nanoseconds(to)) > nanoseconds(self.env.now):
+            self.env.pass_until(min(whole / NANOSECONDS, self.env.peek()))
+
+    @property
+    def paused(self) -> bool:
+        """Whether time may not move."""
+        return self.limit <= self.env.now

@@ -39,6 +39,8 @@ class Interest:
             Topic.ODOM: keys.any_topic("odom"),
             Topic.CLOCK: keys.world("clock"),
             Topic.EVENTS: keys.world("events"),
+            Topic.MOTION: keys.world("events"),
+            Topic.TIME: keys.world("time/state"),
         }
         # Matched by whoever listens to anything: one question where nobody does.
         self._anything = session.declare_publisher(keys.everything())

@@ -1,0 +1,160 @@
+"""What controllers that take part in lockstep say, and what they are told: plain frozen values.
+
+The words are those of conservative synchronisation: who takes part joins, asks to advance, and is granted time.
+Epochs count the grants. Times are simulated seconds here, as they are in requests and replies.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from hmrsim.gateway import CancelGoal, CancelResponse, FeedbackSent, GoalChanged, GoalResponse, Refused, SendGoal
+
+REALTIME = "realtime"
+LOCKSTEP = "lockstep"
+CLOCKS = (REALTIME, LOCKSTEP)
+"""How time may move."""
+
+KINDS = ("status", "feedback", "result")
+"""What a participant can be woken for."""
+
+
+class Join(NamedTuple):
+    """Take part; answered by `Joined`."""
+
+    name: str
+    reply_to: Any = None
+
+
+class Advance(NamedTuple):
+    """Let time move; answered by `Granted` when it has.
+
+    Attributes:
+        participant: Who.
+        epoch: The epoch for which this is.
+        until: As far as time may move; infinite for as far as anything is scheduled.
+        wake: What to be granted at once for, of `KINDS`.
+        report: What to be told of besides when time is granted; feedback once a goal.
+        commands: To be applied first, in this order.
+        reply_to: Handed back with the answer.
+    """
+
+    participant: str
+    epoch: int
+    until: float = math.inf
+    wake: frozenset[str] = frozenset()
+    report: frozenset[str] = frozenset()
+    commands: tuple[SendGoal | CancelGoal, ...] = ()
+    reply_to: Any = None
+
+
+class Leave(NamedTuple):
+    """Take part no longer; answered by `HasLeft`."""
+
+    participant: str
+    reply_to: Any = None
+
+
+class TokenSeen(NamedTuple):
+    """A participant's liveliness token has appeared, or has gone."""
+
+    participant: str
+    alive: bool
+
+
+class SetClock(NamedTuple):
+    """Let time move in another way; answered by `TimeState`.
+
+    Attributes:
+        clock: One of `CLOCKS`; None to keep it.
+        real_time_factor: Simulated seconds a wall second, 0 for as fast as possible; None to keep it.
+        reply_to: Handed back with the answer.
+    """
+
+    clock: str | None = None
+    real_time_factor: float | None = None
+    reply_to: Any = None
+
+
+class ReadTime(NamedTuple):
+    """Ask how time moves; answered by `TimeState`."""
+
+    reply_to: Any = None
+
+
+class LookAround(NamedTuple):
+    """Look whom we have been waiting for too long."""
+
+
+TimeCommand = Join | Advance | Leave | TokenSeen | SetClock | ReadTime | LookAround
+TIME_COMMANDS = (Join, Advance, Leave, TokenSeen, SetClock, ReadTime, LookAround)
+
+
+class Joined(NamedTuple):
+    """A participant may ask to advance.
+
+    Attributes:
+        participant: Its name.
+        epoch: The epoch to begin with.
+        now: The simulated time.
+        goals: How many goals were sent under this name before.
+    """
+
+    participant: str
+    epoch: int
+    now: float
+    goals: int
+
+
+class Granted(NamedTuple):
+    """Time has moved.
+
+    Attributes:
+        epoch: The next one.
+        now: The simulated time.
+        reason: ``event``, ``until``, ``idle`` or ``end``.
+        accepted: What came of each command, in order.
+        events: What happened of the kinds that were asked for, in order, each with its kind and its stamp.
+    """
+
+    epoch: int
+    now: float
+    reason: str
+    accepted: tuple[GoalResponse | CancelResponse | Refused, ...] = ()
+    events: tuple[tuple[str, int, GoalChanged | FeedbackSent], ...] = ()
+
+
+class HasLeft(NamedTuple):
+    """A participant has left."""
+
+    participant: str
+
+
+class TimeState(NamedTuple):
+    """How time moves.
+
+    Attributes:
+        now: The simulated time.
+        clock: One of `CLOCKS`.
+        real_time_factor: Simulated seconds a wall second that are aimed at; 0 for as fast as possible.
+        paused: Whether somebody has stopped it.
+        epoch: In lockstep, which grant is next.
+        participants: Who takes part, by name.
+        waiting_for: Who of them has yet to ask to advance, or who has yet to join for the first time; a number in
+            place of names that are not known.
+        lag: Wall seconds that time has lost in all, because the machine could not keep up.
+    """
+
+    now: float
+    clock: str
+    real_time_factor: float
+    paused: bool
+    epoch: int
+    participants: tuple[str, ...]
+    waiting_for: tuple[str, ...]
+    lag: float
+
+
+TimeAnswer = Joined | Granted | HasLeft | TimeState
