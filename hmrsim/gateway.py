@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from hmrsim.errors import SimulationStopped
 from hmrsim.goal import ZERO_ID, GoalStatus
+from hmrsim.participation import TimeAnswer, TimeCommand, TimeState
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.interfaces.message import Message
-    from hmrsim.participation import TimeAnswer
 
 
 # --- commands --------------------------------------------------------------------------------------------------------
@@ -152,6 +152,9 @@ class Stop(NamedTuple):
 
 Command = SendGoal | CancelGoal | GetResult | ForgetResult | Read | InterestChanged | CallService | Participation | Stop
 
+AnyCommand = Command | TimeCommand
+"""What comes in: about the world, or about its time."""
+
 
 # --- answers ---------------------------------------------------------------------------------------------------------
 
@@ -204,7 +207,7 @@ class Refused(NamedTuple):
     """The request can't be served at all, because the robot or action that it names isn't there."""
 
     field: str
-    value: str
+    value: object
     message: str
 
 
@@ -284,7 +287,7 @@ class Happened(NamedTuple):
 
 
 Published = StatusChanged | FeedbackSent | Sampled | Happened
-Event = Answered | GoalChanged | StatusChanged | FeedbackSent | Sampled | Happened | RosterChanged
+Event = Answered | GoalChanged | StatusChanged | FeedbackSent | Sampled | Happened | RosterChanged | TimeState
 
 
 class Sink(Protocol):
@@ -304,7 +307,7 @@ class Inbox:
     """
 
     def __init__(self) -> None:
-        self._commands: deque[Command] = deque()
+        self._commands: deque[AnyCommand] = deque()
         self._changed = threading.Condition()
         self._closed = False
 
@@ -313,7 +316,7 @@ class Inbox:
         """Whether no more commands will come."""
         return self._closed
 
-    def put(self, command: Command) -> None:
+    def put(self, command: AnyCommand) -> None:
         """Add a command and wake the simulation.
 
         Raises:
@@ -330,7 +333,7 @@ class Inbox:
         """Whether a command is there to be taken."""
         return bool(self._commands)
 
-    def poll(self) -> Command | None:
+    def poll(self) -> AnyCommand | None:
         """Return the next command; None when there is none now."""
         return self._commands.popleft() if self._commands else None
 

@@ -1,24 +1,46 @@
-"""How simulated time follows the wall: the only reader of a wall clock in the simulation.
+"""How simulated time moves: with the wall, as fast as possible, or as far as its controllers allow.
 
-Commands are taken from the inbox between events and stamped with the simulated time of that moment. When the
-machine can't keep up, time lags behind the wall and says so; it never leaps.
+Commands are taken from the inbox between events. With the wall they are stamped with the simulated time of that
+moment; when the machine can't keep up, time lags behind the wall and says so, it never leaps.
 """
 
 from __future__ import annotations
 
+import logging
 import math
-import time
-from collections import deque
+import threading
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from hmrsim.gateway import ForgetResult, GoalChanged, Topic
+from hmrsim.courtesy import Courtesy
+from hmrsim.errors import SimulationStopped
+from hmrsim.gateway import Refused, Topic
+from hmrsim.lockstep import Lockstep
+from hmrsim.participation import (
+    LOCKSTEP,
+    REALTIME,
+    TIME_COMMANDS,
+    Advance,
+    Join,
+    Leave,
+    LookAround,
+    ReadTime,
+    SetClock,
+    TimeState,
+    TokenSeen,
+)
+from hmrsim.wall import wall_time
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
-    from hmrsim.gateway import Event, Inbox
+    from hmrsim.gateway import AnyCommand, Inbox
+    from hmrsim.participation import TimeCommand
+    from hmrsim.retention import Retention
     from hmrsim.simulator import Simulator
+
+_log = logging.getLogger(__name__)
 
 _EVENTS_BETWEEN_POLLS = 16
 """Events that are taken between two looks into the inbox: a look costs little, an event a microsecond or more."""
@@ -33,63 +55,188 @@ alone, costs more than to do the work. What is due in between comes as much late
 _MOST_LATE = 0.1
 """Wall seconds that an event may be late before time gives up catching up."""
 
-
-class Retention:
-    """A sink that remembers when goals ended by the wall clock, so that their results are dropped in time.
-
-    Args:
-        timeout: Wall seconds that a result is kept; negative for ever.
-    """
-
-    def __init__(self, timeout: float) -> None:
-        self._timeout = timeout
-        self._ended: deque[tuple[float, ForgetResult]] = deque()
-
-    def emit(self, event: Event) -> None:
-        """Take note of a goal that has ended."""
-        if self._timeout >= 0 and isinstance(event, GoalChanged) and event.status.terminal:
-            forget = ForgetResult(event.robot, event.action, event.goal_id)
-            self._ended.append((time.monotonic() + self._timeout, forget))
-
-    def wants(self, _topic: Topic) -> bool:
-        """Return False: goals' ends come unasked."""
-        return False
-
-    def apply(self, simulator: Simulator) -> None:
-        """Submit the commands that drop what is out of date."""
-        while self._ended and self._ended[0][0] <= time.monotonic():
-            simulator.submit(self._ended.popleft()[1])
+_LOOKS = 5
+"""Looks for a participant that stalls, in the time that it is given."""
 
 
 @dataclass
 class Pacing:
-    """Runs a simulator at a pace until its inbox is closed.
+    """Lets a simulator's time move until its inbox is closed.
 
     Attributes:
         simulator: What to run.
         inbox: Where commands come from.
         retention: Drops old results.
-        real_time_factor: Simulated seconds a wall second; 0 for as fast as possible.
+        clock: How time moves: ``realtime`` or ``lockstep``.
+        real_time_factor: Simulated seconds a wall second in real time; 0 for as fast as possible.
         duration: Simulated seconds after which to end.
+        hold: Wall seconds for which time stands at most after a result, in real time.
+        participants: How many have to join before time moves in lockstep, or their names.
+        participant_timeout: Wall seconds that one of them may keep the others waiting.
+        end_on_loss: Whether the run ends when one of them is lost.
         on_lag: Told how many wall seconds time has lost in all, when it loses some; not more often than every 5 s.
+        on_wait: Called whenever there is nothing to do but to wait.
         lag: Wall seconds that time has lost.
     """
 
     simulator: Simulator
     inbox: Inbox
     retention: Retention
+    clock: str = REALTIME
     real_time_factor: float = 1.0
     duration: float = math.inf
+    hold: float = 0.0
+    participants: int | Collection[str] = 1
+    participant_timeout: float = math.inf
+    end_on_loss: bool = False
     on_lag: Callable[[float], None] = lambda _lag: None
+    on_wait: Callable[[], None] = lambda: None
     lag: float = 0.0
     _told: float = field(default=-math.inf, init=False)
+    _anchor: float | None = field(default=None, init=False)
+    _over: bool = field(default=False, init=False)
+    _last_state: TimeState | None = field(default=None, init=False)
+
+    def __post_init__(self) -> None:
+        """Follow what happens in the simulation."""
+        self._generation = self.simulator.generation
+        self._lockstep = Lockstep(self.simulator, awaited=self.participants, until=self.duration)
+        self._courtesy = Courtesy(self.hold)
+        self.simulator.attach(self._lockstep)
+        self.simulator.attach(self._courtesy)
 
     def run(self) -> None:
         """Run until the inbox is closed or the duration is over; goals that run then are left to `Simulator.stop`."""
-        if self.real_time_factor > 0:
-            self._run_paced(self.real_time_factor)
+        with self._watching():
+            while not (self.inbox.closed or self._over):
+                self._round()
+        self._wind_up()
+
+    def submit(self, command: AnyCommand) -> None:
+        """Apply a command now, in the simulation's thread."""
+        if isinstance(command, TIME_COMMANDS):
+            self._apply(command)
         else:
-            self._run_free()
+            self.simulator.submit(command)
+
+    @property
+    def state(self) -> TimeState:
+        """How time moves just now."""
+        lockstep = self.clock == LOCKSTEP
+        return TimeState(
+            now=self.simulator.now,
+            clock=self.clock,
+            real_time_factor=self.real_time_factor,
+            paused=self.simulator.paused,
+            epoch=self._lockstep.epoch,
+            participants=self._lockstep.participants,
+            waiting_for=self._lockstep.waiting_for if lockstep else (),
+            lag=self.lag,
+        )
+
+    # --- rounds ---------------------------------------------------------------------------------------------------
+
+    def _round(self) -> None:
+        simulator = self.simulator
+        if self._generation != simulator.generation:
+            self._generation, self._anchor = simulator.generation, None
+            self._lockstep.restart()
+        if self.clock == LOCKSTEP:
+            self._lockstep_round()
+        elif simulator.paused:
+            self._anchor = None
+            self._stand()
+        elif self._courtesy.left:
+            self._hold()
+        elif self.real_time_factor == 0 or simulator.limit < math.inf:
+            # Steps are made as fast as possible, too.
+            self._anchor = None
+            self._free_round()
+        else:
+            self._paced_round(self.real_time_factor)
+
+    def _lockstep_round(self) -> None:
+        lockstep = self._lockstep
+        if self._take_commands():
+            return
+        if lockstep.granting:
+            if lockstep.proceed(_EVENTS_BETWEEN_POLLS, wall_time()) or not lockstep.granting:
+                return
+        elif self.simulator.now >= self.duration:
+            self._over = True
+            return
+        elif lockstep.ready:
+            lockstep.begin()
+            return
+        self._stand()
+
+    def _free_round(self) -> None:
+        simulator = self.simulator
+        # Neither keeps the other waiting: so many commands at most, then so many events.
+        taken = self._take_commands()
+        if not taken and simulator.next_event == math.inf:
+            self._stand()
+        elif self.duration < simulator.next_event < math.inf:
+            simulator.advance(self.duration)
+            self._over = True
+        else:
+            simulator.take(min(self.duration, simulator.limit), _EVENTS_BETWEEN_POLLS, idle=False)
+
+    def _paced_round(self, factor: float) -> None:
+        simulator = self.simulator
+        woken = wall_time()
+        if self._anchor is None:
+            self._anchor = woken - simulator.now / factor
+        target = min((woken - self._anchor) * factor, self.duration)
+        late = (target - simulator.next_due) / factor
+        if late > _MOST_LATE:
+            self._anchor += late
+            target -= late * factor
+            self._lose(late)
+        if simulator.next_due <= target:
+            # Some of it: commands are looked for in between.
+            simulator.take(target, _EVENTS_BETWEEN_POLLS)
+        elif target >= self.duration:
+            simulator.advance(self.duration)
+            self._over = True
+            return
+        if self.inbox.waiting:
+            self._take_waiting(target)
+        elif simulator.next_due > target:
+            wake = max(min(simulator.next_due, self.duration) / factor + self._anchor, woken + _QUANTUM)
+            self._wait(None if wake == math.inf else max(0.0, wake - wall_time()))
+
+    def _hold(self) -> None:
+        """Let time stand for a moment; what comes meanwhile comes at this instant."""
+        began = wall_time()
+        if not self._take_commands():
+            self._wait(self._courtesy.left)
+        if self._anchor is not None:
+            self._anchor += wall_time() - began
+
+    def _stand(self) -> None:
+        """Wait for the next command, however long that takes."""
+        if not self._take_commands():
+            self.simulator.settle()
+            self._wait(None)
+
+    def _wait(self, timeout: float | None) -> None:
+        self._tell()
+        self.on_wait()
+        self.inbox.wait(timeout)
+
+    def _wind_up(self) -> None:
+        """Let it be the time at which the run ends, and answer whoever waits for time to move."""
+        simulator = self.simulator
+        if self._anchor is not None and not simulator.paused:
+            # Whatever ends now ends at this time, not at that of the event before.
+            target = min((wall_time() - self._anchor) * self.real_time_factor, self.duration)
+            if simulator.next_due > target:
+                simulator.advance(max(target, simulator.now))
+        self._over = True
+        self._lockstep.dismiss("the simulator was stopped")
+
+    # --- commands -------------------------------------------------------------------------------------------------
 
     def _take_command(self) -> bool:
         """Submit the next command in the inbox; return whether there was one.
@@ -100,60 +247,15 @@ class Pacing:
         if command is None:
             return False
         self.retention.apply(self.simulator)
-        self.simulator.submit(command)
+        self.submit(command)
         return True
 
-    def _run_free(self) -> None:
-        simulator = self.simulator
-        while not self.inbox.closed:
-            # Neither keeps the other waiting: so many commands at most, then so many events.
-            taken = 0
-            while taken < _EVENTS_BETWEEN_POLLS and self._take_command():
-                taken += 1
-            if not taken and simulator.next_event == math.inf:
-                simulator.settle()
-                self.inbox.wait(None)
-                continue
-            if self.duration < simulator.next_event < math.inf:
-                simulator.advance(self.duration)
-                return
-            simulator.take(self.duration, _EVENTS_BETWEEN_POLLS, idle=False)
-
-    def _run_paced(self, factor: float) -> None:
-        simulator = self.simulator
-        anchor = time.monotonic() - simulator.now / factor
-        while True:
-            woken = time.monotonic()
-            target = min((woken - anchor) * factor, self.duration)
-            late = (target - simulator.next_due) / factor
-            if late > _MOST_LATE:
-                anchor += late
-                target -= late * factor
-                self._lose(late)
-            if self.inbox.closed:
-                # Whatever ends now ends at this time, not at that of the event before.
-                if simulator.next_due > target:
-                    simulator.advance(max(target, simulator.now))
-                return
-            if simulator.next_due <= target:
-                # Some of it: commands are looked for in between.
-                simulator.take(target, _EVENTS_BETWEEN_POLLS)
-            elif target >= self.duration:
-                simulator.advance(self.duration)
-                return
-            if self.inbox.waiting:
-                self._take_waiting(target)
-            elif simulator.next_due > target:
-                wake = max(min(simulator.next_due, self.duration) / factor + anchor, woken + _QUANTUM)
-                self.inbox.wait(None if wake == math.inf else max(0.0, wake - time.monotonic()))
-
-    def _lose(self, seconds: float) -> None:
-        """Count wall seconds that time lags, and tell, but not every time."""
-        self.lag += seconds
-        now = time.monotonic()
-        if now - self._told >= _BETWEEN_WARNINGS:
-            self._told = now
-            self.on_lag(self.lag)
+    def _take_commands(self) -> int:
+        """Submit some commands; return how many."""
+        taken = 0
+        while taken < _EVENTS_BETWEEN_POLLS and self._take_command():
+            taken += 1
+        return taken
 
     def _take_waiting(self, target: float) -> None:
         """Submit the next command at the time of its arrival; when time lags, some commands at the time that it is.
@@ -163,7 +265,93 @@ class Pacing:
         if self.simulator.next_due > target:
             self.simulator.advance(max(target, self.simulator.now))
             self._take_command()
+        else:
+            self._take_commands()
+
+    def _apply(self, command: TimeCommand) -> None:
+        """Apply a command that is about time, not about the world."""
+        lockstep = self._lockstep
+        match command:
+            case ReadTime(reply_to):
+                self.simulator.answer(reply_to, self.state)
+            case SetClock():
+                self._set_clock(command)
+            case Join() | Advance():
+                self._let_move(command)
+            case Leave():
+                lockstep.leave(command)
+            case TokenSeen(name, alive):
+                lockstep.token_seen(name, alive=alive)
+            case LookAround():
+                for name in lockstep.overdue(wall_time() - self.participant_timeout):
+                    lockstep.drop(name, f"it kept the others waiting for more than {self.participant_timeout:g} s")
+        if self.end_on_loss and lockstep.lost:
+            self._over = True
+
+    def _let_move(self, command: Join | Advance) -> None:
+        if self._over or self.clock != LOCKSTEP:
+            why = "the simulation has ended" if self._over else f"the clock is {self.clock}; set it to lockstep first"
+            self.simulator.answer(command.reply_to, Refused("", None, why))
+        elif isinstance(command, Join):
+            self._lockstep.join(command, wall_time())
+        else:
+            self._lockstep.advance(command, wall_time())
+
+    def _set_clock(self, command: SetClock) -> None:
+        clock = command.clock or self.clock
+        if clock != self.clock:
+            self._lockstep.dismiss(f"the clock was set to {clock}")
+        self.clock, self._anchor = clock, None
+        if command.real_time_factor is not None:
+            self.real_time_factor = command.real_time_factor
+        self.simulator.answer(command.reply_to, self.state)
+
+    # --- what is told ---------------------------------------------------------------------------------------------
+
+    def _lose(self, seconds: float) -> None:
+        """Count wall seconds that time lags, and tell, but not every time."""
+        self.lag += seconds
+        now = wall_time()
+        if now - self._told >= _BETWEEN_WARNINGS:
+            self._told = now
+            self.on_lag(self.lag)
+
+    def _tell(self) -> None:
+        """Tell how time moves, if that has changed and somebody listens."""
+        if not self.simulator.interest.in_(Topic.TIME):
+            self._last_state = None
             return
-        for _ in range(_EVENTS_BETWEEN_POLLS):
-            if not self._take_command():
-                return
+        state = self.state
+        # Time and epoch change always.
+        if self._last_state is None or state._replace(now=0.0, epoch=0) != self._last_state:
+            self._last_state = state._replace(now=0.0, epoch=0)
+            self.simulator.tell(state)
+
+    def _watching(self) -> _Watch:
+        def look() -> None:
+            if self.clock == LOCKSTEP and self._lockstep.overdue(wall_time() - self.participant_timeout):
+                self.inbox.put(LookAround())
+
+        return _Watch(look, self.participant_timeout / _LOOKS)
+
+
+class _Watch:
+    """Looks again and again in a thread of its own: who waits for a command has no other alarm."""
+
+    def __init__(self, look: Callable[[], None], interval: float) -> None:
+        self._look = look
+        self._interval = interval
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="hmrsim-watch", daemon=True)
+
+    def __enter__(self) -> None:
+        if self._interval < math.inf:
+            self._thread.start()
+
+    def __exit__(self, *_error: object) -> None:
+        self._over.set()
+
+    def _run(self) -> None:
+        while not self._over.wait(self._interval):
+            with suppress(SimulationStopped):
+                self._look()

@@ -117,14 +117,14 @@ class Simulator:
         self.graph = WaypointGraph(world)
         self.items = {name: Item(name, item.weight, world.point(item.at)) for name, item in world.items.items()}
         self._sinks = list(sinks)
-        self._interest = Interest(self._sinks)
-        self.telemetry = Telemetry(self._interest)
+        self.interest = Interest(self._sinks)
+        self.telemetry = Telemetry(self.interest)
         self._told = math.nan
         self.taken = 0
         self.record: Callable[[Command, str], None] = lambda _command, _by: None
         self.limit = math.inf
         self.generation = 0
-        happened = self._happened = Happenings(self.env, self._interest, self._emit)
+        happened = self._happened = Happenings(self.env, self.interest, self._emit)
         self.dispatcher = Dispatcher(
             self.env,
             all_actions() if actions is None else actions,
@@ -180,7 +180,7 @@ class Simulator:
             case Read():
                 self._read(command)
             case InterestChanged():
-                self._interest.refresh()
+                self.interest.refresh()
                 self.dispatcher.interest_changed()
                 self.telemetry.refresh(self.now)
             case Participation(participant, change, why):
@@ -194,13 +194,17 @@ class Simulator:
         if reply_to is not None:
             self._emit(Answered(reply_to, answer))
 
+    def tell(self, event: Event) -> None:
+        """Send an event that is not of the world itself."""
+        self._emit(event)
+
     def stop(self, reason: str = "the simulation was stopped") -> None:
         """Abort every goal that runs; the simulation must not be run afterwards."""
         self.submit(Stop(reason))
 
     def _stop(self, reason: str) -> None:
         # Nobody will tell any more who has come to listen.
-        self._interest.refresh()
+        self.interest.refresh()
         interrupted = self.dispatcher.stop(reason)
         # Interrupts come before all else; robots stand still after them.
         for _ in range(interrupted):
@@ -257,7 +261,7 @@ class Simulator:
 
     def settle(self) -> None:
         """Tell the time to whoever listens to the clock: it stands still until something happens."""
-        if self._told != self.now and self._interest.clock:
+        if self._told != self.now and self.interest.clock:
             self._told = self.now
             self._emit(self._clock())
 
@@ -281,9 +285,9 @@ class Simulator:
                 break
             # Each event may bring a sample that is due before the next one; each sample may halt us.
             if sample < event:
-                taken += self.telemetry.sample(event, self.env.horizon, 1, self._set_time)
+                taken += self.telemetry.sample(event, self.env.horizon, 1, self.pass_to)
             else:
-                events = self.env.take(1 if self._interest.sampled else most - taken)
+                events = self.env.take(1 if self.interest.sampled else most - taken)
                 self.taken += events
                 taken += events
         return taken > 0
@@ -298,7 +302,7 @@ class Simulator:
         """Take everything that is due at *until* or before, then let it be *until*."""
         while self.take(until, _BATCH):
             pass
-        self._set_time(until)
+        self.pass_to(until)
 
     def run(self, until: float = math.inf) -> None:
         """Run until nothing is scheduled or *until* is reached, as fast as possible."""
@@ -314,7 +318,7 @@ class Simulator:
         if self.scripts.running and until < math.inf:
             self.advance(until)
 
-    def _set_time(self, to: float) -> None:
+    def pass_to(self, to: float) -> None:
         """Let it be *to*, rounded to whole nanoseconds, if it is not yet; nothing may be due before.
 
         So whoever knows a trace, which has whole nanoseconds, can let it be exactly the same time.

@@ -79,7 +79,7 @@ def goal_response(answer: GoalResponse) -> bytes:
     }
     if answer.status is not None:
         fields["status"] = int(answer.status)
-    return _dump(fields)
+    return dump(fields)
 
 
 def cancel_response(answer: CancelResponse) -> bytes:
@@ -95,8 +95,12 @@ def result_response(answer: ResultResponse) -> bytes:
 
 def feedback_message(goal_id: str, feedback: Message | Mapping[str, Any]) -> bytes:
     """Return what is published on a feedback key."""
-    payload = message(feedback) if isinstance(feedback, Message) else to_json(feedback)
-    return b'{"goal_id":"%b","feedback":%b}' % (goal_id.encode(), payload)
+    return b'{"goal_id":"%b","feedback":%b}' % (goal_id.encode(), feedback_body(feedback))
+
+
+def feedback_body(feedback: Message | Mapping[str, Any]) -> bytes:
+    """Return feedback alone."""
+    return message(feedback) if isinstance(feedback, Message) else to_json(feedback)
 
 
 def status_array(event: StatusChanged) -> bytes:
@@ -108,7 +112,7 @@ def status_array(event: StatusChanged) -> bytes:
 def happened(event: GoalChanged | Happened) -> bytes:
     """Return what is published of something that happened in the world."""
     if isinstance(event, Happened):
-        return _dump({"stamp": json.loads(_stamp(event.stamp)), "kind": event.kind, **event.fields})
+        return dump({"stamp": json.loads(_stamp(event.stamp)), "kind": event.kind, **event.fields})
     head = (
         f'{{"stamp":{_stamp(event.stamp)},"kind":"status","robot":"{event.robot}","action":"{event.action}",'
         f'"goal_id":"{event.goal_id}","status":{int(event.status)}'
@@ -120,8 +124,9 @@ def happened(event: GoalChanged | Happened) -> bytes:
 
 def error(text: str, field: str = "", value: object = None) -> bytes:
     """Return the body of Zenoh's error reply for one mistake."""
-    return _dump({"error": text, "details": [{"field": field, "message": text, "value": value}]})
+    return dump({"error": text, "details": [{"field": field, "message": text, "value": value}]})
 
 
-def _dump(fields: dict[str, Any]) -> bytes:
+def dump(fields: Mapping[str, Any]) -> bytes:
+    """Return plain values as compact JSON."""
     return json.dumps(fields, separators=(",", ":"), allow_nan=False).encode()

@@ -37,6 +37,11 @@ class UnreadableError(HmrsimError):
         self.details = details or [{"field": "", "message": error, "value": None}]
         super().__init__(error)
 
+    def below(self, field: str) -> UnreadableError:
+        """Return the same mistakes in a message that is a part, called *field*, of a larger one."""
+        details = [{**each, "field": ".".join(filter(None, (field, each["field"])))} for each in self.details]
+        return UnreadableError(f"{field}: {self}", details)
+
     def to_json(self) -> bytes:
         """Return the body of Zenoh's error reply."""
         return json.dumps({"error": str(self), "details": self.details}, allow_nan=False).encode()
@@ -160,6 +165,11 @@ def unreadable(error: ValidationError) -> UnreadableError:
     ]
     first = details[0]
     return UnreadableError(": ".join(part for part in (first["field"], first["message"]) if part), details)
+
+
+def unreadable_at(field: str, message: str, value: object) -> UnreadableError:
+    """Return the error of one mistake."""
+    return UnreadableError(f"{field}: {message}", [{"field": field, "message": message, "value": _shown(value)}])
 
 
 _MOST_DETAILS = 20

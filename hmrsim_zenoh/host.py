@@ -6,7 +6,7 @@ import json
 import logging
 import math
 import threading
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Self
@@ -15,8 +15,12 @@ import zenoh
 
 import hmrsim
 from hmrsim.actions import registry as all_actions
-from hmrsim.pacing import Pacing, Retention
+from hmrsim.errors import SimulationStopped
+from hmrsim.pacing import Pacing
+from hmrsim.participation import REALTIME, TokenSeen
+from hmrsim.retention import Retention
 from hmrsim.route_graph import to_geojson
+from hmrsim.services import registry as all_services
 from hmrsim.simulator import Simulator
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
@@ -24,6 +28,7 @@ from hmrsim_zenoh.errors import BadOptions, PrefixTaken
 from hmrsim_zenoh.keys import WORLD, Keys
 from hmrsim_zenoh.server import Server
 from hmrsim_zenoh.session import SessionOptions, open_server
+from hmrsim_zenoh.time_requests import SERVICE_TYPES
 
 if TYPE_CHECKING:
     from hmrsim.gateway import Sink
@@ -46,7 +51,13 @@ class HostSettings:
     """How a world is served.
 
     Attributes:
-        real_time_factor: Simulated seconds a wall second; 0 for as fast as possible.
+        clock: How time moves: ``realtime`` or ``lockstep``.
+        real_time_factor: Simulated seconds a wall second in real time; 0 for as fast as possible.
+        hold: Wall seconds that time stands at most after a result, in real time.
+        participants: How many have to join before time moves in lockstep, or their names.
+        participant_timeout: Wall seconds that one of them may keep the others waiting.
+        end_on_loss: Whether the run ends when one of them is lost.
+        step_size: Simulated seconds of one step.
         duration: Simulated seconds after which to end.
         seed: Replaces the world's.
         feedback_rate: Samples of feedback a second of simulated time.
@@ -57,7 +68,13 @@ class HostSettings:
         max_payload: Bytes that a request may have.
     """
 
+    clock: str = REALTIME
     real_time_factor: float = 1.0
+    hold: float = 0.0
+    participants: int | tuple[str, ...] = 1
+    participant_timeout: float = 30.0
+    end_on_loss: bool = False
+    step_size: float = 0.1
     duration: float = math.inf
     seed: int | None = None
     feedback_rate: float = 10.0
@@ -125,16 +142,22 @@ class Host:
         except BaseException:
             self._session.close()
             raise
-        self._server.submit = self.simulator.submit
         self.simulator.attach(self._server)
         self.pacing = Pacing(
             self.simulator,
             self._server.inbox,
             self._retention,
+            clock=settings.clock,
             real_time_factor=settings.real_time_factor,
             duration=settings.duration,
+            hold=settings.hold,
+            participants=settings.participants,
+            participant_timeout=settings.participant_timeout,
+            end_on_loss=settings.end_on_loss,
             on_lag=_warn_of_lag,
         )
+        self._server.submit = self.pacing.submit
+        self._participants = self._watch_participants()
         self._thread = threading.Thread(target=self._run, name="hmrsim-simulation", daemon=True)
 
     def __enter__(self) -> Self:
@@ -190,7 +213,7 @@ class Host:
         with ExitStack() as afterwards:
             for token in self._tokens:
                 afterwards.callback(token.undeclare)
-            afterwards.callback(self._server.finish, self.simulator.submit)
+            afterwards.callback(self._server.finish, self.pacing.submit)
             self.simulator.stop(self._reason)
 
     def _refuse_second(self) -> None:
@@ -199,34 +222,50 @@ class Host:
         if any(reply.ok for reply in replies):
             raise PrefixTaken(f"a simulator serves prefix {self._keys.prefix!r} already; name another with --prefix")
 
+    def _watch_participants(self) -> zenoh.Subscriber[None]:
+        """Tell the simulation whose liveliness token comes and goes."""
+
+        def on_token(sample: zenoh.Sample) -> None:
+            name = str(sample.key_expr).rpartition("/")[2]
+            with suppress(SimulationStopped):
+                self._server.inbox.put(TokenSeen(name, alive=sample.kind == zenoh.SampleKind.PUT))
+
+        handler = zenoh.handlers.Callback(on_token)
+        return self._session.liveliness().declare_subscriber(self._keys.participants(), handler, history=True)
+
     def _serve(self, loaded: LoadedWorld) -> Server:
         robots, graph = self.simulator.robots, self.simulator.graph
         serves = {name: self.simulator.dispatcher.servers.actions_of(name) for name in robots}
-        info = {
+        types = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH}
+        services = [{"name": f"{WORLD}/{name}", "type": encoding.ros_type(mime)} for name, mime in types.items()]
+        services += [{"name": f"{WORLD}/{name}", "type": type_} for name, type_ in SERVICE_TYPES.items()]
+        services += [{"name": f"{WORLD}/{name}", "type": service.ros_type} for name, service in all_services().items()]
+        described = {
             "contract": CONTRACT,
             "hmrsim": hmrsim.__version__,
             "world": {"name": loaded.world.name, "hash": loaded.hash, "units": loaded.world.units},
-            "clock": "realtime",
-            "real_time_factor": self._settings.real_time_factor,
             "robots": [
                 {"name": name, "type": robot.type, "components": list(robot.components), "actions": serves[name]}
                 for name, robot in robots.items()
             ],
             "aliases": dict(loaded.world.remap),
+            "services": services,
         }
-        types = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH}
-        info["services"] = [
-            {"name": f"{WORLD}/{name}", "type": encoding.ros_type(mime)} for name, mime in types.items()
-        ]
+
+        def info() -> bytes:
+            time = self.pacing.state
+            return encoding.dump({**described, "clock": time.clock, "real_time_factor": time.real_time_factor})
+
         return Server(
             self._session,
             self._keys,
             actions=all_actions(),
             serves=serves,
             fixed={
-                "info": (types["info"], cache(lambda: json.dumps(info).encode())),
+                "info": (types["info"], info),
                 "route_graph": (types["route_graph"], cache(lambda: json.dumps(to_geojson(graph)).encode())),
             },
+            services=all_services(),
             declare=len(robots) <= _MOST_TOKENS,
             max_payload=self._settings.max_payload,
         )

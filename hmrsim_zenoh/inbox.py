@@ -19,7 +19,7 @@ from hmrsim.gateway import Inbox
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.gateway import Command
+    from hmrsim.gateway import AnyCommand
 
 _log = logging.getLogger(__name__)
 
@@ -47,7 +47,7 @@ class QueryInbox(Inbox):
         session: zenoh.Session,
         key_expr: str,
         *,
-        decode: Callable[[zenoh.Query], list[Command]],
+        decode: Callable[[zenoh.Query], list[AnyCommand]],
         refuse: Callable[[zenoh.Query], None],
         doorbell: str,
         most_waiting: int = 10_000,
@@ -73,7 +73,7 @@ class QueryInbox(Inbox):
                 self._queries.append(query)
         return bool(self._commands or self._queries)
 
-    def poll(self) -> Command | None:
+    def poll(self) -> AnyCommand | None:
         """Return the next command; None when there is none now, and after `close` when there will be none."""
         while not self._commands:
             query = self._queries.popleft() if self._queries else self._next_in_channel()
@@ -82,7 +82,7 @@ class QueryInbox(Inbox):
             self._commands.extend(self._decode(query))
         return super().poll()
 
-    def put(self, command: Command) -> None:
+    def put(self, command: AnyCommand) -> None:
         """Add a command and wake the simulation.
 
         Raises:

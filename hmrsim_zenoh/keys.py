@@ -6,6 +6,7 @@
     <prefix>/<robot>/<topic>
     <prefix>/_world/<topic or service>
     <prefix>/<robot>/alive, <prefix>/_world/alive                           liveliness tokens
+    <prefix>/_participant/<name>                                            likewise, of who takes part in lockstep
 """
 
 from __future__ import annotations
@@ -107,6 +108,10 @@ class Keys:
         """Return the liveliness token of a robot, or of the simulator."""
         return f"{self.prefix}/{robot}/alive"
 
+    def participant(self, name: str) -> str:
+        """Return the liveliness token of somebody who takes part in lockstep."""
+        return f"{self.prefix}/_participant/{name}"
+
     def doorbell(self) -> str:
         """Return a key that nobody answers: asking it wakes the simulation."""
         return self.world("_doorbell")
@@ -135,6 +140,15 @@ class Keys:
         """Return whose a key is: the robot's name, or what stands there."""
         return key[len(self.prefix) + 1 :].partition("/")[0]
 
+    def resolve(self, robot: str, action: str) -> tuple[str, str]:
+        """Return the real names of a robot and its action, which may be called by a further name."""
+        robot, _, action = self.aliases.get(f"{robot}/{action}", f"{robot}/{action}").partition("/")
+        return robot, action
+
+    def participants(self) -> str:
+        """Return the wildcard of all participants' liveliness tokens."""
+        return self.participant("*")
+
     def parse(self, key: str) -> ActionKey | TopicKey | None:
         """Return what a key means; None when it is none of ours."""
         head, tail = key[: len(self.prefix) + 1], key[len(self.prefix) + 1 :]
@@ -145,8 +159,7 @@ class Keys:
             case [topic]:
                 return TopicKey(first, topic)
             case [second, "_action", verb] if verb in _VERBS:
-                robot, _, action = self.aliases.get(f"{first}/{second}", f"{first}/{second}").partition("/")
-                return ActionKey(robot, action, _VERBS[verb])
+                return ActionKey(*self.resolve(first, second), _VERBS[verb])
             case _ if first == WORLD:
                 return TopicKey(first, "/".join(rest))
         return None

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 from pydantic import TypeAdapter
 
-from hmrsim.gateway import CancelGoal, GetResult, GoalResponse, Read, SendGoal, Topic
+from hmrsim.gateway import CallService, CancelGoal, GetResult, GoalResponse, Read, SendGoal, Topic
 from hmrsim.goal import parse_goal_id
+from hmrsim.participation import ReadTime
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import (
     MAX_PAYLOAD,
@@ -29,13 +30,15 @@ from hmrsim_zenoh.envelopes import (
     read,
 )
 from hmrsim_zenoh.keys import WORLD, ActionKey, TopicKey, Verb
+from hmrsim_zenoh.time_requests import TimeRequests
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hmrsim.actions import AnyAction
-    from hmrsim.gateway import Command
+    from hmrsim.gateway import AnyCommand
     from hmrsim.interfaces.message import Message
+    from hmrsim.services import AnyService
     from hmrsim_zenoh.keys import Keys
 
 _log = logging.getLogger(__name__)
@@ -124,6 +127,10 @@ class _Latched:
     robot: str = ""
     action: str = ""
 
+    def reading(self, reply_to: Asked) -> AnyCommand:
+        """Return the command that asks for it."""
+        return ReadTime(reply_to) if self.topic is Topic.TIME else Read(self.topic, self.robot, self.action, reply_to)
+
 
 class Requests:
     """Reads queries.
@@ -132,7 +139,8 @@ class Requests:
         keys: How keys are spelled.
         actions: All actions by name, to read goals.
         serves: The names of the actions of each robot.
-        fixed: Latched topics of the world that never change: topic to encoding, and what gives the payload.
+        fixed: Latched topics of the world: topic to encoding, and what gives the payload.
+        services: The world's services by name.
         max_payload: Bytes that a request may have.
     """
 
@@ -143,9 +151,12 @@ class Requests:
         actions: Mapping[str, AnyAction],
         serves: Mapping[str, list[str]],
         fixed: Mapping[str, tuple[str, Callable[[], bytes]]],
+        services: Mapping[str, AnyService],
         max_payload: int = MAX_PAYLOAD,
     ) -> None:
         self._keys = keys
+        self._time = TimeRequests(keys, actions, max_payload)
+        self._services = services
         self._doorbell = keys.doorbell()
         # Clients ask on the same keys again and again.
         self._parse = lru_cache(_KEPT_KEYS)(keys.parse)
@@ -155,7 +166,7 @@ class Requests:
         self._goals = zenoh.KeyExpr(keys.any_action(Verb.SEND_GOAL))
         self._max_payload = max_payload
 
-    def decode(self, query: zenoh.Query) -> list[Command]:
+    def decode(self, query: zenoh.Query) -> list[AnyCommand]:
         """Return the commands that a query stands for; answer here what can't be read."""
         key = self._keys.without_history(str(query.key_expr))
         if key == self._doorbell:
@@ -172,7 +183,7 @@ class Requests:
             Asked(query, key).refuse(encoding.error("the simulator has a bug: it can't read this request"))
         return []
 
-    def _decode_one(self, query: zenoh.Query, key: str) -> list[Command]:
+    def _decode_one(self, query: zenoh.Query, key: str) -> list[AnyCommand]:
         match self._parse(key):
             case ActionKey(robot, action, verb):
                 return self._decode_action(query, key, ActionKey(robot, action, verb))
@@ -186,7 +197,7 @@ class Requests:
         query.drop()
         return []
 
-    def _decode_action(self, query: zenoh.Query, key: str, asked: ActionKey) -> list[Command]:
+    def _decode_action(self, query: zenoh.Query, key: str, asked: ActionKey) -> list[AnyCommand]:
         robot, name = asked.robot, asked.action
         action = self._actions.get(name)
         reply_to = Asked(query, key, action)
@@ -207,9 +218,15 @@ class Requests:
             case Verb.FEEDBACK:
                 raise UnreadableError("feedback is only published; subscribe to it, or get the status")
 
-    def _decode_world(self, query: zenoh.Query, key: str, topic: str) -> list[Command]:
+    def _decode_world(self, query: zenoh.Query, key: str, topic: str) -> list[AnyCommand]:
+        if topic in self._time.names:
+            asked = query.payload.to_bytes() if query.payload else b""
+            return [self._time.read(topic, asked, Asked(query, key))]
+        if topic in self._services:
+            kind: type[Message] = self._services[topic].request
+            return [CallService(topic, self._read(plain(kind), query, empty=b"{}"), Asked(query, key))]
         if topic not in self._fixed and topic not in _WORLD_TOPICS:
-            there = ", ".join(sorted((*self._fixed, *_WORLD_TOPICS)))
+            there = ", ".join(sorted((*self._fixed, *_WORLD_TOPICS, *self._time.names, *self._services)))
             raise UnreadableError(f"the world has no {topic!r} to get; there are: {there}")
         self._check_reading(query)
         if topic in _WORLD_TOPICS:
@@ -218,7 +235,7 @@ class Requests:
         Asked(query, key).reply(payload(), mime)
         return []
 
-    def _read_topic(self, query: zenoh.Query, key: str, robot: str, topic: str) -> Command:
+    def _read_topic(self, query: zenoh.Query, key: str, robot: str, topic: str) -> AnyCommand:
         if robot not in self._serves:
             raise UnreadableError(f"no robot {robot!r}; there are: {', '.join(self._serves) or 'none'}")
         if topic not in _TOPICS:
@@ -226,7 +243,7 @@ class Requests:
         self._check_reading(query)
         return Read(_TOPICS[topic], robot, reply_to=Asked(query, key))
 
-    def _decode_wildcard(self, query: zenoh.Query, pattern: str) -> list[Command]:
+    def _decode_wildcard(self, query: zenoh.Query, pattern: str) -> list[AnyCommand]:
         """Return one reading for each latched key that a pattern matches; nothing but readings may be asked so."""
         wanted = zenoh.KeyExpr(pattern)
         fixed = [topic for topic in self._fixed if wanted.intersects(zenoh.KeyExpr(self._keys.world(topic)))]
@@ -241,13 +258,14 @@ class Requests:
         if not latched:
             query.drop()
         shared = _Shared(query)
-        return [Read(item.topic, item.robot, item.action, Asked(shared.one_more(), str(item.key))) for item in latched]
+        return [item.reading(Asked(shared.one_more(), str(item.key))) for item in latched]
 
     @cached_property
     def _latched(self) -> list[_Latched]:
         """All latched keys whose latest the simulation has to be asked for."""
         keys = self._keys
-        found = [_Latched(zenoh.KeyExpr(keys.world(name)), topic) for name, topic in _WORLD_TOPICS.items()]
+        topics = {**_WORLD_TOPICS, Topic.TIME.value: Topic.TIME}
+        found = [_Latched(zenoh.KeyExpr(keys.world(name)), topic) for name, topic in topics.items()]
         for robot, actions in self._serves.items():
             found += [_Latched(zenoh.KeyExpr(keys.topic(robot, name)), topic, robot) for name, topic in _TOPICS.items()]
             found += [
@@ -261,13 +279,12 @@ class Requests:
         if query.payload:
             self._read(plain(_ReadRequest), query)
 
-    def _read(self, reader: Any, query: zenoh.Query) -> Any:
+    def _read(self, reader: Any, query: zenoh.Query, *, empty: bytes = b"") -> Any:
+        """Return what a query asks for; *empty* is what no payload stands for."""
         payload = query.payload
-        if payload is None:
-            raise UnreadableError("empty payload; a JSON object is expected")
-        if len(payload) > self._max_payload:
+        if payload is not None and len(payload) > self._max_payload:
             raise UnreadableError(f"payload of {len(payload)} bytes; at most {self._max_payload} are taken")
-        return read(reader, payload.to_bytes(), max_payload=self._max_payload)
+        return read(reader, payload.to_bytes() if payload else empty, max_payload=self._max_payload)
 
     def refuse(self, query: zenoh.Query, reason: str, text: str) -> None:
         """Answer a query that is not going to be read."""

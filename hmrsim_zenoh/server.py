@@ -24,23 +24,28 @@ from hmrsim.gateway import (
     InterestChanged,
     Refused,
     ResultResponse,
+    RosterChanged,
     Sampled,
     SendGoal,
     StatusChanged,
     Topic,
 )
+from hmrsim.interfaces.message import Message
+from hmrsim.participation import Granted, HasLeft, Joined, TimeState
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.inbox import QueryInbox
 from hmrsim_zenoh.interest import Interest
 from hmrsim_zenoh.keys import WORLD, Verb
 from hmrsim_zenoh.requests import Asked, Requests
+from hmrsim_zenoh.time_requests import TIME_STATE, encoded
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hmrsim.actions import AnyAction
-    from hmrsim.gateway import Command, Event
+    from hmrsim.gateway import AnyCommand, Event
+    from hmrsim.services import AnyService
     from hmrsim_zenoh.keys import Keys
 
 _log = logging.getLogger(__name__)
@@ -62,7 +67,8 @@ class Server:
         keys: How keys are spelled.
         actions: All actions by name, to read goals.
         serves: The names of the actions of each robot.
-        fixed: Latched topics of the world that never change: topic to encoding, and what gives the payload.
+        fixed: Latched topics of the world: topic to encoding, and what gives the payload.
+        services: The world's services by name.
         declare: Whether to declare the keys that are published on.
         max_payload: Bytes that a request may have.
 
@@ -70,7 +76,7 @@ class Server:
         submit: Takes commands at once, in the simulation's thread; to be set before it runs.
     """
 
-    submit: Callable[[Command], None]
+    submit: Callable[[AnyCommand], None]
 
     def __init__(
         self,
@@ -80,6 +86,7 @@ class Server:
         actions: Mapping[str, AnyAction],
         serves: Mapping[str, list[str]],
         fixed: Mapping[str, tuple[str, Callable[[], bytes]]],
+        services: Mapping[str, AnyService],
         declare: bool = False,
         max_payload: int = MAX_PAYLOAD,
     ) -> None:
@@ -99,8 +106,12 @@ class Server:
             FeedbackSent: self._emit_feedback,
             Sampled: self._emit_sample,
             Happened: self._emit_happening,
+            TimeState: self._emit_time,
+            RosterChanged: lambda _event: None,
         }
-        self._requests = Requests(keys, actions=actions, serves=serves, fixed=fixed, max_payload=max_payload)
+        self._requests = Requests(
+            keys, actions=actions, serves=serves, fixed=fixed, services=services, max_payload=max_payload
+        )
         self.inbox = QueryInbox(
             session,
             keys.everything(),
@@ -118,7 +129,7 @@ class Server:
         """Take no more queries; the simulation's thread wakes and ends."""
         self.inbox.close()
 
-    def finish(self, submit: Callable[[Command], None]) -> None:
+    def finish(self, submit: Callable[[AnyCommand], None]) -> None:
         """Answer what waits still when the simulation has ended: all but new goals can be."""
         self.close()
         while (command := self.inbox.poll()) is not None:
@@ -128,7 +139,7 @@ class Server:
             else:
                 submit(command)
 
-    def _decode(self, query: zenoh.Query) -> list[Command]:
+    def _decode(self, query: zenoh.Query) -> list[AnyCommand]:
         commands = self._requests.decode(query)
         if commands and isinstance(commands[0], CancelGoal):
             self._look()
@@ -183,6 +194,10 @@ class Server:
                 asked.reply(encoding.message(message), encoding.of_message(message))
             case Refused(field, value, text):
                 asked.refuse(encoding.error(text, field, value))
+            case Message():
+                asked.reply(encoding.message(answer), encoding.of_message(answer))
+            case Granted() | Joined() | HasLeft() | TimeState():
+                asked.reply(*encoded(answer))
 
     def _emit_change(self, event: GoalChanged) -> None:
         if event.status.terminal:
@@ -220,6 +235,9 @@ class Server:
             return
         key = self._key_of(self._keys.topic(event.robot or WORLD, event.topic.value))
         self._put(key, encoding.message(event.message), encoding.of_message(event.message))
+
+    def _emit_time(self, event: TimeState) -> None:
+        self._put(self._key_of(self._keys.world(Topic.TIME.value)), encoded(event)[0], TIME_STATE, reliable=True)
 
     def _put(self, key: zenoh.KeyExpr | str, payload: bytes, mime: str, *, reliable: bool = False) -> None:
         """Publish; what may be lost is dropped rather than waited for when a reader is slow."""

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
 from typing import Final
 
 _GREATEST_FACTOR: Final = 1e6
 _FOR_EVER: Final = -1
+_PARTICIPANT: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 def positive(text: str) -> float:
@@ -58,3 +60,13 @@ def count(text: str) -> int:
     if not text.isdecimal() or int(text) == 0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number greater than 0")
     return int(text)
+
+
+def participants(text: str) -> int | tuple[str, ...]:
+    """Return a whole number greater than 0, or names."""
+    if text.isdecimal():
+        return count(text)
+    names = tuple(name.strip() for name in text.split(","))
+    if not all(_PARTICIPANT.fullmatch(name) for name in names):
+        raise argparse.ArgumentTypeError(f"{text!r} is neither a number nor names such as nurses,porters")
+    return tuple(dict.fromkeys(names))

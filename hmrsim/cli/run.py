@@ -19,6 +19,7 @@ from hmrsim.cli.run_log import GoalLog, LogLines
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.errors import printable
 from hmrsim.log_options import add_log_options, log_level
+from hmrsim.participation import CLOCKS, REALTIME
 from hmrsim.signals import on_signals
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.host import Host, HostSettings
@@ -36,6 +37,7 @@ _EXAMPLES: Final = f"""\
 examples:
   hmrsim run scenario1
   hmrsim run hospital --real-time-factor 10 --seed 3
+  hmrsim run hospital --clock lockstep --participants nurses,porters --trace run.jsonl
   hmrsim run my_map.yaml --robot wall_e@3,4:fetcher --item medicine@9,2.3:0.2
   hmrsim run hospital --listen tcp/0.0.0.0:7447 --duration 600 --json
 
@@ -68,13 +70,54 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def _add_time_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("time")
-    group.add_argument("--clock", choices=["realtime"], default="realtime", help="how simulated time moves")
+    group.add_argument(
+        "--clock",
+        choices=CLOCKS,
+        default=REALTIME,
+        help="how simulated time moves: with the wall, or as far as the controllers that join allow "
+        "(default: %(default)s)",
+    )
     group.add_argument(
         "--real-time-factor",
         type=numbers.factor,
         default=1.0,
         metavar="X",
         help="simulated seconds a wall second; 0: as fast as possible (default: %(default)g)",
+    )
+    group.add_argument(
+        "--hold",
+        type=numbers.not_negative,
+        default=0.0,
+        metavar="S",
+        help="in real time, stop time for so many wall seconds at most after a result, for controllers that think "
+        "(default: %(default)g)",
+    )
+    group.add_argument(
+        "--participants",
+        type=numbers.participants,
+        default=1,
+        metavar="N|NAME,…",
+        help="in lockstep, how many controllers have to join before time moves, or their names (default: 1)",
+    )
+    group.add_argument(
+        "--participant-timeout",
+        type=numbers.positive,
+        default=30.0,
+        metavar="S",
+        help="drop a controller that keeps the others waiting for so many wall seconds (default: %(default)g)",
+    )
+    group.add_argument(
+        "--on-participant-loss",
+        choices=["continue", "end"],
+        default="continue",
+        help="whether the run goes on when a controller was dropped (default: %(default)s)",
+    )
+    group.add_argument(
+        "--step-size",
+        type=numbers.positive,
+        default=0.1,
+        metavar="SIM_S",
+        help="what one step is, for step_simulation and simulate_steps (default: %(default)g)",
     )
     group.add_argument(
         "--duration",
@@ -119,7 +162,7 @@ def _run(args: argparse.Namespace) -> int:
     loaded = read_world(args)
     for problem in loaded.warnings:
         warn(line_of(problem))
-    if args.real_time_factor == 0 and args.duration < math.inf:
+    if args.clock == REALTIME and args.real_time_factor == 0 and args.duration < math.inf:
         warn(f"--duration {args.duration:g}: as fast as possible, {_TIME_STANDS}")
     host = Host(loaded, options, _settings(args))
     with host, _shown(host, loaded, log_level(args)) as table:
@@ -145,7 +188,13 @@ def _serve(host: Host, table: RobotTable | None, tell_ready: Callable[[], None])
 
 def _settings(args: argparse.Namespace) -> HostSettings:
     return HostSettings(
+        clock=args.clock,
         real_time_factor=args.real_time_factor,
+        hold=args.hold,
+        participants=args.participants,
+        participant_timeout=args.participant_timeout,
+        end_on_loss=args.on_participant_loss == "end",
+        step_size=args.step_size,
         duration=args.duration,
         seed=args.seed,
         feedback_rate=args.feedback_rate,

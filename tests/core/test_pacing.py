@@ -6,12 +6,13 @@ import threading
 
 import pytest
 
-from hmrsim import pacing
+from hmrsim import wall as wall_module
 from hmrsim.errors import SimulationStopped
 from hmrsim.gateway import GetResult, Inbox, SendGoal, Topic
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.pacing import Pacing, Retention
+from hmrsim.pacing import Pacing
+from hmrsim.retention import Retention
 from tests.simulation import simulate
 
 A = "a" * 32
@@ -24,7 +25,7 @@ class FakeWall:
     def __init__(self, monkeypatch):
         self.now = 100.0
         self.waits = []
-        monkeypatch.setattr(pacing.time, "monotonic", lambda: self.now)
+        monkeypatch.setattr(wall_module.time, "monotonic", lambda: self.now)
 
     def inbox(self, arrivals=(), *, close_at=None):
         """Return an inbox into which commands come at given wall seconds after now."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -19,18 +20,36 @@ ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted(ROOT.glob("examples/*.py"))
 
 
-@pytest.fixture
-def endpoint():
-    """Return where scenario 1 is served."""
+@contextmanager
+def served(world, **settings):
+    """Serve a world; give where."""
     options = SessionOptions(listen=("tcp/127.0.0.1:0",))
-    with Host(load_world("scenario1"), options, HostSettings(real_time_factor=5.0)) as host:
+    with Host(load_world(world), options, HostSettings(**settings)) as host:
         host.start()
         yield host.endpoints[0]
 
 
+@pytest.fixture
+def endpoint():
+    """Return where scenario 1 is served."""
+    with served("scenario1", real_time_factor=5.0) as where:
+        yield where
+
+
+def world_of(example):
+    """Return the world, and the clock, that an example asks for in its first lines."""
+    world, clock = re.search(r"``hmrsim run (\w+)(?: --clock (\w+))?``", example.read_text()).groups()
+    return {"world": world, "clock": clock} if clock else {"world": world, "real_time_factor": 5.0}
+
+
 @pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
-def test_it_prints_what_it_should(example, endpoint):
+def test_it_prints_what_it_should(example):
     """The output is compared, line by line."""
+    with served(**world_of(example)) as endpoint:
+        check_output(example, endpoint)
+
+
+def check_output(example, endpoint):
     done = subprocess.run([sys.executable, example, endpoint], capture_output=True, text=True, timeout=100, check=False)
 
     assert (example.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)

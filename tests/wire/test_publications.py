@@ -351,4 +351,5 @@ def test_encodings_name_the_ros_type(fast, go):
         "odom": "application/json;nav_msgs/msg/Odometry",
         "clock": "application/json;rosgraph_msgs/msg/Clock",
         "events": "application/json;hmrsim/Event",
+        "state": "application/json;hmrsim/TimeState",
     }

@@ -1,0 +1,385 @@
+"""Simulated time that moves only as far as its controllers allow, as HLA's next-message-request does.
+
+Time is granted in epochs. A grant begins when every participant has asked to advance. First its commands are
+applied in order of (participant's name, index), then events are taken up to the least time that was asked for, or
+through all of the first instant at which something happened that a participant wants to be woken for. So neither
+the network's order nor anybody's thinking time can matter.
+
+This module knows neither network nor wall clock: `hmrsim.pacing` tells it who came and went, and lets it work.
+"""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.gateway import Answered, FeedbackSent, GoalChanged, InterestChanged, Participation, Refused, SendGoal, Topic
+from hmrsim.goal import made_goal_id
+from hmrsim.participation import Advance, Granted, HasLeft, Join, Joined, Leave
+from hmrsim.sim_time import nanoseconds, stamp
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable
+
+    from hmrsim.gateway import CancelGoal, Event
+    from hmrsim.simulator import Simulator
+
+_log = logging.getLogger(__name__)
+
+_NO_KINDS: frozenset[str] = frozenset()
+_OVER = "the run is over"
+
+
+@dataclass
+class _Slot:
+    """Where the answer to a command of an advance goes."""
+
+    answer: Any = None
+
+
+@dataclass
+class _Participant:
+    """Somebody who takes part.
+
+    Attributes:
+        since: When it was last told something, by the clock of whoever watches it.
+        open: What it asks for now; None while it thinks.
+        askers: Whom to tell the answer: more than one if it asked again.
+        slots: Where the answers to its commands are.
+        last: Its last epoch, and what it was granted then.
+        token: Whether its liveliness token was ever seen.
+    """
+
+    name: str
+    since: float
+    open: Advance | None = None
+    askers: list[Any] = field(default_factory=list)
+    slots: list[_Slot] = field(default_factory=list)
+    last: tuple[int, Granted] | None = None
+    token: bool = False
+
+
+class Lockstep:
+    """Grants time to participants; a sink of the simulation, so that it learns what they wait for.
+
+    Args:
+        simulator: Whose time.
+        awaited: How many participants have to join before time moves for the first time, or their names.
+        until: When the run ends, in simulated seconds.
+
+    Attributes:
+        epoch: The next grant.
+        lost: Whether a participant was dropped.
+    """
+
+    def __init__(self, simulator: Simulator, *, awaited: int | Collection[str] = 1, until: float = math.inf) -> None:
+        self._simulator = simulator
+        self._awaited = awaited
+        self._end = until
+        self.epoch = 0
+        self.lost = False
+        self._participants: dict[str, _Participant] = {}
+        self._known: dict[str, None] = {}
+        self._dropped: dict[str, str] = {}
+        self._goals: dict[str, int] = {}
+        self._tokens: dict[str, None] = {}
+        self._changes: list[Participation] = []
+        self._granting = False
+        self._horizon = math.inf
+        self._wake = self._told = _NO_KINDS
+        self._woken = False
+        self._events: list[tuple[str, int, GoalChanged | FeedbackSent]] = []
+
+    # --- who takes part -------------------------------------------------------------------------------------------
+
+    @property
+    def participants(self) -> tuple[str, ...]:
+        """Who takes part, by name."""
+        return tuple(sorted(self._participants))
+
+    @property
+    def waiting_for(self) -> tuple[str, ...]:
+        """Who has yet to ask to advance, or to join for the first time."""
+        thinking = [name for name, each in self._participants.items() if each.open is None]
+        return tuple(sorted((*thinking, *self._missing())))
+
+    def _missing(self) -> list[str]:
+        if isinstance(self._awaited, int):
+            more = self._awaited - len(self._known)
+            return [f"{more} more to join"] if more > 0 else []
+        return [name for name in self._awaited if name not in self._known]
+
+    def join(self, command: Join, wall: float) -> None:
+        """Take somebody in, from the next grant on; *wall* is the time by the watcher's clock."""
+        name = command.name
+        if name in self._participants:
+            self._refuse(command.reply_to, "name", name, f"participant {name!r} has joined already; take another name")
+            return
+        self._participants[name] = _Participant(name, wall, token=name in self._tokens)
+        self._known[name] = None
+        self._dropped.pop(name, None)
+        self._changes.append(Participation(name, "joined"))
+        answer = Joined(name, self._next, self._simulator.now, self._goals.get(name, 0))
+        self._simulator.answer(command.reply_to, answer)
+
+    def leave(self, command: Leave) -> None:
+        """Let somebody go."""
+        name = command.participant
+        if name not in self._participants:
+            self._refuse(command.reply_to, "participant", name, self._why_unknown(name))
+            return
+        self._remove(name, Participation(name, "left"), "end")
+        self._simulator.answer(command.reply_to, HasLeft(name))
+
+    def token_seen(self, name: str, *, alive: bool) -> None:
+        """Note whether a participant's liveliness token is there; who had one and has it no longer is dropped."""
+        participant = self._participants.get(name)
+        if alive:
+            self._tokens[name] = None
+            if participant:
+                participant.token = True
+            return
+        self._tokens.pop(name, None)
+        if participant and participant.token:
+            self.drop(name, "its liveliness token is gone")
+
+    def overdue(self, before: float) -> list[str]:
+        """Return who has been thinking since a time *before*, by the watcher's clock; nobody while time is held."""
+        if self._granting or self._simulator.paused:
+            return []
+        # Copied, as whoever watches does so in a thread of its own.
+        waiting = [each for each in list(self._participants.values()) if each.open is None]
+        return sorted(each.name for each in waiting if each.since < before)
+
+    def drop(self, name: str, why: str) -> None:
+        """Go on without somebody; its goals go on, too, as a robot's would."""
+        _log.warning("sim %.3f | participant %s is dropped: %s", self._simulator.now, name, why)
+        self.lost = True
+        self._dropped[name] = f"participant {name!r} was dropped at {self._simulator.now:.3f} s: {why}; join again"
+        self._remove(name, Participation(name, "dropped", why), "end")
+
+    def dismiss(self, why: str) -> None:
+        """Let everybody go: the run is over, or time moves otherwise from now on."""
+        self._granting = False
+        for name in self.participants:
+            self._remove(name, Participation(name, "left", why), "end")
+        self._told = _NO_KINDS
+        self._events.clear()
+        self._simulator.submit(InterestChanged())
+
+    def restart(self) -> None:
+        """Begin with epoch 0 again; who waits for a grant is told what the reset did to its goals."""
+        self._granting = False
+        self.epoch = 0
+        waiting = self._asked()
+        for participant, _ in waiting:
+            self._grant(participant, "event")
+        if len(waiting) == len(self._participants):
+            self._events.clear()
+
+    def _remove(self, name: str, change: Participation, reason: str) -> None:
+        participant = self._participants.pop(name)
+        if participant.open is not None:
+            self._grant(participant, reason)
+        self._changes.append(change)
+        if not self._participants:
+            self._granting = False
+            self._apply_changes()
+
+    def _apply_changes(self) -> None:
+        """Tell who came and went since the last grant, in an order that is not the network's."""
+        changes, self._changes = sorted(self._changes, key=lambda change: change.participant), []
+        for change in changes:
+            self._simulator.submit(change, change.participant)
+
+    def _why_unknown(self, name: str) -> str:
+        return self._dropped.get(name) or f"no participant {name!r}; join first"
+
+    @property
+    def _next(self) -> int:
+        """The epoch that may be asked for: the one after that which is being granted."""
+        return self.epoch + self._granting
+
+    # --- what they ask for ----------------------------------------------------------------------------------------
+
+    def advance(self, command: Advance, wall: float) -> None:
+        """Note that somebody lets time move; asked again, it gets the same answer."""
+        name = command.participant
+        participant = self._participants.get(name)
+        if participant is None:
+            self._refuse(command.reply_to, "participant", name, self._why_unknown(name))
+            return
+        if participant.open is not None and participant.open.epoch == command.epoch:
+            participant.askers.append(command.reply_to)
+        elif participant.last is not None and participant.last[0] == command.epoch != self._next:
+            self._simulator.answer(command.reply_to, participant.last[1])
+        elif command.epoch == self._next and participant.open is None:
+            participant.open, participant.since = command, wall
+            participant.askers = [command.reply_to]
+        else:
+            text = f"epoch {command.epoch} is not the current one, which is {self._next}"
+            self._refuse(command.reply_to, "epoch", command.epoch, text)
+
+    @property
+    def ready(self) -> bool:
+        """Whether a grant may begin: all who have to be there are, and every participant has asked for it."""
+        if self._granting or not self._participants or self._simulator.paused:
+            return False
+        return all(each.open is not None for each in self._participants.values()) and not self._missing()
+
+    @property
+    def granting(self) -> bool:
+        """Whether time is being granted just now."""
+        return self._granting
+
+    # --- granting -------------------------------------------------------------------------------------------------
+
+    def begin(self) -> None:
+        """Begin a grant: apply the commands of this epoch."""
+        self._granting, self._woken = True, False
+        self._apply_changes()
+        asked = self._asked()
+        self._horizon = min(max(advance.until, self._simulator.now) for _, advance in asked)
+        self._wake = frozenset().union(*(advance.wake for _, advance in asked))
+        told = frozenset().union(self._wake, *(advance.report - {"feedback"} for _, advance in asked))
+        if (told ^ self._told) & {"feedback"}:
+            self._told = told
+            self._simulator.submit(InterestChanged())
+        self._told = told
+        if any(kind in self._wake for kind, _, _ in self._events):
+            # Somebody who does not take part has done something meanwhile.
+            self._halt()
+        for participant, advance in asked:
+            participant.slots = [_Slot() for _ in advance.commands]
+            for command, slot in zip(advance.commands, participant.slots, strict=True):
+                self._simulator.submit(self._numbered(command, participant.name, slot), participant.name)
+
+    def _numbered(self, command: SendGoal | CancelGoal, name: str, slot: _Slot) -> SendGoal | CancelGoal:
+        if not isinstance(command, SendGoal):
+            return command._replace(reply_to=slot)
+        self._goals[name] = number = self._goals.get(name, 0) + 1
+        goal_id = made_goal_id(name, number) if command.goal_id is None else command.goal_id
+        return command._replace(reply_to=slot, goal_id=goal_id)
+
+    def proceed(self, most: int, wall: float) -> bool:
+        """Take some of the events of a grant, at most so many; return whether more may be taken at once.
+
+        When the grant is done, everybody is answered.
+        """
+        simulator = self._simulator
+        stop = min(self._horizon, simulator.limit, self._end)
+        if simulator.take(stop, most, idle=stop < math.inf):
+            return True
+        if self._woken:
+            self._finish("event", wall)
+        elif simulator.limit < math.inf and stop == simulator.limit:
+            # Somebody has paused it, or lets it make steps.
+            simulator.pass_to(stop)
+        elif stop == self._horizon < math.inf:
+            simulator.pass_to(stop)
+            self._finish("until", wall)
+        elif stop < math.inf:
+            simulator.pass_to(stop)
+            self._finish("end", wall)
+        else:
+            self._finish("idle", wall)
+        return False
+
+    def _finish(self, reason: str, wall: float) -> None:
+        asked = [pair for pair in self._asked() if pair[1].epoch == self.epoch]
+        self._granting = False
+        self.epoch += 1
+        self._events = _in_order(self._events)
+        sampled = self._sampled(advance for _, advance in asked)
+        for participant, _ in asked:
+            participant.since = wall
+            self._grant(participant, reason, sampled)
+        self._events.clear()
+        if reason == "end":
+            self.dismiss(_OVER)
+
+    def _sampled(self, advances: Iterable[Advance]) -> list[tuple[str, int, FeedbackSent]]:
+        """Return the feedback of this instant, if anybody wants to be told it without being woken for it."""
+        if not any("feedback" in advance.report - advance.wake for advance in advances):
+            return []
+        now = stamp(self._simulator.now)
+        return [("feedback", now, feedback) for feedback in self._simulator.dispatcher.feedback()]
+
+    def _grant(
+        self, participant: _Participant, reason: str, sampled: Iterable[tuple[str, int, FeedbackSent]] = ()
+    ) -> None:
+        """Answer one participant, which thinks from now on."""
+        advance = participant.open
+        if advance is None:
+            raise AssertionError
+        now = self._simulator.now
+        if reason == "until" and nanoseconds(advance.until) == nanoseconds(now):
+            # Times are whole nanoseconds; who counts otherwise shall not be told that it is earlier.
+            now = max(now, advance.until)
+        wanted = advance.wake | (advance.report - {"feedback"})
+        events = [event for event in self._events if event[0] in wanted]
+        if "feedback" in advance.report - advance.wake:
+            events.extend(sampled)
+        accepted = tuple(slot.answer for slot in participant.slots)
+        granted = Granted(self.epoch, now, reason, accepted, tuple(events))
+        participant.last = (advance.epoch, granted)
+        askers, participant.open, participant.slots, participant.askers = participant.askers, None, [], []
+        for reply_to in askers:
+            self._simulator.answer(reply_to, granted)
+
+    def _asked(self) -> list[tuple[_Participant, Advance]]:
+        """Return who has asked to advance, in the order of names."""
+        found = [(each, each.open) for each in self._participants.values() if each.open is not None]
+        return sorted(found, key=lambda pair: pair[0].name)
+
+    def _refuse(self, reply_to: Any, name: str, value: object, text: str) -> None:
+        self._simulator.answer(reply_to, Refused(name, value, text))
+
+    # --- what happens ---------------------------------------------------------------------------------------------
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether a participant wants to be woken for feedback: all else comes unasked."""
+        return topic is Topic.FEEDBACK and "feedback" in self._told
+
+    def emit(self, event: Event) -> None:
+        """Take note of what a participant waits for."""
+        kind = type(event)
+        if kind is GoalChanged:
+            self._note_change(event)  # type: ignore[arg-type]  # by its exact type, as this is asked for each event
+        elif kind is FeedbackSent:
+            if "feedback" in self._told:
+                self._note("feedback", stamp(self._simulator.now), event)  # type: ignore[arg-type]
+        elif kind is Answered and type(event.reply_to) is _Slot:  # type: ignore[union-attr]
+            event.reply_to.answer = event.answer  # type: ignore[union-attr]
+
+    def _note_change(self, event: GoalChanged) -> None:
+        if "status" in self._told:
+            self._note("status", event.stamp, event)
+        if event.result is not None and "result" in self._told:
+            self._note("result", event.stamp, event)
+
+    def _note(self, kind: str, at: int, event: GoalChanged | FeedbackSent) -> None:
+        self._events.append((kind, at, event))
+        if self._granting and not self._woken and kind in self._wake:
+            self._halt()
+
+    def _halt(self) -> None:
+        """Grant no more than this instant."""
+        self._woken = True
+        self._horizon = self._simulator.halt()
+
+
+def _in_order(
+    events: list[tuple[str, int, GoalChanged | FeedbackSent]],
+) -> list[tuple[str, int, GoalChanged | FeedbackSent]]:
+    """Return what happened, with samples of one instant in the order of robots: who else listens could change that."""
+    ordered = []
+    for (kind, _), group in itertools.groupby(events, key=lambda event: event[:2]):
+        found = list(group)
+        if kind == "feedback":
+            found.sort(key=lambda event: (event[2].robot, event[2].action, event[2].goal_id))
+        ordered += found
+    return ordered

@@ -1,0 +1,40 @@
+"""How long results are kept: so many wall seconds from a goal's end."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+from hmrsim.gateway import ForgetResult, GoalChanged, Topic
+from hmrsim.wall import wall_time
+
+if TYPE_CHECKING:
+    from hmrsim.gateway import Event
+    from hmrsim.simulator import Simulator
+
+
+class Retention:
+    """A sink that remembers when goals ended by the wall clock, so that their results are dropped in time.
+
+    Args:
+        timeout: Wall seconds that a result is kept; negative for ever.
+    """
+
+    def __init__(self, timeout: float) -> None:
+        self._timeout = timeout
+        self._ended: deque[tuple[float, ForgetResult]] = deque()
+
+    def emit(self, event: Event) -> None:
+        """Take note of a goal that has ended."""
+        if self._timeout >= 0 and isinstance(event, GoalChanged) and event.status.terminal:
+            forget = ForgetResult(event.robot, event.action, event.goal_id)
+            self._ended.append((wall_time() + self._timeout, forget))
+
+    def wants(self, _topic: Topic) -> bool:
+        """Return False: goals' ends come unasked."""
+        return False
+
+    def apply(self, simulator: Simulator) -> None:
+        """Submit the commands that drop what is out of date."""
+        while self._ended and self._ended[0][0] <= wall_time():
+            simulator.submit(self._ended.popleft()[1])

@@ -1,0 +1,55 @@
+"""What the world itself can be asked, beside its robots: one service a file.
+
+A service is data: a name, its ROS type, and a function that serves it in the simulation's thread. Server, schema and
+tests are generic over it.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from functools import cache
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from hmrsim.interfaces.message import Message
+from hmrsim.plugins import discover
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from hmrsim.simulator import Simulator
+
+Q = TypeVar("Q", bound=Message)
+A = TypeVar("A", bound=Message)
+
+
+@dataclass(frozen=True)
+class Service(Generic[Q, A]):
+    """One thing that the world can be asked.
+
+    Attributes:
+        name: As in keys, and that of its module.
+        ros_type: The ROS name of the service, such as ``simulation_interfaces/srv/SpawnEntity``.
+        request: The request's message type.
+        response: The response's message type.
+        serve: Answers a request; None for an answer that comes later, by `Simulator.answer`.
+        changes_world: Whether it does something that a replay has to do again.
+        example: A request that makes sense in the world of the contract tests, in plain values.
+    """
+
+    name: str
+    ros_type: str
+    request: type[Q]
+    response: type[A]
+    serve: Callable[[Simulator, Q], A | None]
+    changes_world: bool = False
+    example: Mapping[str, Any] = field(default_factory=dict)
+
+
+AnyService = Service[Any, Any]
+
+
+@cache
+def registry() -> dict[str, AnyService]:
+    """Return all services by name."""
+    return discover(sys.modules[__name__], "SERVICE", Service)

@@ -1,0 +1,252 @@
+"""The requests about time, ``_world/time/…``: bytes to commands, answers to bytes."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+
+from pydantic import Field
+from pydantic_core import to_json
+
+from hmrsim.gateway import CancelGoal, CancelResponse, FeedbackSent, GoalResponse, SendGoal
+from hmrsim.goal import parse_goal_id
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.participation import (
+    Advance,
+    Granted,
+    HasLeft,
+    Join,
+    Joined,
+    Leave,
+    ReadTime,
+    SetClock,
+    TimeAnswer,
+    TimeState,
+)
+from hmrsim_zenoh import encoding
+from hmrsim_zenoh.envelopes import Envelope, UnreadableError, plain, read, unreadable_at
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from hmrsim.actions import AnyAction
+    from hmrsim.gateway import Refused
+    from hmrsim.interfaces.message import Message
+    from hmrsim.participation import TimeCommand
+    from hmrsim_zenoh.keys import Keys
+
+_FOLDER: Final = "time/"
+
+JOINED: Final = f"{encoding.JSON};hmrsim/Joined"
+GRANTED: Final = f"{encoding.JSON};hmrsim/Granted"
+LEFT: Final = f"{encoding.JSON};hmrsim/Left"
+TIME_STATE: Final = f"{encoding.JSON};hmrsim/TimeState"
+
+SERVICE_TYPES: Final = {
+    f"{_FOLDER}{name}": f"hmrsim/{kind}"
+    for name, kind in {
+        "join": "Join",
+        "advance": "Advance",
+        "leave": "Leave",
+        "set": "SetTime",
+        "state": "TimeState",
+    }.items()
+}
+"""What can be asked, and the type of it."""
+
+_Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=200)]
+_Kind = Literal["status", "feedback", "result"]
+
+
+class JoinRequest(Envelope):
+    """Who wants to take part."""
+
+    name: _Name
+
+
+class LeaveRequest(Envelope):
+    """Who takes part no longer."""
+
+    participant: str
+
+
+class CommandRequest(Envelope):
+    """A goal to send, or to cancel, before time moves."""
+
+    robot: str
+    action: str
+    goal_id: str | None = None
+    goal: dict[str, Any] | None = None
+    cancel: str | None = None
+
+
+class AdvanceRequest(Envelope):
+    """How far time may move, what for it shall stop, and what shall be done first."""
+
+    participant: str
+    epoch: int
+    until: float | None = None
+    wake: list[_Kind] = Field(default_factory=list)
+    report: list[_Kind] = Field(default_factory=list)
+    commands: list[CommandRequest] = Field(default_factory=list)
+
+
+class SetRequest(Envelope):
+    """How time shall move from now on; what is left out stays."""
+
+    clock: Literal["realtime", "lockstep"] | None = None
+    real_time_factor: Annotated[float, Field(ge=0)] | None = None
+
+
+class ReadRequest(Envelope):
+    """The request to read what is latched: it has no fields."""
+
+
+class TimeRequests:
+    """Reads what is asked about time.
+
+    Args:
+        keys: How keys are spelled; it knows the further names of actions.
+        actions: All actions by name, to read goals.
+        max_payload: Bytes that a request may have.
+    """
+
+    def __init__(self, keys: Keys, actions: Mapping[str, AnyAction], max_payload: int) -> None:
+        self._keys = keys
+        self._actions = actions
+        self._max_payload = max_payload
+        self._readers: dict[str, Callable[[bytes, Any], TimeCommand]] = {
+            "join": self._join,
+            "advance": self._advance,
+            "leave": self._leave,
+            "set": self._set,
+            "state": self._state,
+        }
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What can be asked, as the ends of keys."""
+        return tuple(f"{_FOLDER}{name}" for name in self._readers)
+
+    def read(self, topic: str, payload: bytes, reply_to: Any) -> TimeCommand:
+        """Return the command that a request stands for.
+
+        Args:
+            topic: One of `names`.
+            payload: The request.
+            reply_to: To go with the command.
+
+        Raises:
+            UnreadableError: It makes no sense.
+        """
+        return self._readers[topic.removeprefix(_FOLDER)](payload, reply_to)
+
+    def _request(self, kind: type[Envelope], payload: bytes) -> Any:
+        return read(plain(kind), payload, max_payload=self._max_payload)
+
+    def _join(self, payload: bytes, reply_to: Any) -> Join:
+        return Join(self._request(JoinRequest, payload).name, reply_to)
+
+    def _leave(self, payload: bytes, reply_to: Any) -> Leave:
+        return Leave(self._request(LeaveRequest, payload).participant, reply_to)
+
+    def _set(self, payload: bytes, reply_to: Any) -> SetClock:
+        request = self._request(SetRequest, payload)
+        return SetClock(request.clock, request.real_time_factor, reply_to)
+
+    def _state(self, payload: bytes, reply_to: Any) -> ReadTime:
+        if payload:
+            self._request(ReadRequest, payload)
+        return ReadTime(reply_to)
+
+    def _advance(self, payload: bytes, reply_to: Any) -> Advance:
+        request: AdvanceRequest = self._request(AdvanceRequest, payload)
+        advance = Advance(
+            request.participant,
+            request.epoch,
+            wake=_kinds(tuple(request.wake)),
+            report=_kinds(tuple(request.report)),
+            commands=tuple(self._command(command, number) for number, command in enumerate(request.commands)),
+            reply_to=reply_to,
+        )
+        return advance if request.until is None else advance._replace(until=request.until)
+
+    def _command(self, request: CommandRequest, number: int) -> SendGoal | CancelGoal:
+        where = f"commands.{number}"
+        robot, name = self._keys.resolve(request.robot, request.action)
+        if request.cancel is not None:
+            if request.goal is not None or request.goal_id is not None:
+                raise unreadable_at(where, "a command sends a goal or cancels one; it has both", None)
+            try:
+                return CancelGoal(robot, name, parse_goal_id(request.cancel))
+            except ValueError as error:
+                raise unreadable_at(f"{where}.cancel", str(error), request.cancel) from None
+        if request.goal is None:
+            raise unreadable_at(where, "a command needs a goal to send, or the id of one to cancel", None)
+        action = self._actions.get(name)
+        # Whoever serves no such action says so; nobody can read its goal.
+        goal = None if action is None else self._goal(action, request.goal, f"{where}.goal")
+        return SendGoal(robot, name, goal, request.goal_id)
+
+    def _goal(self, action: AnyAction, goal: dict[str, Any], where: str) -> Any:
+        try:
+            # As JSON once more: a list or a number is read as it is in any other request.
+            kind: type[Message] = action.goal
+            return read(plain(kind), to_json(goal), max_payload=self._max_payload)
+        except UnreadableError as error:
+            raise error.below(where) from None
+
+
+@cache
+def _kinds(names: tuple[str, ...]) -> frozenset[str]:
+    return frozenset(names)
+
+
+def encoded(answer: TimeAnswer) -> tuple[bytes, str]:
+    """Return an answer as JSON, and its encoding."""
+    match answer:
+        case Granted():
+            return _granted(answer), GRANTED
+        case Joined(participant, epoch, now, goals):
+            fields = {"participant": participant, "epoch": epoch, "now": now, "goals": goals}
+            return encoding.dump(fields), JOINED
+        case HasLeft(participant):
+            return encoding.dump({"participant": participant}), LEFT
+        case TimeState():
+            return state(answer), TIME_STATE
+
+
+def state(answer: TimeState) -> bytes:
+    """Return how time moves, as JSON."""
+    return encoding.dump(answer._asdict())
+
+
+def _granted(answer: Granted) -> bytes:
+    accepted = b",".join(_accepted(each) for each in answer.accepted)
+    events = b",".join(_event(kind, at, event) for kind, at, event in answer.events)
+    head = f'{{"epoch":{answer.epoch},"now":{json.dumps(answer.now)},"reason":"{answer.reason}"'
+    return b'%b,"accepted":[%b],"events":[%b]}' % (head.encode(), accepted, events)
+
+
+def _accepted(answer: GoalResponse | CancelResponse | Refused) -> bytes:
+    match answer:
+        case GoalResponse():
+            return encoding.goal_response(answer)
+        case CancelResponse():
+            return encoding.cancel_response(answer)
+        case _:
+            return encoding.error(answer.message, answer.field, answer.value)
+
+
+def _event(kind: str, at: int, event: Any) -> bytes:
+    sec, nanosec = divmod(at, NANOSECONDS)
+    head = (
+        f'{{"stamp":{{"sec":{sec},"nanosec":{nanosec}}},"kind":"{kind}","robot":"{event.robot}",'
+        f'"action":"{event.action}","goal_id":"{event.goal_id}",'
+    ).encode()
+    if isinstance(event, FeedbackSent):
+        return b'%b"feedback":%b}' % (head, encoding.feedback_body(event.feedback))
+    if kind == "result" and event.result is not None:
+        return b'%b"status":%d,"result":%b}' % (head, event.status, encoding.message(event.result))
+    return b'%b"status":%d}' % (head, event.status)
