@@ -95,7 +95,7 @@ class Scripts:
         self._happened = happened
         self.all = {
             name: Script(name, [read_order(text, world) for text in robot.script])
-            for name, robot in world.robots.items()
+            for name, robot in sorted(world.robots.items())
             if robot.script
         }
         for script in self.all.values():

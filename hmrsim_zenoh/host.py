@@ -36,9 +36,6 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-CONTRACT = 1
-"""Version of the public interface, as ``_world/info`` tells it."""
-
 _MOST_TOKENS = 1000
 """Robots up to which each has a liveliness token: declaring them takes time that grows with their number squared."""
 
@@ -241,7 +238,7 @@ class Host:
         services += [{"name": f"{WORLD}/{name}", "type": type_} for name, type_ in SERVICE_TYPES.items()]
         services += [{"name": f"{WORLD}/{name}", "type": service.ros_type} for name, service in all_services().items()]
         described = {
-            "contract": CONTRACT,
+            "contract": hmrsim.CONTRACT,
             "hmrsim": hmrsim.__version__,
             "world": {"name": loaded.world.name, "hash": loaded.hash, "units": loaded.world.units},
             "robots": [

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 _COMMANDS: Final = {
     "run": "serve a world over Zenoh until Ctrl-C",
     "simulate": "run the robots' own scripts in virtual time, without a network",
+    "replay": "run a trace again, and say whether it comes out the same",
     "demo": "watch a fleet do its work in the hospital, from start to end",
     "action": "list the robots' actions, look at one, send a goal",
     "topic": "list what is published, and follow it",

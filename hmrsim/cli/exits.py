@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.errors import HmrsimError, WorldError
+from hmrsim.errors import HmrsimError, TraceError, WorldError
 from hmrsim_zenoh.errors import (
     BadOptions,
     NobodyThere,
@@ -41,6 +41,7 @@ class UnknownName(HmrsimError):
 _CODES: Final[Mapping[type[HmrsimError], ExitCode]] = {
     WrongUse: ExitCode.WRONG_USE,
     WorldError: ExitCode.WRONG_USE,
+    TraceError: ExitCode.WRONG_USE,
     BadOptions: ExitCode.WRONG_USE,
     PortTaken: ExitCode.WRONG_USE,
     PrefixTaken: ExitCode.WRONG_USE,

@@ -16,8 +16,9 @@ from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.run_log import GoalLog, LogLines
+from hmrsim.cli.tracing import add_trace_option, traced
 from hmrsim.cli.world_options import add_world_options, read_world
-from hmrsim.errors import printable
+from hmrsim.errors import HmrsimError, printable
 from hmrsim.log_options import add_log_options, log_level
 from hmrsim.participation import CLOCKS, REALTIME
 from hmrsim.signals import on_signals
@@ -62,6 +63,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, metavar="N", help="replaces the world's")
     _add_time_options(parser)
     _add_server_options(parser)
+    add_trace_option(parser)
     add_session_options(parser)
     add_log_options(parser, default="info")
     parser.add_argument("--json", action="store_true", help="say that it is ready as one JSON object")
@@ -165,8 +167,12 @@ def _run(args: argparse.Namespace) -> int:
     if args.clock == REALTIME and args.real_time_factor == 0 and args.duration < math.inf:
         warn(f"--duration {args.duration:g}: as fast as possible, {_TIME_STANDS}")
     host = Host(loaded, options, _settings(args))
-    with host, _shown(host, loaded, log_level(args)) as table:
+    with host, traced(args.trace, host.simulator) as trace, _shown(host, loaded, log_level(args)) as table:
+        if trace is not None:
+            host.pacing.on_wait = trace.flush
         _serve(host, table, lambda: _tell_ready(loaded, host, options, as_json=args.json))
+        if isinstance(host.error, HmrsimError):
+            raise host.error
     if host.error is not None:
         traceback.print_exception(host.error)
         return ExitCode.FAILED

@@ -14,6 +14,7 @@ from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.run_log import GoalLog
+from hmrsim.cli.tracing import add_trace_option, traced
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.gateway import GoalChanged
 from hmrsim.log_options import add_log_options, log_level, logging_to_stderr
@@ -35,6 +36,7 @@ exit codes: 0 every script was carried out; 1 one failed, or was not done by --d
 examples:
   hmrsim simulate warehouse
   hmrsim simulate warehouse --log-level info 2>goals.log
+  hmrsim simulate warehouse --seed 3 --trace run.jsonl && hmrsim replay run.jsonl
   hmrsim simulate my_map.drawio --duration 600 --json | jq .robots"""
 
 _SHORTEST: Final = 1e-6
@@ -55,6 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--duration", type=numbers.positive, default=math.inf, metavar="SIM_S", help="give up after so much time"
     )
+    add_trace_option(parser)
     parser.add_argument("--json", action="store_true", help="print the summary as one JSON object")
     add_log_options(parser)
     parser.set_defaults(function=_simulate)
@@ -87,7 +90,7 @@ def _simulate(args: argparse.Namespace) -> int:
         simulator.attach(GoalLog(simulator))
     collect_rarely()
     began = time.perf_counter()
-    with logging_to_stderr(args):
+    with logging_to_stderr(args), traced(args.trace, simulator):
         simulator.run_scripts(args.duration)
     wall_time = time.perf_counter() - began
     scripts = simulator.scripts.all.values()

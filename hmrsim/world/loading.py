@@ -5,13 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world import additions
 from hmrsim.world.checks import check
 from hmrsim.world.files import find
-from hmrsim.world.finding import MOST_FINDINGS
+from hmrsim.world.finding import MOST_FINDINGS, dotted
 from hmrsim.world.includes import read_all
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 from hmrsim.world.validation import Lost, validate
@@ -78,6 +78,26 @@ def load_world(
     if valid.world is None or any(problem.severity == "error" for problem in problems):
         raise WorldError(problems)
     return LoadedWorld(valid.world, path, tuple(problems), world_hash(valid.world))
+
+
+def world_of(data: dict[str, Any], source: str) -> World:
+    """Return the world that plain values describe, checked; includes are not looked for.
+
+    Args:
+        data: As in a native file.
+        source: What they come from, for errors.
+
+    Raises:
+        WorldError: Something is wrong; it has all errors.
+    """
+    valid = validate(data)
+    findings = list(valid.findings)
+    if valid.world is not None:
+        findings += [valid.original_of(finding) for finding in check(valid.world, valid.lost)]
+    errors = [Problem(source, dotted(each.path), each.message) for each in findings if each.severity == "error"]
+    if valid.world is None or errors:
+        raise WorldError(errors)
+    return valid.world
 
 
 def _added(text: str, parse: Callable[[str], Source], add: Callable[[Source], None]) -> tuple[Problem, ...]:

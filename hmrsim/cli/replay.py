@@ -1,0 +1,98 @@
+"""``hmrsim replay``: run a trace again, and say whether it comes out the same."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim import __version__
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.garbage import collect_rarely
+from hmrsim.cli.output import show, show_json, warn
+from hmrsim.errors import TraceError, printable
+from hmrsim.log_options import add_log_options, logging_to_stderr
+from hmrsim.replay import Difference, Outcome, replay
+
+if TYPE_CHECKING:
+    import argparse
+
+_EXAMPLES: Final = """\
+exit codes: 0 it came out the same, byte for byte; 1 it did not; 2 it is no trace
+
+examples:
+  hmrsim replay run.jsonl
+  hmrsim replay run.jsonl --json | jq .difference"""
+
+_MOST_BYTES: Final = 64 * 1024 * 1024
+"""No line is so long: a world is smaller, and all else is much smaller."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim replay``."""
+    parser.description = (
+        "Run a trace again without any network or controller, and say whether it comes out identical,\n"
+        "or where it first differs. A trace that was cut off is run to its end."
+    )
+    parser.epilog = _EXAMPLES
+    parser.add_argument("trace", type=Path, metavar="TRACE", help="a file that --trace has written")
+    parser.add_argument("--json", action="store_true", help="print what came of it as one JSON object")
+    add_log_options(parser, default="error")
+    parser.set_defaults(function=_replay)
+
+
+def _replay(args: argparse.Namespace) -> int:
+    collect_rarely()
+    try:
+        with args.trace.open(encoding="utf-8", newline="\n") as lines, logging_to_stderr(args):
+            outcome = replay(iter(lambda: lines.readline(_MOST_BYTES), ""))
+    except OSError as error:
+        raise TraceError(f"{args.trace}: can't be read: {(error.strerror or str(error)).lower()}") from None
+    except UnicodeDecodeError:
+        raise TraceError(f"{args.trace}: is no text, and so no trace") from None
+    except TraceError as error:
+        raise TraceError(f"{args.trace}: {error}") from None
+    if outcome.header.version != __version__:
+        warn(f"{args.trace} was written by hmrsim {outcome.header.version}; this is {__version__}")
+    if args.json:
+        show_json(_described(outcome))
+    else:
+        _show(args.trace, outcome)
+    return ExitCode.DONE if outcome.difference is None else ExitCode.FAILED
+
+
+def _described(outcome: Outcome) -> dict[str, Any]:
+    return {
+        "identical": outcome.difference is None,
+        "complete": outcome.complete,
+        "lines": outcome.lines,
+        "commands": outcome.commands,
+        "sim_time": outcome.sim_time,
+        "world": {"name": outcome.header.name, "hash": outcome.header.hash},
+        "seed": outcome.header.seed,
+        "difference": None if outcome.difference is None else asdict(outcome.difference),
+    }
+
+
+def _show(path: Path, outcome: Outcome) -> None:
+    if outcome.difference is not None:
+        _show_difference(path, outcome.difference)
+        return
+    cut = "" if outcome.complete else "; the trace was cut off there"
+    show(
+        f"identical: {outcome.lines} lines, {outcome.commands} commands, {outcome.sim_time:.3f} simulated seconds{cut}"
+    )
+
+
+def _show_difference(path: Path, difference: Difference) -> None:
+    """Print both lines, and those around them."""
+    number = difference.line
+    show(f"{path}:{number}: the replay differs here")
+    rows = [(number - len(difference.before) + i, " ", line) for i, line in enumerate(difference.before)]
+    rows.append((number, "-", difference.trace))
+    rows.append((number, "+", difference.replay or "(nothing happens any more)"))
+    rows += [(number + 1 + i, " ", line) for i, line in enumerate(difference.after)]
+    width = len(str(rows[-1][0]))
+    for at, sign, line in rows:
+        show(f"{sign} {at:{width}}  {printable(line)}")
+    show("- the trace, + the replay")

@@ -1,0 +1,56 @@
+"""``--trace FILE``, for every command that runs a world."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hmrsim.errors import HmrsimError, TraceError
+from hmrsim.trace import Trace
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Iterator
+
+    from hmrsim.simulator import Simulator
+
+
+def add_trace_option(parser: argparse.ArgumentParser) -> None:
+    """Give a command its ``--trace``."""
+    parser.add_argument(
+        "--trace", type=Path, metavar="FILE", help="write what happens as lines of JSON, for `hmrsim replay`"
+    )
+
+
+@contextmanager
+def traced(path: Path | None, simulator: Simulator) -> Iterator[Trace | None]:
+    """Write the trace of a run to a file, if one is wanted; complete at the end of the context.
+
+    Raises:
+        TraceError: The file can't be written.
+    """
+    if path is None:
+        yield None
+        return
+    try:
+        file = path.open("w", encoding="ascii", newline="\n")
+    except OSError as error:
+        raise TraceError(f"--trace {path}: can't be written: {(error.strerror or str(error)).lower()}") from None
+    with file:
+
+        def write(text: str) -> None:
+            # Whole lines, and at once: whoever looks, or comes after a crash, finds them.
+            file.write(text)
+            file.flush()
+
+        trace = Trace(simulator, write)
+        trace.flush()
+        try:
+            yield trace
+        except BaseException:
+            # What broke the run may be that nothing can be written.
+            with suppress(HmrsimError):
+                trace.flush()
+            raise
+        trace.close()

@@ -1,0 +1,253 @@
+"""Running a trace again, without any network or controller, to see whether it comes out the same.
+
+The commands of the trace are given to a new simulation after the same number of events and at the same time; what
+it writes in turn is compared line by line. A trace that was cut off is compared as far as it goes.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import deque
+from dataclasses import dataclass
+from itertools import chain, islice
+from typing import TYPE_CHECKING, Any, Final
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+import hmrsim
+from hmrsim.actions import registry as actions
+from hmrsim.errors import TraceError, WorldError
+from hmrsim.gateway import CallService, CancelGoal, Participation, SendGoal, Stop
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
+from hmrsim.services import registry as services
+from hmrsim.sim_time import stamp
+from hmrsim.simulator import Simulator
+from hmrsim.trace import Header, Trace
+from hmrsim.world.loading import world_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from hmrsim.gateway import Command
+
+_CONTEXT: Final = 3
+"""Lines that are shown before and after those that differ."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Where trace and replay part.
+
+    Attributes:
+        line: Its number in the trace, from 1.
+        trace: What the trace has there.
+        replay: What came in its place; None when nothing happens any more.
+        before: The last lines that they have in common.
+        after: How the trace goes on.
+    """
+
+    line: int
+    trace: str
+    replay: str | None
+    before: tuple[str, ...]
+    after: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a replay showed.
+
+    Attributes:
+        header: The trace's first line.
+        lines: How many lines are the same.
+        commands: How many of them came from outside.
+        sim_time: How far the replay went, in simulated seconds.
+        complete: Whether the trace was read to its last line; one that was cut off has none.
+        difference: Where they part; None when they are identical.
+    """
+
+    header: Header
+    lines: int
+    commands: int
+    sim_time: float
+    complete: bool
+    difference: Difference | None
+
+
+class _World(BaseModel):
+    model_config = ConfigDict(strict=True)
+
+    name: str
+    hash: str
+    definition: dict[str, Any]
+
+
+class _HeaderLine(BaseModel):
+    model_config = ConfigDict(strict=True)
+
+    kind: str = Field(pattern="^header$")
+    contract: int
+    hmrsim: str
+    seed: int
+    world: _World
+
+
+class _Line(BaseModel):
+    """What a replay has to know of any line but the first."""
+
+    model_config = ConfigDict(strict=True, extra="allow")
+
+    kind: str
+    stamp: Time
+    after: int = 0
+    command: str = ""
+    by: str = ""
+
+
+def replay(lines: Iterable[str]) -> Outcome:
+    """Run a trace again and compare.
+
+    Args:
+        lines: Those of the trace, with their ends. A last one without an end is half a line, and is left out.
+
+    Raises:
+        TraceError: It is no trace, or one of another version.
+    """
+    return _Replay(line[:-1] for line in lines if line.endswith("\n")).run()
+
+
+class _Replay:
+    """One run of a trace.
+
+    Args:
+        lines: Its lines, without their ends.
+    """
+
+    def __init__(self, lines: Iterator[str]) -> None:
+        first = next(lines, "")
+        self._lines = chain([first], lines)
+        self._header = _header(first)
+        try:
+            world = world_of(dict(self._header.definition), "line 1: world")
+        except WorldError as error:
+            raise TraceError(str(error.problems[0])) from None
+        self._simulator = Simulator(world, seed=self._header.seed)
+        self._made: deque[str] = deque()
+        self._trace = Trace(self._simulator, lambda text: self._made.extend(text.splitlines()), self._header)
+        self._trace.flush()
+        self._commands = 0
+
+    def run(self) -> Outcome:
+        """Compare all lines, or those before the first difference."""
+        before: deque[str] = deque(maxlen=_CONTEXT)
+        same, last, difference = 0, "", None
+        for line in self._lines:
+            made = self._next(line, same + 1)
+            if made != line:
+                after = tuple(islice(self._lines, _CONTEXT))
+                difference = Difference(same + 1, line, made, tuple(before), after)
+                break
+            same, last = same + 1, line
+            before.append(line)
+        complete = difference is None and '"kind":"end"' in last
+        return Outcome(self._header, same, self._commands, self._simulator.now, complete, difference)
+
+    def _next(self, expected: str, number: int) -> str | None:
+        """Return the replay's next line, where the trace has *expected*; None if there is none."""
+        line = _parsed(expected, number) if number > 1 else None
+        if line is not None and line.kind in ("command", "end") and not self._made:
+            self._let_it_be(line)
+            if not self._made:
+                if self._simulator.taken != line.after:
+                    return None
+                self._repeat(line, number)
+        while not self._made and self._simulator.take(math.inf, 1, idle=False):
+            self._trace.flush()
+        return self._made.popleft() if self._made else None
+
+    def _let_it_be(self, line: _Line) -> None:
+        """Take events until the moment at which a command came, or until one of them has something to say."""
+        simulator = self._simulator
+        while not self._made and simulator.taken < line.after and simulator.take(math.inf, 1, idle=False):
+            self._trace.flush()
+        at = line.stamp.to_nanoseconds()
+        if simulator.taken == line.after and stamp(simulator.now) < at:
+            simulator.pass_to(at / NANOSECONDS)
+
+    def _repeat(self, line: _Line, number: int) -> None:
+        """Do what the trace says was done from outside."""
+        if line.kind == "end":
+            self._trace.close()
+            return
+        self._commands += 1
+        self._simulator.submit(_command(line, number), line.by)
+        self._trace.flush()
+
+
+def _header(line: str) -> Header:
+    try:
+        read = _HeaderLine.model_validate_json(line)
+    except ValidationError:
+        raise TraceError("line 1: no header of a trace; expected a file that was written with --trace") from None
+    if read.contract != hmrsim.CONTRACT:
+        raise TraceError(f"line 1: a trace of contract {read.contract}; this is contract {hmrsim.CONTRACT}")
+    world = read.world
+    return Header(read.hmrsim, read.seed, world.name, world.hash, world.definition)
+
+
+def _parsed(text: str, number: int) -> _Line:
+    try:
+        return _Line.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(str(step) for step in first["loc"])
+        raise TraceError(f"line {number}: {': '.join(filter(None, (where, first['msg'])))}") from None
+
+
+def _command(line: _Line, number: int) -> Command:
+    """Return the command that a line stands for.
+
+    Raises:
+        TraceError: It stands for none.
+    """
+    fields = line.model_extra or {}
+    if line.command not in _COMMANDS:
+        raise TraceError(f"line {number}: no command {line.command!r}; there are {', '.join(_COMMANDS)}")
+    try:
+        return _COMMANDS[line.command](fields)
+    except KeyError as error:
+        raise TraceError(f"line {number}: {line.command} has no {error.args[0]!r}") from None
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise TraceError(f"line {number}: {line.command}: {first['msg']}") from None
+
+
+def _send_goal(fields: dict[str, Any]) -> SendGoal:
+    action = actions().get(fields["action"])
+    goal = None if action is None or fields["goal"] is None else action.goal.model_validate_json(_json(fields["goal"]))
+    return SendGoal(fields["robot"], fields["action"], goal, fields["goal_id"])
+
+
+def _cancel_goal(fields: dict[str, Any]) -> CancelGoal:
+    goal_info = fields["goal_info"]
+    before = Time.model_validate_json(_json(goal_info["stamp"])).to_nanoseconds()
+    return CancelGoal(fields["robot"], fields["action"], goal_info["goal_id"], before)
+
+
+def _call_service(fields: dict[str, Any]) -> CallService:
+    service = services()[fields["service"]]
+    return CallService(service.name, service.request.model_validate_json(_json(fields["request"])))
+
+
+_COMMANDS: Final[dict[str, Callable[[dict[str, Any]], Command]]] = {
+    "send_goal": _send_goal,
+    "cancel_goal": _cancel_goal,
+    "call_service": _call_service,
+    "participation": lambda fields: Participation(fields["participant"], fields["change"], fields["why"]),
+    "stop": lambda fields: Stop(fields["reason"]),
+}
+
+
+def _json(value: object) -> str:
+    return json.dumps(value)

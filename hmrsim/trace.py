@@ -1,0 +1,217 @@
+"""The story of a run as lines of JSON: what came from outside, and what happened, in order.
+
+A trace says enough to run it again (`hmrsim.replay`), and the same run has the same trace, byte for byte::
+
+    {"contract":1,"hmrsim":"…","kind":"header","seed":7,"world":{"definition":{…},"hash":"…","name":"…"}}
+    {"after":0,"by":"nurses","command":"send_goal","goal":{…},…,"kind":"command","stamp":{"nanosec":1,"sec":0}}
+    {"action":"wait","goal_id":"…","kind":"status","robot":"wall_e","stamp":{"nanosec":1,"sec":0},"status":1}
+    {"after":42,"kind":"end","stamp":{…}}
+
+Keys are sorted, times are whole nanoseconds of simulated time, and there is no wall time. What came from outside is
+written as it came, so that it can come again; coordinates and other numbers of what happened are rounded to 1e-9,
+so that the last bit of a processor's arithmetic does not matter. ``after`` counts the events of the simulation that
+had been taken when a command came. How robots move from lane to lane is left out: a replay gives it back.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim import CONTRACT, __version__
+from hmrsim.errors import HmrsimError
+from hmrsim.gateway import (
+    CallService,
+    CancelGoal,
+    GoalChanged,
+    Happened,
+    Participation,
+    SendGoal,
+    Stop,
+    Topic,
+)
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
+from hmrsim.services import registry as services
+from hmrsim.sim_time import stamp
+from hmrsim.world.loading import world_hash
+from hmrsim.world.writing import native_data
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from hmrsim.gateway import Command, Event
+    from hmrsim.interfaces.message import Message
+    from hmrsim.simulator import Simulator
+
+_DIGITS: Final = 9
+_BATCH: Final = 512
+"""Lines that are written at once when nobody waits for anything."""
+
+_encode = json.JSONEncoder(sort_keys=True, separators=(",", ":"), allow_nan=False).encode
+
+
+@dataclass(frozen=True)
+class Header:
+    """The first line of a trace.
+
+    Attributes:
+        version: Of the simulator that ran it.
+        seed: Of the run.
+        name: Of the world.
+        hash: Of the world.
+        definition: The world, as a native file has it.
+        contract: Version of the public interface.
+    """
+
+    version: str
+    seed: int
+    name: str
+    hash: str
+    definition: Mapping[str, Any]
+    contract: int = CONTRACT
+
+    @classmethod
+    def of(cls, simulator: Simulator) -> Header:
+        """Return the header of a run that has not begun."""
+        world = simulator.world
+        return cls(__version__, simulator.seed, world.name, world_hash(world), native_data(world))
+
+    def line(self) -> str:
+        """Return the line, without its end."""
+        world = {"name": self.name, "hash": self.hash, "definition": self.definition}
+        fields = {"contract": self.contract, "hmrsim": self.version, "seed": self.seed, "world": world}
+        return _encode({"kind": "header", **fields})
+
+
+class Trace:
+    """A sink that writes what happens, and what the simulator is told from outside.
+
+    Args:
+        simulator: A simulator that has not begun; what it is told is written from now on.
+        write: Takes text: whole lines, some at a time.
+        header: The first line.
+
+    Writing raises `HmrsimError` when *write* raises OSError.
+    """
+
+    def __init__(self, simulator: Simulator, write: Callable[[str], object], header: Header | None = None) -> None:
+        self._simulator = simulator
+        self._write = write
+        self._lines: list[str] = [(header or Header.of(simulator)).line()]
+        self._results: dict[str, tuple[Message, str]] = {}
+        self._recorders: dict[type, Callable[[Any], dict[str, Any] | None]] = {
+            SendGoal: _send_goal,
+            CancelGoal: _cancel_goal,
+            CallService: self._call_service,
+            Participation: _participation,
+            Stop: lambda command: {"command": "stop", "reason": command.reason},
+        }
+        simulator.record = self._record
+        simulator.attach(self)
+
+    def flush(self) -> None:
+        """Write what has not been written yet."""
+        if self._lines:
+            lines, self._lines = self._lines, []
+            lines.append("")
+            try:
+                self._write("\n".join(lines))
+            except OSError as error:
+                raise HmrsimError(f"the trace can't be written: {(error.strerror or str(error)).lower()}") from None
+
+    def close(self) -> None:
+        """Write the last line, which says that the trace is complete."""
+        self._add({"kind": "end", **self._moment()})
+        self.flush()
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether it takes a topic: what happens, but no samples."""
+        return topic is Topic.EVENTS
+
+    def emit(self, event: Event) -> None:
+        """Write an event."""
+        kind = type(event)
+        if kind is GoalChanged:
+            self._lines.append(self._status(event))  # type: ignore[arg-type]  # by its exact type: asked for each event
+            if len(self._lines) >= _BATCH:
+                self.flush()
+        elif kind is Happened and event.kind != "motion":  # type: ignore[union-attr]  # likewise
+            self._add(_happened(event))  # type: ignore[arg-type]
+
+    def _status(self, event: GoalChanged) -> str:
+        sec, nanosec = divmod(event.stamp, NANOSECONDS)
+        result = "" if event.result is None else f'"result":{self._result(event)},'
+        return (
+            f'{{"action":"{event.action}","goal_id":"{event.goal_id}","kind":"status",{result}"robot":"{event.robot}",'
+            f'"stamp":{{"nanosec":{nanosec},"sec":{sec}}},"status":{int(event.status)}}}'
+        )
+
+    def _result(self, event: GoalChanged) -> str:
+        """Return a result as text; most goals of an action that succeed share theirs."""
+        result, known = event.result, self._results.get(event.action)
+        if known is not None and known[0] is result:
+            return known[1]
+        if result is None:
+            raise AssertionError
+        text = _encode(_rounded(result.model_dump(mode="json", exclude_defaults=True)))
+        self._results[event.action] = (result, text)
+        return text
+
+    def _record(self, command: Command, by: str) -> None:
+        recorder = self._recorders.get(type(command))
+        fields = recorder(command) if recorder else None
+        if fields is not None:
+            self._add({"kind": "command", **fields, **self._moment(), **({"by": by} if by else {})})
+
+    def _call_service(self, command: CallService) -> dict[str, Any] | None:
+        service = services()[command.service]
+        if not service.changes_world:
+            return None
+        return {"command": "call_service", "service": service.name, "request": _as_it_came(command.request)}
+
+    def _moment(self) -> dict[str, Any]:
+        simulator = self._simulator
+        return {"after": simulator.taken, "stamp": values_of(stamp(simulator.now))}
+
+    def _add(self, fields: Mapping[str, Any]) -> None:
+        self._lines.append(_encode(fields))
+        if len(self._lines) >= _BATCH:
+            self.flush()
+
+
+def _send_goal(command: SendGoal) -> dict[str, Any]:
+    goal = None if command.goal is None else _as_it_came(command.goal)
+    asked = {"robot": command.robot, "action": command.action, "goal_id": command.goal_id, "goal": goal}
+    return {"command": "send_goal", **asked}
+
+
+def _cancel_goal(command: CancelGoal) -> dict[str, Any]:
+    goal_info = {"goal_id": command.goal_id, "stamp": values_of(command.stamp)}
+    return {"command": "cancel_goal", "robot": command.robot, "action": command.action, "goal_info": goal_info}
+
+
+def _participation(command: Participation) -> dict[str, Any]:
+    return {"command": "participation", **command._asdict()}
+
+
+def _happened(event: Happened) -> dict[str, Any]:
+    fields: dict[str, Any] = _rounded(dict(event.fields))
+    return {**fields, "kind": event.kind, "stamp": values_of(event.stamp)}
+
+
+def _as_it_came(message: Message) -> Any:
+    """Return a message in plain values, exactly: it has to do the same once more."""
+    return message.model_dump(mode="json", exclude_unset=True)
+
+
+def _rounded(value: Any) -> Any:
+    """Return plain values with all numbers rounded, and no negative zero."""
+    if isinstance(value, float):
+        return round(value, _DIGITS) + 0.0 if math.isfinite(value) else str(value)
+    if isinstance(value, dict):
+        return {key: _rounded(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_rounded(each) for each in value]
+    return value
