@@ -128,7 +128,7 @@ class ActionServers:
         if server is not None:
             return server
         if robot not in self._robots:
-            there = ", ".join(self._robots) or "none"
+            there = ", ".join(sorted(self._robots)) or "none"
             raise GoalRejected("unknown_robot", f"no robot {robot!r}; there are: {there}")
         offers = self._offers(self._robots[robot])
         if action not in offers:

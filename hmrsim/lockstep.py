@@ -16,7 +16,16 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.gateway import Answered, FeedbackSent, GoalChanged, InterestChanged, Participation, Refused, SendGoal, Topic
+from hmrsim.gateway import (
+    Answered,
+    FeedbackSent,
+    GoalChanged,
+    InterestChanged,
+    Participation,
+    Refused,
+    SendGoal,
+    Topic,
+)
 from hmrsim.goal import made_goal_id
 from hmrsim.participation import Advance, Granted, HasLeft, Join, Joined, Leave
 from hmrsim.sim_time import nanoseconds, stamp
@@ -35,8 +44,13 @@ _OVER = "the run is over"
 
 @dataclass
 class _Slot:
-    """Where the answer to a command of an advance goes."""
+    """Where the answer to a command of an advance goes.
 
+    Attributes:
+        wakes: Whether whoever sent it wants to be woken for results.
+    """
+
+    wakes: bool
     answer: Any = None
 
 
@@ -253,7 +267,8 @@ class Lockstep:
             # Somebody who does not take part has done something meanwhile.
             self._halt()
         for participant, advance in asked:
-            participant.slots = [_Slot() for _ in advance.commands]
+            wakes = "result" in advance.wake
+            participant.slots = [_Slot(wakes) for _ in advance.commands]
             for command, slot in zip(advance.commands, participant.slots, strict=True):
                 self._simulator.submit(self._numbered(command, participant.name, slot), participant.name)
 
@@ -354,6 +369,9 @@ class Lockstep:
                 self._note("feedback", stamp(self._simulator.now), event)  # type: ignore[arg-type]
         elif kind is Answered and type(event.reply_to) is _Slot:  # type: ignore[union-attr]
             event.reply_to.answer = event.answer  # type: ignore[union-attr]
+            if event.reply_to.wakes and not _accepted(event.answer):  # type: ignore[union-attr]
+                # Its result, as it were: nothing else will come of it that could wake who sent it.
+                self._halt()
 
     def _note_change(self, event: GoalChanged) -> None:
         if "status" in self._told:
@@ -370,6 +388,11 @@ class Lockstep:
         """Grant no more than this instant."""
         self._woken = True
         self._horizon = self._simulator.halt()
+
+
+def _accepted(answer: Any) -> bool:
+    """Return whether a command came to something."""
+    return not isinstance(answer, Refused) and getattr(answer, "accepted", True)
 
 
 def _in_order(

@@ -196,6 +196,8 @@ class Pacing:
         if simulator.next_due <= target:
             # Some of it: commands are looked for in between.
             simulator.take(target, _EVENTS_BETWEEN_POLLS)
+            if self._courtesy.left:
+                return
         elif target >= self.duration:
             simulator.advance(self.duration)
             self._over = True

@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 def _process(robot: Robot, goal: Pickup.Goal, report: Report[Pickup.Feedback]) -> Generator[Any, Any, Pickup.Result]:
     report.send(Pickup.Feedback(state="PLANNING"))
     claw = robot.component(Claw)
-    item = _find(robot, claw, goal.target_name)
+    _find(robot, claw, goal.target_name)
     report.send(Pickup.Feedback(state="MONITOR"))
     yield from robot.hold(claw.settings.handling_time)
-    _refuse_carried(item)
+    # It may be gone by now, or elsewhere.
+    item = _find(robot, claw, goal.target_name)
     robot.pick(item)
     claw.item = item
     report.send(Pickup.Feedback(state="IDLE"))
@@ -41,11 +42,15 @@ def _find(robot: Robot, claw: Claw, name: str) -> Item:
     """
     item = robot.items.get(name)
     if item is None:
-        there = ", ".join(robot.items) or "none"
+        there = ", ".join(sorted(robot.items)) or "none"
         raise GoalAborted(MoveItErrorCodes.INVALID_OBJECT_NAME, f"no item {name!r}; there are: {there}")
     if claw.item is not None:
         raise GoalAborted(MoveItErrorCodes.INVALID_ROBOT_STATE, f"the claw holds {claw.item.name!r} already")
-    _refuse_carried(item)
+    if item.carrier is not None:
+        raise GoalAborted(
+            MoveItErrorCodes.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE,
+            f"{name!r} is carried by {item.carrier.name} already",
+        )
     away, reach = robot.distance_to(item.position), claw.reach(robot.units)
     if away > reach:
         raise GoalAborted(
@@ -58,14 +63,6 @@ def _find(robot: Robot, claw: Claw, name: str) -> Item:
             f"{name!r} is too heavy: {item.weight:g} kg, the claw lifts {claw.settings.max_weight:g} kg",
         )
     return item
-
-
-def _refuse_carried(item: Item) -> None:
-    if item.carrier is not None:
-        raise GoalAborted(
-            MoveItErrorCodes.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE,
-            f"{item.name!r} is carried by {item.carrier.name} already",
-        )
 
 
 ACTION = Action(

@@ -151,7 +151,7 @@ class TestPickup:
     @pytest.mark.parametrize(
         ("item", "robot", "code", "text"),
         [
-            ("ghost", "wall_e", -19, "no item 'ghost'; there are: parcel, anvil, letter"),
+            ("ghost", "wall_e", -19, "no item 'ghost'; there are: anvil, letter, parcel"),
             ("parcel", "wall_e", -1, "'parcel' is out of reach: 8.006 m away, reach 0.9"),
             ("anvil", "eve", -4, "'anvil' is too heavy: 80 kg, the claw lifts 1 kg"),
         ],

@@ -87,7 +87,7 @@ class TestAccept:
         [
             (go(goal_id="0" * 32), "invalid_goal_id", 1, "zero"),
             (go(goal_id="no id"), "invalid_goal_id", 1, "'no id' is not a UUID"),
-            (go(robot="nobody"), "unknown_robot", 1, "no robot 'nobody'; there are: wall_e, eve, cart"),
+            (go(robot="nobody"), "unknown_robot", 1, "no robot 'nobody'; there are: cart, eve, wall_e"),
             (
                 grab(robot="cart"),
                 "unknown_action",
@@ -398,7 +398,7 @@ class TestResult:
         """The text names those that there are."""
         answer = run((0.0, GetResult("nobody", "wait", A, "result"))).answer("result")
 
-        assert ("robot", "nobody", "no robot 'nobody'; there are: wall_e, eve, cart") == (
+        assert ("robot", "nobody", "no robot 'nobody'; there are: cart, eve, wall_e") == (
             answer.field,
             answer.value,
             answer.message,

@@ -8,14 +8,15 @@ import pytest
 
 from hmrsim import wall as wall_module
 from hmrsim.errors import SimulationStopped
-from hmrsim.gateway import GetResult, Inbox, SendGoal, Topic
+from hmrsim.gateway import GetResult, Happened, Inbox, SendGoal, Topic
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.pacing import Pacing
+from hmrsim.participation import Join
 from hmrsim.retention import Retention
 from tests.simulation import simulate
 
-A = "a" * 32
+A, B = "a" * 32, "b" * 32
 WAIT = SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=4)), A, "x")
 
 
@@ -52,10 +53,11 @@ def wall(monkeypatch):
     return FakeWall(monkeypatch)
 
 
-def paced(wall, arrivals, *, factor=1.0, topics=frozenset(), **kwargs):
+def paced(wall, arrivals, *, factor=1.0, topics=frozenset(), hold=0.0, **kwargs):
     """Run a simulation at a pace; return it with its log."""
     run = simulate(topics=topics)
-    pace = Pacing(run.simulator, wall.inbox(arrivals, **kwargs), Retention(-1), real_time_factor=factor, duration=50.0)
+    inbox = wall.inbox(arrivals, **kwargs)
+    pace = Pacing(run.simulator, inbox, Retention(-1), real_time_factor=factor, duration=50.0, hold=hold)
     pace.run()
     return run, pace
 
@@ -143,6 +145,61 @@ def test_results_are_dropped_after_their_wall_time(wall):
     Pacing(run.simulator, inbox, retention).run()
 
     assert [4, 0] == [run.log.answer(t).status for t, _ in ask]
+
+
+class TestHold:
+    """Time that stands for a moment after a result."""
+
+    def test_it_stands_until_the_next_goal_comes(self, wall):
+        """A result at 4 s; the next goal comes 0.2 wall seconds later, at the same time, and takes 4 s more."""
+        later = WAIT._replace(goal_id=B)
+        run, _ = paced(wall, [(0.0, WAIT), (4.2, later)], hold=1.0)
+
+        assert [4.0, 4.0, 8.0] == pytest.approx([time for time, _ in run.log.changes(B)])
+
+    def test_it_stands_no_longer_than_it_may(self, wall):
+        """A goal that comes 3 wall seconds after the result finds 2 of them gone by."""
+        later = WAIT._replace(goal_id=B)
+        run, _ = paced(wall, [(0.0, WAIT), (7.0, later)], hold=1.0)
+
+        assert 6.0 == pytest.approx(run.log.changes(B)[0][0])
+
+    def test_as_fast_as_possible_too(self, wall):
+        """Another robot's wait goes on only when the hold is over."""
+        other = SendGoal("eve", "wait", Wait.Goal(time=Duration(sec=9)), B)
+        run, _ = paced(wall, [(0.0, WAIT), (0.0, other)], factor=0.0, hold=1.0, close_at=5.0)
+
+        assert (9.0, "SUCCEEDED") == run.log.changes(B)[-1]
+        assert 1.0 in wall.waits
+
+
+class TestPause:
+    """Time that somebody has stopped."""
+
+    def test_nothing_moves_while_it_is_paused(self, wall):
+        """Commands are taken all the same, at that time."""
+        run = simulate(topics=frozenset())
+        run.simulator.limit = 0.0
+        Pacing(run.simulator, wall.inbox([(1.0, WAIT)], close_at=20.0), Retention(-1)).run()
+
+        assert [(0.0, "ACCEPTED"), (0.0, "EXECUTING")] == run.log.changes(A)
+
+
+class TestLockstep:
+    """Participants, by the wall."""
+
+    def test_one_that_stalls_is_dropped(self):
+        """The run ends when that is wanted; the watch is a thread of its own."""
+        run = simulate(topics=frozenset({Topic.EVENTS}))
+        inbox = Inbox()
+        inbox.put(Join("nurse", "x"))
+        pacing = Pacing(
+            run.simulator, inbox, Retention(-1), clock="lockstep", participant_timeout=0.05, end_on_loss=True
+        )
+        pacing.run()
+        kinds = [event.kind for _, event in run.log.events if isinstance(event, Happened)]
+
+        assert ["participant_dropped", "participant_joined"] == sorted(kinds)
 
 
 class TestInbox:

@@ -70,7 +70,7 @@ def test_the_frame_is_map_or_left_empty(fast, go, frame):
         (NAVIGATE, {}, "a" * 31, "invalid_goal_id", 1, "not a UUID"),
         ("wall_e/pickup", {}, "0" * 32, "invalid_goal_id", 99999, "zero"),
         ("eve/place", {}, "?", "invalid_goal_id", 99999, "'?' is not a UUID"),
-        ("nobody/wait", {}, A, "unknown_robot", 1, "no robot 'nobody'; there are: wall_e, eve, cart"),
+        ("nobody/wait", {}, A, "unknown_robot", 1, "no robot 'nobody'; there are: cart, eve, wall_e"),
         (
             "wall_e/fly",
             {"wings": 2},

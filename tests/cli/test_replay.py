@@ -1,0 +1,102 @@
+"""``hmrsim replay`` and ``--trace``."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+from hmrsim.cli import main
+
+WORLD = """\
+waypoints: {home: [0, 0], door: [4, 0]}
+lanes: [[home, door]]
+robots: {wall_e: {type: carrier, at: home, script: [Go door, Wait 2, Go home]}}
+"""
+
+
+@pytest.fixture
+def trace(tmp_path, capsys):
+    """Return the trace of a small world's scripts."""
+    world = tmp_path / "world.yaml"
+    world.write_text(WORLD)
+    path = tmp_path / "run.jsonl"
+    assert 0 == main(["simulate", str(world), "--trace", str(path)])
+    capsys.readouterr()
+    return path
+
+
+def test_a_replay_that_comes_out_the_same(trace, capsys):
+    """Exit 0, and how much was compared."""
+    code = main(["replay", str(trace)])
+
+    assert 0 == code
+    assert re.fullmatch(r"identical: \d+ lines, 0 commands, 10\.000 simulated seconds\n", capsys.readouterr().out)
+
+
+def test_a_trace_that_was_cut_off(trace, capsys):
+    """It says so."""
+    trace.write_text(trace.read_text()[:-50])
+    code = main(["replay", str(trace)])
+
+    assert (0, True) == (code, capsys.readouterr().out.endswith("; the trace was cut off there\n"))
+
+
+def test_a_replay_that_differs(trace, capsys):
+    """Exit 1, and both lines with their number."""
+    text = trace.read_text()
+    trace.write_text(text.replace('"status":4', '"status":6', 1))
+    code = main(["replay", str(trace)])
+    out = capsys.readouterr().out
+    number = text[: text.index('"status":4')].count("\n") + 1
+
+    assert 1 == code
+    assert out.startswith(f"{trace}:{number}: the replay differs here\n")
+    assert re.search(rf'^- +{number}  .*"status":6}}$', out, re.MULTILINE)
+    assert re.search(rf'^\+ +{number}  .*"status":4}}$', out, re.MULTILINE)
+
+
+def test_json_for_programs(trace, capsys):
+    """One object."""
+    code = main(["replay", str(trace), "--json"])
+    told = json.loads(capsys.readouterr().out)
+
+    assert 0 == code
+    assert (True, True, None, 10.0) == (told["identical"], told["complete"], told["difference"], told["sim_time"])
+
+
+def test_two_runs_have_one_trace(trace, tmp_path):
+    """Byte for byte."""
+    again = tmp_path / "again.jsonl"
+    main(["simulate", str(tmp_path / "world.yaml"), "--trace", str(again)])
+
+    assert trace.read_bytes() == again.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        (None, "can't be read: no such file or directory"),
+        (b"", "line 1: no header of a trace; expected a file that was written with --trace"),
+        (b"\xff\xfe\n", "is no text, and so no trace"),
+    ],
+)
+def test_what_is_no_trace_is_wrong_use(tmp_path, capsys, content, why):
+    """Exit 2, one line with the file and why."""
+    path = tmp_path / "run.jsonl"
+    if content is not None:
+        path.write_bytes(content)
+    code = main(["replay", str(path)])
+
+    assert 2 == code
+    assert f"hmrsim: {path}: {why}\n" == capsys.readouterr().err
+
+
+def test_a_trace_that_can_t_be_written_is_wrong_use(tmp_path, capsys):
+    """Exit 2, before anything runs."""
+    (tmp_path / "world.yaml").write_text(WORLD)
+    code = main(["simulate", str(tmp_path / "world.yaml"), "--trace", str(tmp_path / "no" / "run.jsonl")])
+
+    assert 2 == code
+    assert "can't be written: no such file or directory" in capsys.readouterr().err

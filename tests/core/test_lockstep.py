@@ -1,0 +1,494 @@
+"""Time that moves only as far as its controllers allow."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from hmrsim.gateway import CancelGoal, FeedbackSent, GoalChanged, Happened, Refused, SendGoal, Topic
+from hmrsim.goal import made_goal_id
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.lockstep import Lockstep
+from hmrsim.participation import Advance, Granted, HasLeft, Join, Joined, Leave
+from tests.simulation import simulate
+
+RESULT = frozenset({"result"})
+
+
+def wait(robot, seconds, goal_id=None):
+    """Return the command to stand still."""
+    return SendGoal(robot, "wait", Wait.Goal(time=Duration.from_seconds(seconds)), goal_id)
+
+
+def go(robot, x, y):
+    """Return the command to drive to a point."""
+    pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
+    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose))
+
+
+class Steps:
+    """A simulation in lockstep, and what its participants are told, by what they asked with."""
+
+    def __init__(self, *, topics=frozenset(), most=16, **settings):
+        self.run = simulate(topics=topics)
+        self.simulator = self.run.simulator
+        self.lockstep = Lockstep(self.simulator, **settings)
+        self.simulator.attach(self.lockstep)
+        self._most = most
+        self._asked = 0
+
+    def join(self, *names):
+        """Let participants join; return the last one's answer."""
+        for name in names:
+            answer = self._ask(lambda reply_to, name=name: self.lockstep.join(Join(name, reply_to), 0.0))
+        return self.answers(answer)
+
+    def ask(self, name, epoch, until=math.inf, *commands, wake=RESULT, report=frozenset()):
+        """Ask to advance; return the number that `answers` wants."""
+        advance = Advance(name, epoch, until, frozenset(wake), frozenset(report), commands)
+        return self._ask(lambda reply_to: self.lockstep.advance(advance._replace(reply_to=reply_to), 0.0))
+
+    def advance(self, *args, **kwargs):
+        """Ask to advance, let time move, and return the answer."""
+        asked = self.ask(*args, **kwargs)
+        self.move()
+        return self.answers(asked)
+
+    def leave(self, name):
+        """Let a participant leave; return the answer."""
+        return self.answers(self._ask(lambda reply_to: self.lockstep.leave(Leave(name, reply_to))))
+
+    def move(self):
+        """Grant all the time that may be granted."""
+        while self.lockstep.ready:
+            self.lockstep.begin()
+            while self.lockstep.proceed(self._most, 0.0):
+                pass
+
+    def answers(self, asked):
+        """Return what was answered; None while the answer is held."""
+        found = self.run.log.answers(asked)
+        assert len(found) <= 1
+        return found[0] if found else None
+
+    def happened(self):
+        """Return kind and participant of what was told of participants."""
+        events = [event for _, event in self.run.log.events if isinstance(event, Happened)]
+        return [(each.kind, each.fields["participant"]) for each in events if each.kind.startswith("participant")]
+
+    def _ask(self, ask):
+        self._asked += 1
+        ask(self._asked)
+        return self._asked
+
+
+def kinds(granted):
+    """Return kind, robot and time of each event of a grant."""
+    return [(kind, event.robot, stamp / 1e9) for kind, stamp, event in granted.events]
+
+
+@pytest.fixture
+def steps():
+    """Return a simulation that one participant has joined."""
+    one = Steps(topics=frozenset({Topic.EVENTS}))
+    one.join("alone")
+    return one
+
+
+class TestOne:
+    """One participant."""
+
+    def test_joining_tells_where_to_begin(self):
+        """Epoch, time, and how many goals this name has sent."""
+        assert Joined("nurse", 0, 0.0, 0) == Steps().join("nurse")
+
+    def test_time_stands_until_it_asks(self, steps):
+        """Nothing moves before."""
+        steps.simulator.submit(wait("eve", 1))
+        steps.move()
+
+        assert 0.0 == steps.simulator.now
+
+    def test_it_is_woken_by_a_result(self, steps):
+        """At the instant of the first result, not at the time it would go to."""
+        granted = steps.advance("alone", 0, 10.0, wait("eve", 3), wait("wall_e", 5))
+
+        assert (1, 3.0, "event") == granted[:3]
+        assert [("result", "eve", 3.0)] == kinds(granted)
+
+    def test_all_that_happens_at_the_instant_is_told_at_once(self, steps):
+        """Two results of one time are one grant."""
+        granted = steps.advance("alone", 0, 10.0, wait("eve", 3), wait("wall_e", 3))
+
+        assert [("result", "eve", 3.0), ("result", "wall_e", 3.0)] == kinds(granted)
+
+    def test_it_gets_the_time_it_asks_for(self, steps):
+        """When nothing happens before."""
+        assert Granted(1, 2.5, "until") == steps.advance("alone", 0, 2.5)
+
+    def test_a_time_that_has_been_is_granted_at_once(self, steps):
+        """It stays as late as it is."""
+        steps.advance("alone", 0, 5.0)
+
+        assert (2, 5.0, "until") == steps.advance("alone", 1, 2.0)[:3]
+
+    def test_it_is_never_told_an_earlier_time_than_it_asked_for(self, steps):
+        """Times are whole nanoseconds; a third of a second is none."""
+        assert 1 / 3 == steps.advance("alone", 0, 1 / 3).now
+
+    def test_nothing_scheduled_is_idle_at_once(self, steps):
+        """And as late as it was."""
+        assert Granted(1, 0.0, "idle") == steps.advance("alone", 0)
+
+    def test_the_answers_to_its_commands_come_in_their_order(self, steps):
+        """Also of those that are refused."""
+        granted = steps.advance("alone", 0, 1.0, wait("eve", 3), wait("nobody", 3), CancelGoal("eve", "wait"))
+        accepted, rejected, canceled = granted.accepted
+
+        assert (True, False, 0) == (accepted.accepted, rejected.accepted, canceled.return_code)
+        assert "unknown_robot" == rejected.reason
+
+    def test_a_goal_that_is_rejected_wakes_it(self, steps):
+        """Nothing else would ever come of it."""
+        granted = steps.advance("alone", 0, 10.0, wait("eve", 3), wait("nobody", 3))
+
+        assert (0.0, "event") == (granted.now, granted.reason)
+
+    def test_its_goals_are_numbered(self, steps):
+        """The ids come from its name and their number, also over several grants."""
+        first = steps.advance("alone", 0, 1.0, wait("eve", 3))
+        second = steps.advance("alone", 1, 2.0, wait("wall_e", 3))
+
+        expected = [made_goal_id("alone", 1), made_goal_id("alone", 2)]
+        assert expected == [first.accepted[0].goal_id, second.accepted[0].goal_id]
+
+    def test_numbers_go_on_when_it_joins_again(self, steps):
+        """So no id comes twice."""
+        steps.advance("alone", 0, 1.0, wait("eve", 3))
+        steps.leave("alone")
+
+        assert 1 == steps.join("alone").goals
+
+    def test_a_lost_answer_is_given_again(self, steps):
+        """For the same epoch, and nothing is done twice."""
+        granted = steps.advance("alone", 0, 1.0, wait("eve", 3))
+
+        assert granted == steps.advance("alone", 0, 1.0, wait("eve", 3))
+        assert 1.0 == steps.simulator.now
+
+    def test_asking_again_while_the_answer_is_held_gets_it_too(self, steps):
+        """Both are answered."""
+        steps.join("other")
+        first, second = steps.ask("alone", 0, 1.0), steps.ask("alone", 0, 1.0)
+        steps.advance("other", 0, 1.0)
+
+        assert steps.answers(first) == steps.answers(second) == Granted(1, 1.0, "until")
+
+    def test_another_epoch_is_refused(self, steps):
+        """The text says which one is next."""
+        expected = Refused("epoch", 7, "epoch 7 is not the current one, which is 0")
+
+        assert expected == steps.advance("alone", 7, 1.0)
+
+    def test_a_name_that_has_joined_is_refused(self, steps):
+        """Another name will do."""
+        assert "participant 'alone' has joined already; take another name" == steps.join("alone").message
+
+    def test_a_stranger_is_refused(self, steps):
+        """It has to join first."""
+        assert "no participant 'zoe'; join first" == steps.advance("zoe", 0).message
+        assert "no participant 'zoe'; join first" == steps.leave("zoe").message
+
+    def test_leaving_is_answered_and_told(self, steps):
+        """Time stands afterwards."""
+        assert HasLeft("alone") == steps.leave("alone")
+        assert [("participant_joined", "alone"), ("participant_left", "alone")] == steps.happened()
+        assert not steps.lockstep.ready
+
+    def test_status_wakes_who_wants_it(self, steps):
+        """At the instant of the command already."""
+        granted = steps.advance("alone", 0, 9.0, wait("eve", 3), wake={"status"})
+
+        assert 0.0 == granted.now
+        assert [1, 2] == [event.status for _, _, event in granted.events]
+
+    def test_a_result_is_told_with_the_status(self, steps):
+        """In this order, where both are wanted."""
+        steps.advance("alone", 0, 0.0, wait("eve", 3), wake=())
+        granted = steps.advance("alone", 1, 9.0, wake={"status", "result"})
+
+        assert ["status", "result"] == [kind for kind, _, _ in granted.events]
+
+    def test_feedback_wakes_who_wants_it(self, steps):
+        """A tenth of a second after the goal began."""
+        granted = steps.advance("alone", 0, 9.0, go("wall_e", 5, 2), wake={"feedback"})
+
+        assert [("feedback", "wall_e", 0.1)] == kinds(granted)
+
+    def test_feedback_is_reported_without_waking(self, steps):
+        """That of the instant at which time was granted, once a goal."""
+        granted = steps.advance("alone", 0, 2.0, go("wall_e", 5, 2), report={"feedback"})
+        ((_, _, feedback),) = granted.events
+
+        assert isinstance(feedback, FeedbackSent)
+        assert 2.0 == pytest.approx(feedback.feedback["distance_remaining"])
+
+    def test_what_happens_while_it_thinks_is_told_next(self, steps):
+        """Somebody who does not take part cancels its goal."""
+        steps.advance("alone", 0, 1.0, wait("eve", 3))
+        steps.simulator.submit(CancelGoal("eve", "wait"))
+        granted = steps.advance("alone", 1, 9.0)
+
+        assert (1.0, "event") == (granted.now, granted.reason)
+        assert [("result", "eve", 1.0)] == kinds(granted)
+
+
+class TestSeveral:
+    """Several participants."""
+
+    def test_nobody_is_granted_before_all_ask(self):
+        """One that thinks holds time."""
+        steps = Steps()
+        steps.join("a", "b")
+        held = steps.ask("a", 0, 5.0)
+        steps.move()
+
+        assert steps.answers(held) is None
+        assert ("b",) == steps.lockstep.waiting_for
+
+    def test_the_least_time_is_granted(self):
+        """To all of them."""
+        steps = Steps()
+        steps.join("a", "b")
+        held = steps.ask("a", 0, 5.0)
+
+        assert steps.advance("b", 0, 2.0) == steps.answers(held) == Granted(1, 2.0, "until")
+
+    def test_commands_are_applied_in_the_order_of_names(self):
+        """Whoever asks first: both want the same base, and the later one gets it."""
+        for order in (("a", "b"), ("b", "a")):
+            steps = Steps()
+            steps.join(*order)
+            for name in order:
+                steps.ask(name, 0, 1.0, wait("eve", 3), wake=())
+            steps.move()
+            ends = [e.goal_id for _, e in steps.run.log.events if isinstance(e, GoalChanged) and e.status.terminal]
+
+            assert [made_goal_id("a", 1)] == ends
+
+    def test_they_are_answered_in_the_order_of_names(self):
+        """Whoever asked first."""
+        steps = Steps()
+        steps.join("b", "a")
+        b, a = steps.ask("b", 0, 1.0), steps.ask("a", 0, 1.0)
+        steps.move()
+        answered = [event.reply_to for _, event in steps.run.log.events if getattr(event, "reply_to", None) in (a, b)]
+
+        assert [a, b] == answered
+
+    def test_each_is_told_what_it_wants(self):
+        """One is woken, the other hears nothing of what it did not ask for."""
+        steps = Steps()
+        steps.join("a", "b")
+        held = steps.ask("a", 0, 9.0, wait("eve", 3), wake=())
+        granted = steps.advance("b", 0, 9.0)
+
+        assert ([], [("result", "eve", 3.0)]) == (kinds(steps.answers(held)), kinds(granted))
+        assert 3.0 == steps.answers(held).now
+
+    def test_time_stands_until_enough_have_joined(self):
+        """Two are awaited; the first may ask, and waits."""
+        steps = Steps(awaited=2)
+        steps.join("a")
+        held = steps.ask("a", 0, 1.0)
+        steps.move()
+        missing = steps.lockstep.waiting_for
+        steps.join("b")
+        steps.advance("b", 0, 1.0)
+
+        assert ("1 more to join",) == missing
+        assert Granted(1, 1.0, "until") == steps.answers(held)
+
+    def test_time_stands_until_all_names_have_joined(self):
+        """Others do not count."""
+        steps = Steps(awaited=("a", "b"))
+        steps.join("a", "zoe")
+        for name in ("a", "zoe"):
+            steps.ask(name, 0, 1.0)
+        steps.move()
+
+        assert (0.0, ("b",)) == (steps.simulator.now, steps.lockstep.waiting_for)
+
+    @pytest.mark.parametrize("order", [("a", "b"), ("b", "a")])
+    def test_who_joins_is_told_in_the_order_of_names(self, order):
+        """Whoever came first."""
+        steps = Steps(topics=frozenset({Topic.EVENTS}))
+        steps.join(*order)
+        for name in order:
+            steps.ask(name, 0, 1.0)
+        steps.move()
+
+        assert [("participant_joined", "a"), ("participant_joined", "b")] == steps.happened()
+
+    def test_who_joins_late_begins_with_the_next_grant(self):
+        """The others wait for it then."""
+        steps = Steps()
+        steps.join("a")
+        steps.advance("a", 0, 1.0)
+        joined = steps.join("b")
+        held = steps.ask("a", 1, 2.0)
+        steps.move()
+
+        assert Joined("b", 1, 1.0, 0) == joined
+        assert steps.answers(held) is None
+        assert Granted(2, 2.0, "until") == steps.advance("b", 1, 3.0)
+
+    def test_who_joins_within_a_grant_begins_with_the_one_after(self):
+        """It may ask for that at once, and the grant under way is not for it."""
+        steps = Steps(most=1)
+        steps.join("a")
+        held = steps.ask("a", 0, 9.0, wait("eve", 3))
+        steps.lockstep.begin()
+        steps.lockstep.proceed(1, 0.0)
+        joined = steps.join("b")
+        early = steps.ask("b", 1, 20.0)
+        while steps.lockstep.proceed(1, 0.0):
+            pass
+
+        assert (1, 3.0) == (joined.epoch, steps.answers(held).now)
+        assert steps.answers(early) is None
+
+    def test_the_others_go_on_when_one_leaves(self):
+        """They need not wait for it any more."""
+        steps = Steps()
+        steps.join("a", "b")
+        held = steps.ask("a", 0, 5.0)
+        steps.leave("b")
+        steps.move()
+
+        assert Granted(1, 5.0, "until") == steps.answers(held)
+
+
+class TestLoss:
+    """Participants that die or stall."""
+
+    def test_one_whose_token_goes_is_dropped(self):
+        """The others go on, and the story says why."""
+        steps = Steps(topics=frozenset({Topic.EVENTS}))
+        steps.join("a", "b")
+        steps.lockstep.token_seen("b", alive=True)
+        held = steps.ask("a", 0, 5.0)
+        steps.lockstep.token_seen("b", alive=False)
+        steps.move()
+
+        assert 5.0 == steps.answers(held).now
+        assert ("participant_dropped", "b") == steps.happened()[-1]
+        assert steps.lockstep.lost
+
+    def test_one_that_never_had_a_token_is_not_missed_by_it(self):
+        """It may be a script that knows nothing of tokens."""
+        steps = Steps()
+        steps.join("a")
+        steps.lockstep.token_seen("a", alive=False)
+
+        assert ("a",) == steps.lockstep.participants
+
+    def test_a_token_may_be_there_before_it_joins(self):
+        """It counts all the same."""
+        steps = Steps()
+        steps.lockstep.token_seen("a", alive=True)
+        steps.join("a")
+        steps.lockstep.token_seen("a", alive=False)
+
+        assert () == steps.lockstep.participants
+
+    def test_who_thinks_for_too_long_is_overdue(self):
+        """By the watcher's clock: since it joined, or was answered last; not while it waits itself."""
+        steps = Steps()
+        steps.join("a", "b")
+        steps.ask("a", 0, 5.0)
+
+        assert [] == steps.lockstep.overdue(0.0)
+        assert ["b"] == steps.lockstep.overdue(1.0)
+
+    def test_who_was_dropped_is_told_so(self):
+        """When, why, and what would do."""
+        steps = Steps()
+        steps.join("a")
+        steps.lockstep.drop("a", "it died")
+
+        assert "participant 'a' was dropped at 0.000 s: it died; join again" == steps.advance("a", 0).message
+        assert Joined("a", 0, 0.0, 0) == steps.join("a")
+
+    def test_the_commands_of_one_that_is_dropped_are_not_applied(self):
+        """It has asked, and dies before the others have."""
+        steps = Steps()
+        steps.join("a", "b")
+        steps.ask("b", 0, 5.0, wait("eve", 3))
+        steps.lockstep.drop("b", "it died")
+        steps.advance("a", 0, 5.0)
+
+        assert [] == [event for _, event in steps.run.log.events if isinstance(event, GoalChanged)]
+
+
+class TestHeld:
+    """What holds time beside the participants."""
+
+    def test_while_paused_an_advance_is_held(self, steps):
+        """It goes on when time may."""
+        steps.simulator.limit = 0.0
+        held = steps.ask("alone", 0, 5.0)
+        steps.move()
+        before = steps.answers(held)
+        steps.simulator.limit = math.inf
+        steps.move()
+
+        assert (None, 5.0) == (before, steps.answers(held).now)
+
+    def test_a_pause_within_a_grant_holds_it(self, steps):
+        """At the limit, until that is gone."""
+        held = steps.ask("alone", 0, 5.0, wait("eve", 9))
+        steps.lockstep.begin()
+        steps.simulator.limit = 2.0
+        while steps.lockstep.proceed(16, 0.0):
+            pass
+        before = steps.answers(held), steps.simulator.now
+        steps.simulator.limit = math.inf
+        while steps.lockstep.proceed(16, 0.0):
+            pass
+
+        assert ((None, 2.0), 5.0) == (before, steps.answers(held).now)
+
+    def test_the_end_of_the_run_lets_everybody_go(self):
+        """At that time, with the reason."""
+        steps = Steps(until=4.0)
+        steps.join("a")
+
+        assert Granted(1, 4.0, "end") == steps.advance("a", 0, 9.0)
+        assert () == steps.lockstep.participants
+
+    def test_dismissing_answers_who_waits(self):
+        """With the end."""
+        steps = Steps(awaited=2)
+        steps.join("a")
+        held = steps.ask("a", 0, 9.0)
+        steps.lockstep.dismiss("over")
+
+        assert "end" == steps.answers(held).reason
+
+    def test_a_new_beginning_is_epoch_0(self):
+        """Who waits is told what happened to its goals."""
+        steps = Steps()
+        steps.join("a", "b")
+        steps.ask("a", 0, 1.0, wait("eve", 9))
+        steps.advance("b", 0, 1.0)
+        held = steps.ask("a", 1, 5.0)
+        steps.simulator.submit(CancelGoal("eve", "wait"))
+        steps.lockstep.restart()
+
+        assert (0, "event") == (steps.answers(held).epoch, steps.answers(held).reason)
+        assert [("result", "eve", 1.0)] == kinds(steps.answers(held))
+        assert steps.lockstep.participants == ("a", "b")

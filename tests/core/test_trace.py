@@ -1,0 +1,266 @@
+"""Traces: what is written of a run, and what a replay makes of it."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hmrsim.errors import HmrsimError, TraceError
+from hmrsim.gateway import CancelGoal, GetResult, Participation, SendGoal, Topic
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
+from hmrsim.interfaces.moveit_msgs import Pickup
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.replay import replay
+from hmrsim.trace import Trace
+from tests.simulation import SMALL_WORLD, simulate
+
+A, B = "a" * 32, "b" * 32
+WAIT = SendGoal("eve", "wait", Wait.Goal(time=Duration(sec=4)), A)
+PICK = SendGoal("wall_e", "pickup", Pickup.Goal(target_name="letter"), B)
+
+
+def go(x, y):
+    """Return the command to drive to a point."""
+    pose = PoseStamped(pose=Pose(position=Point(x=x, y=y)))
+    return SendGoal("wall_e", "navigate_to_pose", NavigateToPose.Goal(pose=pose), B)
+
+
+def traced(*commands, until=None, topics=frozenset(), world=None, close=True):
+    """Return the lines of the trace of a run; *until* is when it is stopped."""
+    run = simulate(world, topics=topics)
+    written = []
+    trace = Trace(run.simulator, written.append)
+    run(*commands, until=until)
+    if close:
+        run.simulator.stop()
+        trace.close()
+    trace.flush()
+    return "".join(written).splitlines(keepends=True)
+
+
+def read(lines, kind):
+    """Return the lines of a kind."""
+    return [line for line in map(json.loads, lines) if line["kind"] == kind]
+
+
+class TestTrace:
+    """What is written."""
+
+    def test_it_begins_with_what_the_run_depends_on(self):
+        """Versions, the world and its hash, the seed."""
+        (header,) = read(traced(), "header")
+
+        assert (1, "small", 64, 0) == (
+            header["contract"],
+            header["world"]["name"],
+            len(header["world"]["hash"]),
+            header["seed"],
+        )
+        assert SMALL_WORLD["bounds"] == header["world"]["definition"]["bounds"]
+
+    def test_a_command_comes_before_what_comes_of_it(self):
+        """With its time, and the number of events before it."""
+        lines = [json.loads(line) for line in traced((1.5, WAIT))]
+
+        assert ["header", "command", "status", "status", "status", "command", "end"] == [each["kind"] for each in lines]
+        assert {"sec": 1, "nanosec": 500_000_000} == lines[1]["stamp"]
+        assert (0, "send_goal", "eve", {"time": {"sec": 4}}) == tuple(
+            lines[1][key] for key in ("after", "command", "robot", "goal")
+        )
+
+    def test_a_status_is_as_on_the_wire(self):
+        """The last one has the result, without what is the default."""
+        last = read(traced((0.0, WAIT)), "status")[-1]
+
+        assert last == {
+            "kind": "status",
+            "stamp": {"sec": 4, "nanosec": 0},
+            "robot": "eve",
+            "action": "wait",
+            "goal_id": A,
+            "status": 4,
+            "result": {"total_elapsed_time": {"sec": 4}},
+        }
+
+    def test_what_happens_in_the_world_is_written(self):
+        """An item is picked up."""
+        assert [{"robot": "wall_e", "item": "letter"}] == [
+            {key: line[key] for key in ("robot", "item")} for line in read(traced((0.0, PICK)), "picked")
+        ]
+
+    def test_a_goal_that_is_rejected_is_written(self):
+        """With the reason."""
+        (rejected,) = read(traced((0.0, WAIT._replace(robot="zoe"))), "rejected")
+
+        assert ("zoe", "unknown_robot") == (rejected["robot"], rejected["reason"])
+
+    def test_lines_are_canonical(self):
+        """Keys are sorted, nothing is spaced, all is ASCII, each line ends."""
+        for line in traced((0.0, PICK), (1.0, go(5.0, 2.0))):
+            assert line == json.dumps(json.loads(line), sort_keys=True, separators=(",", ":")) + "\n"
+
+    def test_numbers_of_what_happened_are_rounded(self):
+        """To 1e-9; a third is none."""
+        lines = traced((0.0, go(5.0, 2.0)), (1.0 / 3, CancelGoal("wall_e", "navigate_to_pose")))
+        (stopped,) = read(lines, "stopped")
+
+        assert [1.333333333, 2.0] == stopped["at"]
+
+    def test_numbers_of_commands_are_as_they_came(self):
+        """They have to do the same once more."""
+        (command, _) = read(traced((0.0, go(1 / 3, 2.0))), "command")
+
+        assert 1 / 3 == command["goal"]["pose"]["pose"]["position"]["x"]
+
+    def test_what_is_only_asked_is_not_written(self):
+        """It changes nothing."""
+        ask = GetResult("eve", "wait", A, "x")
+
+        assert traced((0.0, WAIT)) == traced((0.0, WAIT), (0.0, ask))
+
+    def test_who_listens_makes_no_difference(self):
+        """Samples are taken at other times than events."""
+        commands = (0.1, go(9.0, 2.0)), (2.3, WAIT), (3.1, CancelGoal("eve", "wait"))
+
+        assert traced(*commands) == traced(*commands, topics=frozenset(Topic))
+
+    def test_a_disk_that_is_full_is_told(self):
+        """As one line."""
+
+        def full(_text):
+            raise OSError(28, "No space left on device")
+
+        trace = Trace(simulate().simulator, full)
+
+        with pytest.raises(HmrsimError, match="the trace can't be written: no space left on device"):
+            trace.flush()
+
+
+class TestReplay:
+    """What a replay says."""
+
+    def test_the_same_run_is_identical(self):
+        """All lines and commands, to the end."""
+        lines = traced((0.1, go(9.0, 2.0)), (0.1, WAIT), (1.7, CancelGoal("eve", "wait")), (2.0, PICK))
+        outcome = replay(lines)
+
+        assert outcome.difference is None
+        assert (len(lines), 5, True) == (outcome.lines, outcome.commands, outcome.complete)
+
+    def test_what_was_under_way_at_the_end_is_stopped_there(self):
+        """The stop is a command like any other."""
+        outcome = replay(traced((0.5, WAIT), until=2.25))
+
+        assert (None, 2.25) == (outcome.difference, outcome.sim_time)
+
+    def test_participants_are_told_again(self):
+        """They are part of the story."""
+        lines = traced((0.5, Participation("nurse", "dropped", "it died")), (1.0, WAIT))
+
+        assert replay(lines).difference is None
+
+    def test_commands_that_are_refused_are_refused_again(self):
+        """Of robots and actions that are not there, too."""
+        lines = traced((0.5, SendGoal("zoe", "dance", None, A)), (0.5, SendGoal("eve", "wait", WAIT.goal, "xyz")))
+
+        assert replay(lines).difference is None
+
+    def test_cancels_by_time_are_the_same(self):
+        """The stamp of the cancel comes with it."""
+        early = CancelGoal("eve", "wait", stamp=1_000_000_000)
+        lines = traced((0.5, WAIT), (1.5, early), (2.0, WAIT._replace(goal_id=B)), (2.5, early))
+
+        assert replay(lines).difference is None
+        assert [5, 4] == [line["status"] for line in read(lines, "status") if line["status"] >= 4]
+
+    def test_a_trace_that_was_cut_off_is_replayed_to_its_end(self):
+        """Wherever that is, also within a line."""
+        text = "".join(traced((0.1, go(9.0, 2.0)), (0.1, WAIT), (1.7, CancelGoal("eve", "wait"))))
+        first = text.index("\n") + 1
+        for cut in range(first, len(text) - 1, 7):
+            outcome = replay(text[:cut].splitlines(keepends=True))
+
+            assert (None, False) == (outcome.difference, outcome.complete)
+            assert text[:cut].count("\n") == outcome.lines
+
+    def test_the_first_line_that_differs_is_shown(self):
+        """With both lines and what is around them."""
+        lines = traced((0.0, WAIT), (1.0, PICK))
+        number = next(n for n, line in enumerate(lines) if '"kind":"picked"' in line)
+        changed = [*lines]
+        changed[number] = lines[number].replace("letter", "parcel")
+        difference = replay(changed).difference
+
+        assert number + 1 == difference.line
+        assert (changed[number], lines[number]) == (difference.trace + "\n", difference.replay + "\n")
+        assert tuple(line[:-1] for line in lines[number - 3 : number]) == difference.before
+        assert tuple(line[:-1] for line in lines[number + 1 : number + 4]) == difference.after
+
+    def test_a_line_too_many_is_a_difference(self):
+        """Nothing happens there."""
+        lines = traced((0.0, WAIT), close=False)
+
+        assert replay([*lines, lines[-1]]).difference.replay is None
+
+    def test_a_line_too_few_is_a_difference(self):
+        """Something happens there that the trace has not."""
+        lines = traced((0.0, WAIT))
+        number = next(n for n, line in enumerate(lines) if '"status":4' in line)
+        difference = replay(lines[:number] + lines[number + 1 :]).difference
+
+        assert (number + 1, lines[number]) == (difference.line, difference.replay + "\n")
+
+    @pytest.mark.parametrize("after", [0, 10**9])
+    def test_a_command_at_another_moment_is_a_difference(self, after):
+        """After fewer events, or after more than there are."""
+        lines = traced((0.0, WAIT), (5.0, PICK))
+        number = next(n for n, line in enumerate(lines) if '"pickup"' in line)
+        command = json.loads(lines[number])
+        lines[number] = json.dumps({**command, "after": after}, sort_keys=True, separators=(",", ":")) + "\n"
+
+        assert replay(lines).difference is not None
+
+    @pytest.mark.parametrize(
+        ("line", "why"),
+        [
+            ("", "line 1: no header of a trace; expected a file that was written with --trace"),
+            ("{}\n", "line 1: no header"),
+            ('{"kind":"status"}\n', "line 1: no header"),
+        ],
+    )
+    def test_what_is_no_trace_is_refused(self, line, why):
+        """It says what is expected."""
+        with pytest.raises(TraceError, match=why):
+            replay([line])
+
+    @pytest.mark.parametrize(
+        ("line", "why"),
+        [
+            ("nonsense", "line 2: Invalid JSON"),
+            ('{"kind":"command"}', "line 2: stamp: Field required"),
+            ('{"kind":"command","stamp":{},"command":"dance"}', "line 2: no command 'dance'; there are send_goal"),
+            ('{"kind":"command","stamp":{},"command":"send_goal"}', "line 2: send_goal has no 'action'"),
+            (
+                '{"kind":"command","stamp":{},"command":"send_goal","robot":"e","action":"wait","goal":{"x":1},"goal_id":""}',
+                "line 2: send_goal: Extra inputs are not permitted",
+            ),
+        ],
+    )
+    def test_a_line_that_makes_no_sense_is_refused(self, line, why):
+        """It says which, and why."""
+        with pytest.raises(TraceError, match=why):
+            replay([traced()[0], f"{line}\n"])
+
+    def test_a_world_that_makes_no_sense_is_refused(self):
+        """It says where."""
+        header = traced()[0].replace('"at":"shelf"', '"at":"nowhere"')
+
+        with pytest.raises(TraceError, match=r"line 1: world: robots.eve.at: no waypoint"):
+            replay([header])
+
+    def test_another_contract_is_refused(self):
+        """Lines of another version can't be compared."""
+        with pytest.raises(TraceError, match="line 1: a trace of contract 99; this is contract 1"):
+            replay([traced()[0].replace('"contract":1', '"contract":99')])

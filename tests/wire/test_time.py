@@ -1,0 +1,271 @@
+"""How time moves, by the keys below ``_world/time``."""
+
+from __future__ import annotations
+
+import pytest
+
+A = "a" * 32
+
+
+@pytest.fixture
+def steps(serve):
+    """A client of the small world in lockstep, which one participant awaits."""
+    return serve(clock="lockstep")
+
+
+def advance(tester, name="nurse", epoch=0, until=None, **fields):
+    """Begin to ask to advance."""
+    request = {"participant": name, "epoch": epoch, "until": until, "wake": ["result"], **fields}
+    return tester.begin("_world/time/advance", request)
+
+
+def test_a_mission_in_lockstep(steps, go, wait):
+    """Join, advance with goals, be woken by each result, leave."""
+    joined = steps.one("_world/time/join", {"name": "nurse"})
+    commands = [
+        {"robot": "wall_e", "action": "navigate_to_pose", "goal": go(5, 2)},
+        {"robot": "eve", "action": "wait", "goal_id": A, "goal": wait(3)},
+    ]
+    first = advance(steps, commands=commands).one()
+    second = advance(steps, epoch=first["epoch"]).one()
+    third = advance(steps, epoch=second["epoch"]).one()
+    left = steps.one("_world/time/leave", {"participant": "nurse"})
+
+    assert {"participant": "nurse", "epoch": 0, "now": 0.0, "goals": 0} == joined
+    assert [(1, 3.0, "event"), (2, 4.0, "event"), (3, 4.0, "idle")] == [
+        (each["epoch"], each["now"], each["reason"]) for each in (first, second, third)
+    ]
+    assert [True, True] == [each["accepted"] for each in first["accepted"]]
+    assert [
+        {
+            "stamp": {"sec": 3, "nanosec": 0},
+            "kind": "result",
+            "robot": "eve",
+            "action": "wait",
+            "goal_id": A,
+            "status": 4,
+            "result": {"total_elapsed_time": {"sec": 3, "nanosec": 0}, "error_code": 0, "error_msg": ""},
+        }
+    ] == first["events"]
+    assert first["accepted"][0]["goal_id"] == second["events"][0]["goal_id"]
+    assert {"participant": "nurse"} == left
+
+
+def test_goals_may_be_called_by_further_names_and_canceled(steps, go):
+    """An alias is as good as the real name; a cancel is answered as cancel_goal does."""
+    steps.one("_world/time/join", {"name": "nurse"})
+    sent = {"robot": "navigate_to_pose", "action": "wall_e", "goal_id": A, "goal": go(5, 2)}
+    granted = advance(steps, until=1.0, commands=[sent]).one()
+    canceled = {"robot": "wall_e", "action": "navigate_to_pose", "cancel": A}
+    ended = advance(steps, epoch=1, commands=[canceled]).one()
+
+    assert (1.0, "until") == (granted["now"], granted["reason"])
+    assert (0, A) == (ended["accepted"][0]["return_code"], ended["accepted"][0]["goals_canceling"][0]["goal_id"])
+    assert (5, 1.0) == (ended["events"][0]["status"], ended["now"])
+
+
+def test_feedback_is_told_as_it_is_published(steps, go):
+    """Woken for it, or beside."""
+    steps.one("_world/time/join", {"name": "nurse"})
+    sent = {"robot": "wall_e", "action": "navigate_to_pose", "goal": go(5, 2)}
+    woken = advance(steps, wake=["feedback"], commands=[sent]).one()
+    beside = advance(steps, epoch=1, until=2.0, report=["feedback"]).one()
+
+    assert (0.1, 3.9) == (woken["now"], pytest.approx(woken["events"][0]["feedback"]["distance_remaining"]))
+    assert (2.0, 2.0) == (beside["now"], pytest.approx(beside["events"][0]["feedback"]["distance_remaining"]))
+
+
+def test_ordinary_keys_work_while_time_stands(steps, wait):
+    """They are applied at this instant, and a result is held until time moves."""
+    accepted = steps.send("eve/wait", wait(3), A)
+    result = steps.begin("eve/wait/_action/get_result", {"goal_id": A})
+    steps.one("_world/time/join", {"name": "nurse"})
+    advance(steps, until=9.0).one()
+
+    assert {"sec": 0, "nanosec": 1} == accepted["stamp"]
+    assert 4 == result.one()["status"]
+
+
+def test_two_participants_move_together(serve, wait):
+    """Neither is granted time before both have joined and asked."""
+    tester = serve(clock="lockstep", participants=2)
+    tester.one("_world/time/join", {"name": "b"})
+    held = advance(tester, "b", until=5.0)
+    before = tester.one("_world/time/state")
+    tester.one("_world/time/join", {"name": "a"})
+    waiting = tester.one("_world/time/state")["waiting_for"]
+    command = {"robot": "eve", "action": "wait", "goal": wait(3)}
+    granted = advance(tester, "a", commands=[command]).one()
+
+    assert (0.0, ["1 more to join"], ["a"]) == (before["now"], before["waiting_for"], waiting)
+    assert (3.0, "event") == (granted["now"], granted["reason"])
+    assert granted["events"] == held.one()["events"]
+
+
+def test_an_answer_that_was_lost_comes_again(steps, wait):
+    """For the same epoch; nothing is done twice."""
+    steps.one("_world/time/join", {"name": "nurse"})
+    command = {"robot": "eve", "action": "wait", "goal_id": A, "goal": wait(3)}
+    first = advance(steps, commands=[command]).one()
+
+    assert first == advance(steps, commands=[command]).one()
+    assert 3.0 == steps.one("_world/time/state")["now"]
+
+
+@pytest.mark.parametrize(
+    ("key", "request_", "field", "text"),
+    [
+        ("join", {}, "name", "Field required"),
+        ("join", {"name": "two words"}, "name", "String should match pattern"),
+        ("join", {"name": "nurse", "x": 1}, "x", "Extra inputs are not permitted"),
+        ("leave", {"participant": "zoe"}, "participant", "no participant 'zoe'; join first"),
+        ("advance", {"participant": "zoe", "epoch": 0}, "participant", "no participant 'zoe'; join first"),
+        ("advance", {"participant": "zoe", "epoch": "0"}, "epoch", "Input should be a valid integer"),
+        ("advance", {"participant": "zoe", "epoch": 0, "wake": ["rain"]}, "wake.0", "Input should be 'status', 'feedb"),
+        (
+            "advance",
+            {"participant": "z", "epoch": 0, "commands": [{"robot": "eve", "action": "wait"}]},
+            "commands.0",
+            "a command needs a goal to send, or the id of one to cancel",
+        ),
+        (
+            "advance",
+            {"participant": "z", "epoch": 0, "commands": [{"robot": "eve", "action": "wait", "goal": {"time": 3}}]},
+            "commands.0.goal.time",
+            "Input should be an object",
+        ),
+        (
+            "advance",
+            {"participant": "z", "epoch": 0, "commands": [{"robot": "eve", "action": "wait", "cancel": "x"}]},
+            "commands.0.cancel",
+            "goal id 'x' is not a UUID",
+        ),
+        (
+            "advance",
+            {"participant": "z", "epoch": 0, "commands": [{"robot": "e", "action": "wait", "cancel": A, "goal": {}}]},
+            "commands.0",
+            "a command sends a goal or cancels one; it has both",
+        ),
+        ("set", {"clock": "sundial"}, "clock", "Input should be 'realtime' or 'lockstep'"),
+        ("set", {"real_time_factor": -1}, "real_time_factor", "Input should be greater than or equal to 0"),
+        ("state", {"x": 1}, "x", "Extra inputs are not permitted"),
+    ],
+)
+def test_a_request_that_makes_no_sense_gets_one_error(steps, key, request_, field, text):
+    """It says which field, and why; nothing is applied."""
+    (reply,) = steps.ask(f"_world/time/{key}", request_)
+
+    assert not reply.ok
+    assert field == reply.body["details"][0]["field"]
+    assert text in reply.body["details"][0]["message"]
+
+
+def test_an_unreadable_command_leaves_the_epoch_open(steps, wait):
+    """The same epoch may be asked for again, rightly."""
+    steps.one("_world/time/join", {"name": "nurse"})
+    bad = {"robot": "eve", "action": "wait", "goal": {"time": 3}}
+    refused = advance(steps, commands=[bad]).one()
+    granted = advance(steps, commands=[{"robot": "eve", "action": "wait", "goal": wait(3)}]).one()
+
+    assert "error" in refused
+    assert 3.0 == granted["now"]
+
+
+class TestClocks:
+    """Changing how time moves."""
+
+    def test_the_state_says_how_time_moves(self, steps):
+        """And so does the info."""
+        info = steps.one("_world/info")
+
+        assert {
+            "now": 0.0,
+            "clock": "lockstep",
+            "real_time_factor": 1.0,
+            "paused": False,
+            "epoch": 0,
+            "participants": [],
+            "waiting_for": ["1 more to join"],
+            "lag": 0.0,
+        } == steps.one("_world/time/state")
+        assert ("lockstep", 1.0) == (info["clock"], info["real_time_factor"])
+
+    def test_in_real_time_nobody_can_join(self, live):
+        """It says what would do."""
+        (reply,) = live.ask("_world/time/join", {"name": "nurse"})
+
+        assert "the clock is realtime; set it to lockstep first" == reply.body["error"]
+
+    def test_the_clock_can_be_set_while_it_runs(self, live, wait):
+        """To lockstep: time stands until somebody joins; and back: it goes on."""
+        live.one("_world/time/set", {"clock": "lockstep"})
+        live.one("_world/time/join", {"name": "nurse"})
+        granted = advance(live, commands=[{"robot": "eve", "action": "wait", "goal": wait(1000)}]).one()
+        live.one("_world/time/set", {"clock": "realtime", "real_time_factor": 0})
+
+        assert granted["now"] >= 1000.0
+        assert 4 == live.do("eve/wait", wait(1000))["status"]
+
+    def test_the_factor_can_be_set_while_it_runs(self, live, wait):
+        """A wait of 1000 s is over at once when time moves as fast as possible."""
+        live.send("eve/wait", wait(1000), A)
+        state = live.one("_world/time/set", {"real_time_factor": 0})
+
+        assert ("realtime", 0.0) == (state["clock"], state["real_time_factor"])
+        assert 4 == live.result("eve/wait", A)["status"]
+
+    def test_who_takes_part_is_let_go_when_the_clock_is_set(self, serve):
+        """With the reason `end`; there is nothing to take part in any more."""
+        tester = serve(clock="lockstep", participants=2)
+        tester.one("_world/time/join", {"name": "nurse"})
+        held = advance(tester)
+        state = tester.one("_world/time/set", {"clock": "realtime"})
+
+        assert [] == state["participants"]
+        assert "end" == held.one()["reason"]
+
+    def test_changes_are_published(self, steps):
+        """Who listens hears who came."""
+        heard = steps.hear("_world/time/state")
+        steps.one("_world/time/join", {"name": "nurse"})
+
+        assert heard.wait(lambda bodies: any(["nurse"] == body["participants"] for body in bodies))
+
+
+def test_the_end_of_the_simulator_answers_who_waits(serve):
+    """A request gets exactly one answer, always."""
+    host = serve.host(clock="lockstep", participants=2)
+    host.start()
+    tester = serve.tester(host)
+    tester.one("_world/time/join", {"name": "nurse"})
+    held = advance(tester)
+    tester.one("_world/time/state")
+    host.stop()
+
+    assert "end" == held.one()["reason"]
+
+
+def test_a_participant_that_stalls_is_dropped(serve):
+    """The others go on, and it is told when it comes back."""
+    tester = serve(clock="lockstep", participants=2, participant_timeout=0.2)
+    for name in ("a", "b"):
+        tester.one("_world/time/join", {"name": name})
+    granted = advance(tester, "a", until=5.0).one()
+    (late,) = advance(tester, "b").all()
+
+    assert (5.0, "until") == (granted["now"], granted["reason"])
+    assert (
+        "participant 'b' was dropped at 0.000 s: it kept the others waiting for more than 0.2 s" in late.body["error"]
+    )
+
+
+def test_a_participant_whose_token_goes_is_dropped(serve):
+    """At once, long before any timeout."""
+    tester, other = serve(clock="lockstep", participants=2), serve.tester(serve.hosts[0])
+    token = other.session.liveliness().declare_token("hmrsim/_participant/b")
+    for one, name in ((tester, "a"), (other, "b")):
+        one.one("_world/time/join", {"name": name})
+    held = advance(tester, "a", until=5.0)
+    token.undeclare()
+
+    assert 5.0 == held.one()["now"]
