@@ -5,9 +5,11 @@ All of it is bookkeeping: what becomes of a goal is decided in `hmrsim.dispatche
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
+from hmrsim.actions import WORLD
 from hmrsim.errors import GoalRejected
 from hmrsim.gateway import GoalEntry
 from hmrsim.goal import ZERO_ID, GoalStatus, made_goal_id, parse_goal_id
@@ -20,9 +22,20 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.gateway import CancelGoal, SendGoal
     from hmrsim.interfaces.message import Message
-    from hmrsim.robot import Robot
 
 _FRAMES = ("", "map")
+
+
+class Owner(Protocol):
+    """Who serves actions: a robot, or the world."""
+
+    @property
+    def name(self) -> str:
+        """Under which name."""
+
+    @property
+    def components(self) -> Mapping[str, Any]:
+        """What it carries, on which some actions depend."""
 
 
 @dataclass(eq=False, slots=True)
@@ -74,49 +87,58 @@ class ActionServer:
         action: And what.
         goals: Those that are kept, by id.
         forgotten: How those ended whose results are not kept any more, by id, so that none is done twice.
-        made: How many ids have been made here.
     """
 
-    robot: Robot
+    robot: Owner
     action: AnyAction
     goals: dict[str, ServedGoal] = field(default_factory=dict)
     forgotten: dict[str, GoalStatus] = field(default_factory=dict)
-    made: int = 0
 
 
 class ActionServers:
-    """The actions of all robots.
+    """The actions of all robots, and of the world.
 
     Args:
         actions: All actions, by name.
         seed: From which the ids of goals that have none are made.
+
+    Attributes:
+        seed: Likewise.
     """
 
     def __init__(self, actions: Mapping[str, AnyAction], seed: int) -> None:
         self._actions = actions
-        self._seed = seed
-        self._robots: dict[str, Robot] = {}
-        self._offered: dict[tuple[str, ...], dict[str, AnyAction]] = {}
+        self.seed = seed
+        self._robots: Mapping[str, Owner] = {}
+        self._offered: dict[tuple[bool, *tuple[str, ...]], dict[str, AnyAction]] = {}
         self._servers: dict[tuple[str, str], ActionServer] = {}
+        self._made: Counter[tuple[str, str]] = Counter()
 
-    def add(self, robot: Robot) -> None:
-        """Serve a robot: all actions that its components allow."""
-        self._robots[robot.name] = robot
+    def serve(self, robots: Mapping[str, Owner]) -> list[str]:
+        """Serve these and no others, all actions that their components allow.
+
+        Returns:
+            The names of those that are served no longer; their goals are forgotten.
+        """
+        gone = [name for name, robot in self._robots.items() if robots.get(name) is not robot]
+        self._robots = robots
+        self._servers = {key: server for key, server in self._servers.items() if key[0] not in gone}
+        return gone
 
     def actions_of(self, robot: str) -> list[str]:
         """Return the names of the actions that a robot serves."""
         return list(self._offers(self._robots[robot]))
 
-    def _offers(self, robot: Robot) -> dict[str, AnyAction]:
+    def _offers(self, robot: Owner) -> dict[str, AnyAction]:
         """Return the actions that a robot serves; one table for all robots with the same components."""
-        carried = tuple(robot.components)
-        if carried not in self._offered:
-            self._offered[carried] = {
+        carried, of_world = tuple(robot.components), robot.name == WORLD
+        if (of_world, *carried) not in self._offered:
+            self._offered[of_world, *carried] = {
                 name: action
                 for name, action in self._actions.items()
-                if action.component is None or action.component in carried
+                if action.of_world == of_world and (action.component is None or action.component in carried)
             }
-        return self._offered[carried]
+        return self._offered[of_world, *carried]
 
     def find(self, robot: str, action: str) -> ActionServer:
         """Return who serves an action; made when it is first asked for, as most are never.
@@ -128,7 +150,7 @@ class ActionServers:
         if server is not None:
             return server
         if robot not in self._robots:
-            there = ", ".join(sorted(self._robots)) or "none"
+            there = ", ".join(sorted(name for name in self._robots if name != WORLD)) or "none"
             raise GoalRejected("unknown_robot", f"no robot {robot!r}; there are: {there}")
         offers = self._offers(self._robots[robot])
         if action not in offers:
@@ -143,8 +165,9 @@ class ActionServers:
             GoalRejected: It is no id.
         """
         if text is None:
-            server.made += 1
-            return made_goal_id(f"{self._seed}/{server.robot.name}/{server.action.name}", server.made)
+            whose = (server.robot.name, server.action.name)
+            self._made[whose] += 1
+            return made_goal_id("/".join((str(self.seed), *whose)), self._made[whose])
         try:
             goal_id = parse_goal_id(text)
         except ValueError as error:
@@ -184,10 +207,11 @@ class ActionServers:
         server = self._servers.get((robot, action))
         return server.goals.get(goal_id) if server else None
 
-    def active(self) -> Iterator[ServedGoal]:
-        """Yield the goals that have not ended."""
-        for server in self._servers.values():
-            yield from (goal for goal in server.goals.values() if not goal.status.terminal)
+    def active(self, robot: str | None = None) -> Iterator[ServedGoal]:
+        """Yield the goals that have not ended, of one robot or of all."""
+        for (name, _), server in self._servers.items():
+            if robot in (None, name):
+                yield from (goal for goal in server.goals.values() if not goal.status.terminal)
 
 
 def selects(command: CancelGoal, goal: ServedGoal) -> bool:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     import simpy
 
-    from hmrsim.action_servers import ActionServer
+    from hmrsim.action_servers import ActionServer, Owner
     from hmrsim.actions import AnyAction
     from hmrsim.gateway import Event
     from hmrsim.interest import Happenings
@@ -76,7 +76,7 @@ class Dispatcher:
         feedback_rate: Samples of feedback a second of simulated time.
 
     Attributes:
-        servers: Who serves what; add robots there.
+        servers: Who serves what.
     """
 
     def __init__(
@@ -264,7 +264,7 @@ class Dispatcher:
         def take() -> None:
             self.send_feedback(goal, source())
 
-        self._telemetry.start(goal, Topic.FEEDBACK, goal.sampled_from, self._feedback_rate, take)
+        self._telemetry.start(goal, Topic.FEEDBACK, goal.sampled_from, self._feedback_rate, take, now=self._env.now)
 
     # --- cancel and results ---------------------------------------------------------------------------------------
 
@@ -318,14 +318,23 @@ class Dispatcher:
             goal.server.forgotten[goal.goal_id] = goal.status
         self._ended[goal.server.robot.name].pop(goal, None)
 
-    def stop(self, reason: str) -> int:
-        """Abort every goal that runs, saying why; return how many there were."""
-        running = list(self.servers.active())
-        for goal in running:
+    def stop(self, reason: str, robot: str | None = None) -> None:
+        """Abort every goal that runs, of one robot or of all, saying why."""
+        for goal in list(self.servers.active(robot)):
             # It may be what the simulation dies of, and the other goals need their verdicts, too.
             goal.sample = None
             self._halt(goal, GoalEvent.ABORT, goal.server.action.codes.unknown, reason)
-        return len(running)
+
+    def free(self, robot: str, reason: str) -> None:
+        """Abort the goal that holds a robot's base, if any, saying why."""
+        holder = self._holders.get(robot)
+        if holder is not None:
+            self._halt(holder, GoalEvent.ABORT, holder.server.action.codes.unknown, reason)
+
+    def serve(self, robots: Mapping[str, Owner]) -> None:
+        """Serve these robots and no others; of the others no goal may be running."""
+        for name in self.servers.serve(robots):
+            self._ended.pop(name, None)
 
     def _stamp(self) -> int:
         """Return the stamp of this instant, at which more may happen."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -19,12 +19,18 @@ class Item:
         weight: In kg.
         point: Where it lies, or was picked up.
         carrier: Who holds it; None when it lies.
+        home: Where it was in the beginning.
     """
 
     name: str
     weight: float
     point: Point
     carrier: Robot | None = None
+    home: Point = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Remember where it is."""
+        self.home = self.point
 
     @property
     def position(self) -> Point:

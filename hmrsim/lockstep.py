@@ -28,7 +28,7 @@ from hmrsim.gateway import (
 )
 from hmrsim.goal import made_goal_id
 from hmrsim.participation import Advance, Granted, HasLeft, Join, Joined, Leave
-from hmrsim.sim_time import nanoseconds, stamp
+from hmrsim.sim_time import end_of_instant, stamp
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
@@ -136,6 +136,8 @@ class Lockstep:
         self._known[name] = None
         self._dropped.pop(name, None)
         self._changes.append(Participation(name, "joined"))
+        waiting = f"; waiting for {', '.join(missing)}" if (missing := self._missing()) else ""
+        _log.info("sim %.3f | participant %s has joined%s", self._simulator.now, name, waiting)
         answer = Joined(name, self._next, self._simulator.now, self._goals.get(name, 0))
         self._simulator.answer(command.reply_to, answer)
 
@@ -145,6 +147,7 @@ class Lockstep:
         if name not in self._participants:
             self._refuse(command.reply_to, "participant", name, self._why_unknown(name))
             return
+        _log.info("sim %.3f | participant %s has left", self._simulator.now, name)
         self._remove(name, Participation(name, "left"), "end")
         self._simulator.answer(command.reply_to, HasLeft(name))
 
@@ -180,6 +183,7 @@ class Lockstep:
         self._granting = False
         for name in self.participants:
             self._remove(name, Participation(name, "left", why), "end")
+        self._apply_changes()
         self._told = _NO_KINDS
         self._events.clear()
         self._simulator.submit(InterestChanged())
@@ -201,7 +205,8 @@ class Lockstep:
         self._changes.append(change)
         if not self._participants:
             self._granting = False
-            self._apply_changes()
+            if not self._missing():
+                self._apply_changes()
 
     def _apply_changes(self) -> None:
         """Tell who came and went since the last grant, in an order that is not the network's."""
@@ -249,6 +254,11 @@ class Lockstep:
         """Whether time is being granted just now."""
         return self._granting
 
+    @property
+    def over(self) -> bool:
+        """Whether it is the time at which the run ends."""
+        return stamp(self._simulator.now) >= stamp(self._end)
+
     # --- granting -------------------------------------------------------------------------------------------------
 
     def begin(self) -> None:
@@ -286,7 +296,7 @@ class Lockstep:
         """
         simulator = self._simulator
         stop = min(self._horizon, simulator.limit, self._end)
-        if simulator.take(stop, most, idle=stop < math.inf):
+        if simulator.take(end_of_instant(stop), most, idle=stop < math.inf):
             return True
         if self._woken:
             self._finish("event", wall)
@@ -305,6 +315,9 @@ class Lockstep:
 
     def _finish(self, reason: str, wall: float) -> None:
         asked = [pair for pair in self._asked() if pair[1].epoch == self.epoch]
+        if self.over:
+            # Said now, as whoever asks once more may come too late to be told.
+            reason = "end"
         self._granting = False
         self.epoch += 1
         self._events = _in_order(self._events)
@@ -331,7 +344,7 @@ class Lockstep:
         if advance is None:
             raise AssertionError
         now = self._simulator.now
-        if reason == "until" and nanoseconds(advance.until) == nanoseconds(now):
+        if reason == "until" and stamp(advance.until) == stamp(now):
             # Times are whole nanoseconds; who counts otherwise shall not be told that it is earlier.
             now = max(now, advance.until)
         wanted = advance.wake | (advance.report - {"feedback"})
@@ -387,7 +400,8 @@ class Lockstep:
     def _halt(self) -> None:
         """Grant no more than this instant."""
         self._woken = True
-        self._horizon = self._simulator.halt()
+        self._horizon = self._simulator.now
+        self._simulator.halt()
 
 
 def _accepted(answer: Any) -> bool:

@@ -162,7 +162,7 @@ class Pacing:
         if lockstep.granting:
             if lockstep.proceed(_EVENTS_BETWEEN_POLLS, wall_time()) or not lockstep.granting:
                 return
-        elif self.simulator.now >= self.duration:
+        elif lockstep.over:
             self._over = True
             return
         elif lockstep.ready:

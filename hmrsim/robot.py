@@ -60,17 +60,16 @@ class Robot:
         self.planner = spec.planner
         self.items = items
         self.units = world.units
-        self.components: dict[str, Any] = {
-            key: components()[key].create(components()[key].settings.model_validate(settings))
-            for key, settings in sorted(kind.components.items())
-        }
         self._env = env
         self._graph = graph
         self._happened = happened
+        self._kind = kind
         self._base = kind.base
         self._speed = world.speed(kind.base)
-        self._rest = Pose(*world.point(spec.at), spec.yaw)
+        self._home = Pose(*world.point(spec.at), spec.yaw)
+        self._rest = self._home
         self._drive: Drive | None = None
+        self.components = self._equip()
         self._number = 0
         self._seconds: Sequence[float] = ()
         self._piece_ends: Timeout | None = None
@@ -82,6 +81,12 @@ class Robot:
     def now(self) -> float:
         """The simulated time, in seconds."""
         return self._env.now
+
+    def _equip(self) -> dict[str, Any]:
+        return {
+            key: components()[key].create(components()[key].settings.model_validate(settings))
+            for key, settings in sorted(self._kind.components.items())
+        }
 
     def component(self, kind: type[C]) -> C:
         """Return the component of this type.
@@ -144,6 +149,29 @@ class Robot:
     def distance_to(self, point: Point) -> float:
         """Return how far its centre is from *point*."""
         return distance(self.pose().point, point)
+
+    # --- what is done to it ---------------------------------------------------------------------------------------
+
+    def begin_anew(self) -> None:
+        """Be as in the beginning; no goal may be running."""
+        self._rest, self.components = self._home, self._equip()
+
+    def move_to(self, pose: Pose) -> None:
+        """Stand somewhere else at once; no goal that holds the base may be running."""
+        self._rest = pose
+
+    def let_go(self) -> None:
+        """Lay down whatever its components hold where it is."""
+        held = [item for item in self.items.values() if item.carrier is self]
+        for item in sorted(held, key=lambda item: item.name):
+            self.lose(item)
+            self.put(item, self.pose().point)
+
+    def lose(self, item: Item) -> None:
+        """Hold an item no longer, whichever component did."""
+        for component in self.components.values():
+            if getattr(component, "item", None) is item:
+                component.item = None
 
     # --- what it does ---------------------------------------------------------------------------------------------
 

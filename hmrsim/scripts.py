@@ -79,7 +79,7 @@ class Scripts:
         happened: Tells of scripts that end.
 
     Attributes:
-        all: By robot, in the order of the world.
+        all: By robot, in the order of names: that of the file must not matter.
     """
 
     def __init__(
@@ -100,6 +100,10 @@ class Scripts:
         }
         for script in self.all.values():
             env.process(self._run(script))
+
+    def end(self) -> None:
+        """Go no further with any script, whatever it waits for."""
+        self._submit = lambda _command: None
 
     @property
     def running(self) -> bool:

@@ -13,3 +13,8 @@ def nanoseconds(seconds: float) -> int:
 def stamp(seconds: float) -> int:
     """Return the stamp of what happens at this time: its nanoseconds, but never zero, which ROS reads as "unset"."""
     return max(1, nanoseconds(seconds))
+
+
+def end_of_instant(seconds: float) -> float:
+    """Return up to when it is this time: what is due in the same nanosecond happens at the same time."""
+    return max(seconds, (nanoseconds(seconds) + 0.5) / NANOSECONDS)

@@ -7,75 +7,52 @@ seed and the commands with their times.
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Any
-
-import simpy
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.dispatcher import Dispatcher
-from hmrsim.errors import GoalRejected
+from hmrsim.environment import Environment
+from hmrsim.gate import Gate
 from hmrsim.gateway import (
     Answered,
+    CallService,
     CancelGoal,
     ForgetResult,
     GetResult,
     InterestChanged,
     Participation,
     Read,
-    Refused,
-    Sampled,
     SendGoal,
     Stop,
     Topic,
 )
 from hmrsim.graph import WaypointGraph
 from hmrsim.interest import Happenings, Interest
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
-from hmrsim.interfaces.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance, Vector3
-from hmrsim.interfaces.nav_msgs import Odometry
-from hmrsim.interfaces.rosgraph_msgs import Clock
-from hmrsim.items import Item
-from hmrsim.robot import Robot
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.interfaces.message import Message
+from hmrsim.readings import Readings
+from hmrsim.roster import Roster
 from hmrsim.scripts import Scripts
-from hmrsim.sim_time import nanoseconds
+from hmrsim.services import registry as all_services
+from hmrsim.sim_time import end_of_instant, stamp
 from hmrsim.telemetry import Telemetry
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from hmrsim.actions import AnyAction
-    from hmrsim.gateway import Command, Event, Published, Sink
+    from hmrsim.gateway import Command, Event, Sink
+    from hmrsim.items import Item
+    from hmrsim.robot import Robot
     from hmrsim.world.model import World
 
 
 _BATCH = 1_000
 """Events that are taken in one go where nothing else wants to be done between them."""
 
-
-class _Environment(simpy.Environment):
-    """Simpy's environment, with a way to let time pass in which nothing happens.
-
-    ``run(until=…)`` would do, but leaves a stale event behind, so that the schedule never looks empty.
-
-    Attributes:
-        horizon: The last instant of which `take` takes events.
-    """
-
-    horizon = math.inf
-
-    def pass_until(self, to: float) -> None:
-        """Let it be *to*; nothing may be due before."""
-        self._now = to
-
-    def take(self, most: int) -> int:
-        """Take at most so many events that are due at the horizon or before; return how many there were."""
-        queue, step = self._queue, self.step
-        for taken in range(most):
-            # The horizon may come nearer with any event.
-            if not queue or queue[0][0] > self.horizon:
-                return taken
-            step()
-        return most
+_BEGINNING = (SendGoal, CancelGoal, CallService)
+"""Commands of which something may come that is due at once."""
 
 
 class Simulator:
@@ -90,16 +67,22 @@ class Simulator:
         odom_rate: Samples of odometry a second of simulated time.
         clock_rate: Samples of the clock a second of simulated time.
         keep_results: Most ended goals that a robot remembers.
+        step_size: Simulated seconds of one step.
 
     Attributes:
+        world: What runs.
+        graph: The ways of the world.
+        roster: Its robots and items.
+        happened: Tells what happens in it.
+        gate: Says whether time may move.
+        scripts: What its robots do by themselves.
         taken: Events taken since the beginning. What somebody listens to does not change it, nor any clock; so
             (number of events, command) says exactly when a command came.
         record: Told of each command from outside, before it is applied, and by whom it was sent.
-        limit: The time up to which time may move; infinite while the simulation is not paused.
-        generation: How often the world was begun anew.
+        generation: How often time has begun anew.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - each is a setting of its own
         self,
         world: World,
         sinks: Sequence[Sink] = (),
@@ -110,21 +93,20 @@ class Simulator:
         odom_rate: float = 10.0,
         clock_rate: float = 10.0,
         keep_results: int = 1000,
+        step_size: float = 0.1,
     ) -> None:
         self.world = world
-        self.seed = world.seed if seed is None else seed
-        self.env = _Environment()
-        self.graph = WaypointGraph(world)
-        self.items = {name: Item(name, item.weight, world.point(item.at)) for name, item in world.items.items()}
+        self._own_seed = seed
+        self.env = Environment()
+        self.gate = Gate(self.env, step_size)
         self._sinks = list(sinks)
         self.interest = Interest(self._sinks)
         self.telemetry = Telemetry(self.interest)
-        self._told = math.nan
+        self._told = (-1, 0.0)
         self.taken = 0
         self.record: Callable[[Command, str], None] = lambda _command, _by: None
-        self.limit = math.inf
         self.generation = 0
-        happened = self._happened = Happenings(self.env, self.interest, self._emit)
+        happened = self.happened = Happenings(self.env, self.interest, self._emit)
         self.dispatcher = Dispatcher(
             self.env,
             all_actions() if actions is None else actions,
@@ -135,20 +117,33 @@ class Simulator:
             keep_results=keep_results,
             feedback_rate=feedback_rate,
         )
-        self.robots: dict[str, Robot] = {}
-        for name, spec in world.robots.items():
-            robot = self.robots[name] = Robot(self.env, name, spec, world, self.graph, self.items, happened)
-            self.dispatcher.servers.add(robot)
+        self.graph = WaypointGraph(world)
+        self.roster = Roster(self.env, self.dispatcher, self.gate, happened=happened, emit=self._emit)
+        self.roster.fill(world, self.graph)
+        self._readings = Readings(self.env, self.roster, self.dispatcher)
         self.telemetry.start("odom", Topic.ODOM, 0.0, odom_rate, self._emit_odom)
-        self.scripts = Scripts(self.env, world, submit=self._apply, happened=happened)
-        if self.scripts.all:
-            self._sinks.append(self.scripts)
-        self.telemetry.start("clock", Topic.CLOCK, 0.0, clock_rate, lambda: self._emit(self._clock()))
+        self.telemetry.start("clock", Topic.CLOCK, 0.0, clock_rate, lambda: self._emit(self._readings.clock()))
+        self.begin_scripts()
 
     @property
     def now(self) -> float:
         """The simulated time, in seconds."""
         return self.env.now
+
+    @property
+    def seed(self) -> int:
+        """The seed of the run: the world's, unless it was replaced."""
+        return self.world.seed if self._own_seed is None else self._own_seed
+
+    @property
+    def robots(self) -> dict[str, Robot]:
+        """All robots, by name; what is returned stays as it is, also when robots come or go."""
+        return self.roster.robots
+
+    @property
+    def items(self) -> dict[str, Item]:
+        """All items, by name."""
+        return self.roster.items
 
     # --- commands and events --------------------------------------------------------------------------------------
 
@@ -157,6 +152,16 @@ class Simulator:
         self._sinks.append(sink)
         self.submit(InterestChanged())
 
+    def detach(self, sink: Sink) -> None:
+        """Send events to a sink no longer; nothing happens if none were sent."""
+        self._sinks[:] = [other for other in self._sinks if other is not sink]
+
+    def begin_scripts(self) -> None:
+        """Let the robots do what the world says that they do by themselves."""
+        self.scripts = Scripts(self.env, self.world, submit=self._apply, happened=self.happened)
+        if self.scripts.all:
+            self._sinks.append(self.scripts)
+
     def submit(self, command: Command, by: str = "") -> None:
         """Apply a command from outside at this instant; what comes of it goes to the sinks, now or later.
 
@@ -164,8 +169,18 @@ class Simulator:
             command: What to do.
             by: The participant that sent it, if it takes part in lockstep.
         """
+        if isinstance(command, CallService):
+            service = all_services()[command.service]
+            request = service.recorded(self, command.request)
+            if not isinstance(request, service.request):
+                self.answer(command.reply_to, request)
+                return
+            command = command._replace(request=request)
         self.record(command, by)
         self._apply(command)
+        # What is asked for while time stands begins all the same.
+        while self.paused and isinstance(command, _BEGINNING) and self.take(self.now, _BATCH):
+            pass
 
     def _apply(self, command: Command) -> None:
         match command:
@@ -175,22 +190,32 @@ class Simulator:
                 self.dispatcher.get_result(command)
             case CancelGoal():
                 self.dispatcher.cancel_goal(command)
+                self.env.take_urgent()
             case ForgetResult(robot, action, goal_id):
                 self.dispatcher.forget(robot, action, goal_id)
             case Read():
-                self._read(command)
+                self._emit(Answered(command.reply_to, self._readings.read(command)))
+            case CallService():
+                self._call(command)
             case InterestChanged():
                 self.interest.refresh()
                 self.dispatcher.interest_changed()
                 self.telemetry.refresh(self.now)
             case Participation(participant, change, why):
                 told = {"participant": participant} | ({"why": why} if why else {})
-                self._happened(f"participant_{change}", lambda: told)
+                self.happened(f"participant_{change}", lambda: told)
             case Stop(reason):
                 self._stop(reason)
 
+    def _call(self, command: CallService) -> None:
+        answer = all_services()[command.service].serve(self, command.request)
+        if isinstance(answer, Message):
+            self.answer(command.reply_to, answer)
+        else:
+            answer(partial(self.answer, command.reply_to))
+
     def answer(self, reply_to: Any, answer: Any) -> None:
-        """Send the answer to a command that was not for the world itself."""
+        """Send the answer to a command that was not for a robot."""
         if reply_to is not None:
             self._emit(Answered(reply_to, answer))
 
@@ -205,49 +230,34 @@ class Simulator:
     def _stop(self, reason: str) -> None:
         # Nobody will tell any more who has come to listen.
         self.interest.refresh()
-        interrupted = self.dispatcher.stop(reason)
+        self.gate.halt(reason)
+        self.dispatcher.stop(reason)
         # Interrupts come before all else; robots stand still after them.
-        for _ in range(interrupted):
-            if self.env.peek() <= self.now:
-                self.env.step()
+        self.env.take_urgent()
 
     def _emit(self, event: Event) -> None:
         for sink in self._sinks:
             sink.emit(event)
 
-    def _read(self, command: Read) -> None:
-        answer: Published | Refused
-        try:
-            match command.topic:
-                case Topic.STATUS:
-                    answer = self.dispatcher.status(command.robot, command.action)
-                case Topic.ODOM:
-                    answer = self._odom(self.robots[command.robot])
-                case _:
-                    answer = self._clock()
-        except (GoalRejected, KeyError):
-            answer = Refused("robot", command.robot, f"no such robot or action: {command.robot}/{command.action}")
-        self._emit(Answered(command.reply_to, answer))
-
-    def _clock(self) -> Sampled:
-        return Sampled(Topic.CLOCK, "", Clock(clock=Time.from_nanoseconds(nanoseconds(self.now))))
-
     def _emit_odom(self) -> None:
         for robot in self.robots.values():
-            self._emit(self._odom(robot))
-
-    def _odom(self, robot: Robot) -> Sampled:
-        where = robot.pose_stamped()
-        ahead, turning = robot.velocity()
-        message = Odometry(
-            header=where.header,
-            child_frame_id=f"{robot.name}/base_link",
-            pose=PoseWithCovariance(pose=where.pose),
-            twist=TwistWithCovariance(twist=Twist(linear=Vector3(x=ahead), angular=Vector3(z=turning))),
-        )
-        return Sampled(Topic.ODOM, robot.name, message)
+            self._emit(self._readings.odom(robot))
 
     # --- time -----------------------------------------------------------------------------------------------------
+
+    @property
+    def limit(self) -> float:
+        """The time up to which time may move; infinite while the simulation plays."""
+        return self.gate.limit
+
+    @limit.setter
+    def limit(self, limit: float) -> None:
+        self.gate.limit = limit
+
+    @property
+    def paused(self) -> bool:
+        """Whether time may not move."""
+        return self.gate.limit <= self.env.now
 
     @property
     def next_event(self) -> float:
@@ -261,9 +271,10 @@ class Simulator:
 
     def settle(self) -> None:
         """Tell the time to whoever listens to the clock: it stands still until something happens."""
-        if self._told != self.now and self.interest.clock:
-            self._told = self.now
-            self._emit(self._clock())
+        telling = (self.generation, self.now)
+        if self._told != telling and self.interest.clock:
+            self._told = telling
+            self._emit(self._readings.clock())
 
     def take(self, until: float, most: int, *, idle: bool = True) -> bool:
         """Take some of what is due at *until* or before, events and samples; at one instant events come first.
@@ -277,7 +288,7 @@ class Simulator:
             Whether anything was due.
         """
         taken = 0
-        self.env.horizon = until
+        self.env.horizon = min(until, self.gate.limit)
         while taken < most:
             sample, event = self.telemetry.next_due, self.env.peek()
             due = min(sample, event) if idle or event < math.inf else math.inf
@@ -292,17 +303,15 @@ class Simulator:
                 taken += events
         return taken > 0
 
-    def halt(self) -> float:
-        """End the `take` under way after this instant, of which all is taken still; return the end of the instant."""
-        # An instant is a nanosecond: what is due in the same one happens at the same time.
-        self.env.horizon = (nanoseconds(self.now) + 0.5) / NANOSECONDS
-        return self.env.horizon
+    def halt(self) -> None:
+        """End the `take` under way after this instant, of which all is taken still."""
+        self.env.horizon = end_of_instant(self.now)
 
     def advance(self, until: float) -> None:
         """Take everything that is due at *until* or before, then let it be *until*."""
         while self.take(until, _BATCH):
             pass
-        self.pass_to(until)
+        self.pass_to(min(until, self.gate.limit))
 
     def run(self, until: float = math.inf) -> None:
         """Run until nothing is scheduled or *until* is reached, as fast as possible."""
@@ -321,12 +330,7 @@ class Simulator:
     def pass_to(self, to: float) -> None:
         """Let it be *to*, rounded to whole nanoseconds, if it is not yet; nothing may be due before.
 
-        So whoever knows a trace, which has whole nanoseconds, can let it be exactly the same time.
+        So whoever knows a trace, which has whole nanoseconds and begins with the first, can let it be exactly the same.
         """
-        if to > self.env.now and (whole := nanoseconds(to)) > nanoseconds(self.env.now):
+        if to > self.env.now and (whole := stamp(to)) > stamp(self.env.now):
             self.env.pass_until(min(whole / NANOSECONDS, self.env.peek()))
-
-    @property
-    def paused(self) -> bool:
-        """Whether time may not move."""
-        return self.limit <= self.env.now

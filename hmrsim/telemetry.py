@@ -12,6 +12,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
 
@@ -28,11 +30,12 @@ class _Sampler:
     stopped: bool = False
 
     def due_after(self, now: float) -> float:
-        """Return the first sampling time after *now*."""
+        """Return the first sampling time after the instant of *now*; like every instant, it is a whole nanosecond."""
+        instant = round(now * NANOSECONDS)
         number = math.floor((now - self.start) / self.period)
-        while self.start + number * self.period <= now:
+        while (due := round((self.start + number * self.period) * NANOSECONDS)) <= instant:
             number += 1
-        return self.start + number * self.period
+        return due / NANOSECONDS
 
 
 class Telemetry:
@@ -55,11 +58,13 @@ class Telemetry:
             heapq.heappop(self._heap)
         return self._heap[0][0] if self._heap else math.inf
 
-    def start(self, key: Hashable, topic: Topic, begin: float, rate: float, take: Callable[[], None]) -> None:
-        """Sample *take* at *rate* samples a second since *begin*; *key* stops it again."""
+    def start(
+        self, key: Hashable, topic: Topic, begin: float, rate: float, take: Callable[[], None], *, now: float = 0.0
+    ) -> None:
+        """Sample *take* from *now* on, at *rate* samples a second since *begin*; *key* stops it again."""
         sampler = self._samplers[key] = _Sampler(topic, begin, 1.0 / rate, take)
         if self._interest.in_(topic):
-            self._push(sampler, begin)
+            self._push(sampler, sampler.due_after(max(begin, now)))
 
     def __contains__(self, key: object) -> bool:
         """Return whether there is a sampler of this key."""
@@ -73,10 +78,12 @@ class Telemetry:
 
     def refresh(self, now: float) -> None:
         """Begin with what somebody has come to listen to, and leave off what nobody does any more."""
+        # What is sampled already may be due at this very instant.
+        due = {sampler: time for time, _, sampler in self._heap}
         self._heap.clear()
         for sampler in self._samplers.values():
             if self._interest.in_(sampler.topic):
-                self._push(sampler, now)
+                self._push(sampler, min(sampler.due_after(now), due.get(sampler, math.inf)))
 
     def sample(self, before: float, until: float, most: int, let_it_be: Callable[[float], None]) -> int:
         """Take samples in order of time.
@@ -100,6 +107,6 @@ class Telemetry:
             taken += 1
         return taken
 
-    def _push(self, sampler: _Sampler, now: float) -> None:
+    def _push(self, sampler: _Sampler, due: float) -> None:
         self._order += 1
-        heapq.heappush(self._heap, (sampler.due_after(now), self._order, sampler))
+        heapq.heappush(self._heap, (due, self._order, sampler))

@@ -2,7 +2,7 @@
 
 A trace says enough to run it again (`hmrsim.replay`), and the same run has the same trace, byte for byte::
 
-    {"contract":1,"hmrsim":"…","kind":"header","seed":7,"world":{"definition":{…},"hash":"…","name":"…"}}
+    {"contract":1,"hmrsim":"…","kind":"header","seed":7,"step_size":0.1,"world":{"definition":{…},"hash":"…","name":"…"}}
     {"after":0,"by":"nurses","command":"send_goal","goal":{…},…,"kind":"command","stamp":{"nanosec":1,"sec":0}}
     {"action":"wait","goal_id":"…","kind":"status","robot":"wall_e","stamp":{"nanosec":1,"sec":0},"status":1}
     {"after":42,"kind":"end","stamp":{…}}
@@ -62,6 +62,7 @@ class Header:
         name: Of the world.
         hash: Of the world.
         definition: The world, as a native file has it.
+        step_size: Simulated seconds of one step.
         contract: Version of the public interface.
     """
 
@@ -70,19 +71,21 @@ class Header:
     name: str
     hash: str
     definition: Mapping[str, Any]
+    step_size: float
     contract: int = CONTRACT
 
     @classmethod
     def of(cls, simulator: Simulator) -> Header:
         """Return the header of a run that has not begun."""
         world = simulator.world
-        return cls(__version__, simulator.seed, world.name, world_hash(world), native_data(world))
+        said = (world.name, world_hash(world), native_data(world))
+        return cls(__version__, simulator.seed, *said, simulator.gate.step_size)
 
     def line(self) -> str:
         """Return the line, without its end."""
         world = {"name": self.name, "hash": self.hash, "definition": self.definition}
-        fields = {"contract": self.contract, "hmrsim": self.version, "seed": self.seed, "world": world}
-        return _encode({"kind": "header", **fields})
+        run = {"seed": self.seed, "step_size": self.step_size, "world": world}
+        return _encode({"kind": "header", "contract": self.contract, "hmrsim": self.version, **run})
 
 
 class Trace:

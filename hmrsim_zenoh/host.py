@@ -2,42 +2,35 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import math
 import threading
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Self
 
 import zenoh
 
-import hmrsim
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
 from hmrsim.pacing import Pacing
 from hmrsim.participation import REALTIME, TokenSeen
 from hmrsim.retention import Retention
-from hmrsim.route_graph import to_geojson
 from hmrsim.services import registry as all_services
 from hmrsim.simulator import Simulator
-from hmrsim_zenoh import encoding
+from hmrsim_zenoh.description import Description
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.errors import BadOptions, PrefixTaken
-from hmrsim_zenoh.keys import WORLD, Keys
+from hmrsim_zenoh.keys import Keys
 from hmrsim_zenoh.server import Server
 from hmrsim_zenoh.session import SessionOptions, open_server
-from hmrsim_zenoh.time_requests import SERVICE_TYPES
+from hmrsim_zenoh.tokens import MOST_TOKENS, Tokens
 
 if TYPE_CHECKING:
     from hmrsim.gateway import Sink
     from hmrsim.world import LoadedWorld
 
 _log = logging.getLogger(__name__)
-
-_MOST_TOKENS = 1000
-"""Robots up to which each has a liveliness token: declaring them takes time that grows with their number squared."""
 
 _STOP_SECONDS = 1.5
 """Wall seconds that the simulation's thread is given to end every goal."""
@@ -127,15 +120,17 @@ class Host:
             odom_rate=settings.odom_rate,
             clock_rate=settings.clock_rate,
             keep_results=settings.keep_results,
+            step_size=settings.step_size,
         )
         self.error: BaseException | None = None
         self._reason = "the simulation has ended"
         self._ended = threading.Event()
-        self._tokens: list[zenoh.LivelinessToken] = []
         self._session, self.endpoints = open_server(options)
         try:
             self._refuse_second()
-            self._server = self._serve(loaded)
+            self._description = Description(self.simulator, lambda: self.pacing.state)
+            self._tokens = Tokens(self._session, self._keys)
+            self._server = self._serve()
         except BaseException:
             self._session.close()
             raise
@@ -154,6 +149,7 @@ class Host:
             on_lag=_warn_of_lag,
         )
         self._server.submit = self.pacing.submit
+        self._server.on_roster = self._follow
         self._participants = self._watch_participants()
         self._thread = threading.Thread(target=self._run, name="hmrsim-simulation", daemon=True)
 
@@ -171,10 +167,7 @@ class Host:
 
     def start(self) -> None:
         """Run the simulation in its thread, and tell the network that it is there."""
-        liveliness = self._session.liveliness()
-        if len(self.simulator.robots) <= _MOST_TOKENS:
-            self._tokens = [liveliness.declare_token(self._keys.alive(robot)) for robot in self.simulator.robots]
-        self._tokens.append(liveliness.declare_token(self._keys.alive()))
+        self._tokens.declare(self.simulator.robots.keys())
         self._thread.start()
 
     def wait(self, timeout: float | None = None) -> bool:
@@ -208,8 +201,7 @@ class Host:
 
     def _finish(self) -> None:
         with ExitStack() as afterwards:
-            for token in self._tokens:
-                afterwards.callback(token.undeclare)
+            afterwards.callback(self._tokens.undeclare)
             afterwards.callback(self._server.finish, self.pacing.submit)
             self.simulator.stop(self._reason)
 
@@ -230,39 +222,21 @@ class Host:
         handler = zenoh.handlers.Callback(on_token)
         return self._session.liveliness().declare_subscriber(self._keys.participants(), handler, history=True)
 
-    def _serve(self, loaded: LoadedWorld) -> Server:
-        robots, graph = self.simulator.robots, self.simulator.graph
-        serves = {name: self.simulator.dispatcher.servers.actions_of(name) for name in robots}
-        types = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH}
-        services = [{"name": f"{WORLD}/{name}", "type": encoding.ros_type(mime)} for name, mime in types.items()]
-        services += [{"name": f"{WORLD}/{name}", "type": type_} for name, type_ in SERVICE_TYPES.items()]
-        services += [{"name": f"{WORLD}/{name}", "type": service.ros_type} for name, service in all_services().items()]
-        described = {
-            "contract": hmrsim.CONTRACT,
-            "hmrsim": hmrsim.__version__,
-            "world": {"name": loaded.world.name, "hash": loaded.hash, "units": loaded.world.units},
-            "robots": [
-                {"name": name, "type": robot.type, "components": list(robot.components), "actions": serves[name]}
-                for name, robot in robots.items()
-            ],
-            "aliases": dict(loaded.world.remap),
-            "services": services,
-        }
-
-        def info() -> bytes:
-            time = self.pacing.state
-            return encoding.dump({**described, "clock": time.clock, "real_time_factor": time.real_time_factor})
-
+    def _serve(self) -> Server:
         return Server(
             self._session,
             self._keys,
             actions=all_actions(),
-            serves=serves,
-            fixed={
-                "info": (types["info"], info),
-                "route_graph": (types["route_graph"], cache(lambda: json.dumps(to_geojson(graph)).encode())),
-            },
+            serves=self._description.serves,
+            fixed=self._description.latched,
             services=all_services(),
-            declare=len(robots) <= _MOST_TOKENS,
+            declare=len(self.simulator.robots) <= MOST_TOKENS,
             max_payload=self._settings.max_payload,
         )
+
+    def _follow(self) -> None:
+        """Serve those who are there now; in the simulation's thread."""
+        description = self._description
+        description.forget()
+        self._tokens.follow(self.simulator.robots.keys())
+        self._server.follow(description.serves, description.aliases)

@@ -29,6 +29,7 @@ class Interest:
     """
 
     def __init__(self, session: zenoh.Session, keys: Keys, changed: Callable[[], None]) -> None:
+        self._session = session
         self._changed = changed
         self._lock = threading.Lock()
         self._listened: dict[Topic, bool] = dict.fromkeys(Topic, False)
@@ -64,6 +65,14 @@ class Interest:
                 if not listened:
                     self._update(topic, self._publishers[topic])
         return self._changes
+
+    def in_key(self, key: str) -> bool:
+        """Return whether anybody listens to a key just now; slower than to ask for a topic."""
+        publisher = self._session.declare_publisher(key)
+        try:
+            return _matched(publisher)
+        finally:
+            publisher.undeclare()
 
     def _watch(self, session: zenoh.Session, topic: Topic, pattern: str) -> zenoh.Publisher:
         publisher = session.declare_publisher(pattern)

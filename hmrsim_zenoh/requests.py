@@ -266,8 +266,10 @@ class Requests:
         keys = self._keys
         topics = {**_WORLD_TOPICS, Topic.TIME.value: Topic.TIME}
         found = [_Latched(zenoh.KeyExpr(keys.world(name)), topic) for name, topic in topics.items()]
-        for robot, actions in self._serves.items():
+        of_world = [name for name, action in self._actions.items() if action.of_world]
+        for robot in self._serves:
             found += [_Latched(zenoh.KeyExpr(keys.topic(robot, name)), topic, robot) for name, topic in _TOPICS.items()]
+        for robot, actions in {**self._serves, WORLD: of_world}.items():
             found += [
                 _Latched(zenoh.KeyExpr(keys.action(*alias, Verb.STATUS)), Topic.STATUS, robot, action)
                 for action in actions

@@ -1,4 +1,4 @@
-"""Writes ``schemas/``: the JSON Schema of worlds, of every action's messages, and of the envelopes around them.
+"""Writes ``schemas/``: the JSON Schema of worlds, of every action's and service's messages, and of the envelopes.
 
 Run as ``python -m hmrsim_zenoh.schemas [--check] [DIRECTORY]``; the files are generated and never edited.
 """
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic.json_schema import models_json_schema
 
 from hmrsim.actions import registry
+from hmrsim.services import registry as services
 from hmrsim.world.schema import world_schema
 from hmrsim_zenoh import envelopes
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaMode
 
     from hmrsim.actions import AnyAction
+    from hmrsim.services import AnyService
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -40,6 +42,22 @@ def action_schema(action: AnyAction) -> dict[str, Any]:
         "$schema": _DIALECT,
         "title": f"{action.name} ({action.ros_type})",
         "description": "send_goal: the request; get_result: the reply; feedback: what is published.",
+        "type": "object",
+        "properties": {name: references[part] for name, part in parts.items()},
+        **schema,
+    }
+
+
+def service_schema(service: AnyService) -> dict[str, Any]:
+    """Return the schema of a service's request and reply."""
+    parts: dict[str, tuple[type[BaseModel], JsonSchemaMode]] = {
+        "request": (service.request, "validation"),
+        "reply": (service.response, "serialization"),
+    }
+    references, schema = models_json_schema([*parts.values()])
+    return {
+        "$schema": _DIALECT,
+        "title": f"{service.name} ({service.ros_type})",
         "type": "object",
         "properties": {name: references[part] for name, part in parts.items()},
         **schema,
@@ -68,7 +86,8 @@ def envelope_schema() -> dict[str, Any]:
 def all_schemas() -> dict[str, dict[str, Any]]:
     """Return every schema by the name of its file below ``schemas/``."""
     actions = {f"actions/{name}.schema.json": action_schema(action) for name, action in registry().items()}
-    return {"world.schema.json": world_schema(), "envelopes.schema.json": envelope_schema(), **actions}
+    asked = {f"services/{name}.schema.json": service_schema(service) for name, service in services().items()}
+    return {"world.schema.json": world_schema(), "envelopes.schema.json": envelope_schema(), **actions, **asked}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

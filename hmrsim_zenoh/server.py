@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import logging
 import time
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import zenoh
@@ -15,6 +17,7 @@ import zenoh
 from hmrsim.errors import SimulationStopped
 from hmrsim.gateway import (
     Answered,
+    CallService,
     CancelGoal,
     CancelResponse,
     FeedbackSent,
@@ -74,9 +77,11 @@ class Server:
 
     Attributes:
         submit: Takes commands at once, in the simulation's thread; to be set before it runs.
+        on_roster: Called when robots come or go, or all of the world is another; likewise. It is to `follow`.
     """
 
     submit: Callable[[AnyCommand], None]
+    on_roster: Callable[[], None]
 
     def __init__(
         self,
@@ -107,11 +112,11 @@ class Server:
             Sampled: self._emit_sample,
             Happened: self._emit_happening,
             TimeState: self._emit_time,
-            RosterChanged: lambda _event: None,
+            RosterChanged: lambda _event: self.on_roster(),
         }
-        self._requests = Requests(
-            keys, actions=actions, serves=serves, fixed=fixed, services=services, max_payload=max_payload
-        )
+        self._fixed = fixed
+        self._read_by = partial(Requests, actions=actions, fixed=fixed, services=services, max_payload=max_payload)
+        self._requests = self._read_by(keys, serves=serves)
         self.inbox = QueryInbox(
             session,
             keys.everything(),
@@ -125,17 +130,29 @@ class Server:
             keys.history(), zenoh.handlers.Callback(self.inbox.put_query), complete=True
         )
 
+    def follow(self, serves: Mapping[str, list[str]], aliases: Mapping[str, str]) -> None:
+        """Serve these robots from now on, by these further names; who subscribes to what is latched is told."""
+        self._keys = replace(self._keys, aliases=aliases)
+        self._requests = self._read_by(self._keys, serves=serves)
+        self._feedback_keys.clear()
+        self._status_keys.clear()
+        for topic, (mime, payload) in self._fixed.items():
+            if self._interest.in_key(self._keys.world(topic)):
+                self._put(self._key_of(self._keys.world(topic)), payload(), mime, reliable=True)
+
     def close(self) -> None:
         """Take no more queries; the simulation's thread wakes and ends."""
         self.inbox.close()
 
     def finish(self, submit: Callable[[AnyCommand], None]) -> None:
-        """Answer what waits still when the simulation has ended: all but new goals can be."""
+        """Answer what waits still when the simulation has ended: all but new goals and services can be."""
         self.close()
         while (command := self.inbox.poll()) is not None:
             if isinstance(command, SendGoal):
                 answer = self._requests.not_served(command.action, command.goal_id, "not_ready", _ENDED)
                 self._emit_answer(Answered(command.reply_to, answer))
+            elif isinstance(command, CallService):
+                self._emit_answer(Answered(command.reply_to, Refused("", None, _ENDED)))
             else:
                 submit(command)
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from hmrsim.actions import registry
-from hmrsim.gateway import Answered, FeedbackSent, GoalChanged, Topic
+from hmrsim.gateway import Answered, CallService, FeedbackSent, GoalChanged, Happened, Topic
 from hmrsim.interfaces.message import Message
+from hmrsim.services import registry as services
 from hmrsim.simulator import Simulator
 from hmrsim.world.model import World
 
@@ -85,6 +86,14 @@ class Log:
         ]
         return result
 
+    def happened(self, kind: str) -> list[tuple[float, dict[str, object]]]:
+        """Return the times of what happened of a kind, and its fields."""
+        return [
+            (time, dict(event.fields))
+            for time, event in self.events
+            if isinstance(event, Happened) and event.kind == kind
+        ]
+
     def feedback(self, goal_id: str) -> list[tuple[float, object]]:
         """Return the times and the feedback of a goal."""
         return [
@@ -111,6 +120,13 @@ class Run:
         else:
             self.simulator.advance(until)
         return self.log
+
+    def ask(self, service: str, request: object = None) -> object:
+        """Ask a service, with a request in plain values; return the answer, or None if it is to come."""
+        reply_to = object()
+        message = services()[service].request.model_validate_json(json.dumps(request or {}))
+        self.simulator.submit(CallService(service, message, reply_to))
+        return next(iter(self.log.answers(reply_to)), None)
 
 
 def simulate(world: object = None, *, topics: frozenset[Topic] = frozenset(Topic), **settings: object) -> Run:

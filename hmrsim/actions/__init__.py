@@ -17,13 +17,15 @@ from hmrsim.plugins import discover
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Mapping
 
-    from hmrsim.robot import Robot
     from hmrsim.world.model import World
 
 G = TypeVar("G", bound=Message)
 R = TypeVar("R", bound=Message)
 F = TypeVar("F", bound=Message)
 F_contra = TypeVar("F_contra", bound=Message, contravariant=True)
+
+WORLD = "_world"
+"""The name under which the world serves actions, as a robot does under its own."""
 
 
 class Report(Protocol[F_contra]):
@@ -88,6 +90,7 @@ class Action(Generic[G, R, F]):
             can't be done. An interrupt means that the goal is canceled or preempted: leave the robot usable.
         failure: Makes the result of a goal that ended otherwise, from a code and a text.
         codes: The codes for that.
+        of_world: Whether the world serves it, and no robot: *process* is given its `hmrsim.gate.Gate` then.
         component: The component that a robot needs; None if any robot serves the action.
         holds_base: Whether one such goal at a time has the robot's base for itself.
         frames: The frames that a goal refers to.
@@ -104,14 +107,15 @@ class Action(Generic[G, R, F]):
     goal: type[G]
     result: type[R]
     feedback: type[F]
-    process: Callable[[Robot, G, Report[F]], Generator[Any, Any, R]]
+    process: Callable[[Any, G, Report[F]], Generator[Any, Any, R]]
     failure: Callable[[int, str], R]
     codes: Codes
+    of_world: bool = False
     component: str | None = None
     holds_base: bool = True
     frames: Callable[[G], Iterable[str]] = field(default=lambda _goal: ())
     flaw: Callable[[G], str | None] = field(default=lambda _goal: None)
-    not_ready: Callable[[Robot], str | None] = field(default=lambda _robot: None)
+    not_ready: Callable[[Any], str | None] = field(default=lambda _robot: None)
     order: Order[G] | None = None
     example: Mapping[str, Any] | None = None
     example_after: str | None = None
@@ -127,6 +131,6 @@ def registry() -> dict[str, AnyAction]:
 
 
 def error_of(result: Message) -> str:
-    """Return what a result says of an error, in Nav2's field or in MoveIt's; empty if nothing."""
-    code = getattr(result, "error_code", None)
-    return getattr(result, "error_msg", "") or getattr(code, "message", "")
+    """Return what a result says of an error, in the field of Nav2, MoveIt or the simulation; empty if nothing."""
+    code, outcome = getattr(result, "error_code", None), getattr(result, "result", None)
+    return getattr(result, "error_msg", "") or getattr(code, "message", "") or getattr(outcome, "error_message", "")

@@ -18,8 +18,10 @@ from hmrsim.cli.demo_turns import Turns
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import warn
 from hmrsim.cli.run_log import LogLines
+from hmrsim.cli.tracing import add_trace_option
 from hmrsim.errors import HmrsimError
 from hmrsim.log_options import add_log_options, log_level
+from hmrsim.participation import CLOCKS, REALTIME
 from hmrsim.signals import exit_code_of, on_signals
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.session import SessionOptions
@@ -33,6 +35,7 @@ _EXAMPLES: Final = """\
 examples:
   hmrsim demo
   hmrsim demo --real-time-factor 2 --seed 3
+  hmrsim demo --clock lockstep --trace run.jsonl && hmrsim replay run.jsonl
   hmrsim demo --log-level info 2>processes.log
   hmrsim demo --json | tail -n 1 | jq '.robots.eve.distance'"""
 
@@ -68,18 +71,25 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "that talk over Zenoh. Shows what happens as it happens, and what was done at the end."
     )
     parser.epilog = _EXAMPLES
-    parser.add_argument("--clock", choices=["realtime"], default="realtime", help="how simulated time moves")
+    parser.add_argument(
+        "--clock",
+        choices=CLOCKS,
+        default=REALTIME,
+        help="how simulated time moves: with the wall, or as far as the controller allows, which is as fast as the "
+        "machine can, and the same each time (default: %(default)s)",
+    )
     parser.add_argument(
         "--real-time-factor",
         type=numbers.positive,
         default=10.0,
         metavar="X",
-        help="simulated seconds a wall second (default: %(default)g)",
+        help="simulated seconds a wall second, in real time (default: %(default)g)",
     )
     parser.add_argument("--seed", type=int, metavar="N", help="replaces the world's")
     parser.add_argument(
         "--json", action="store_true", help="what happens, and the sum at the end, as one JSON object a line"
     )
+    add_trace_option(parser)
     add_log_options(parser)
     parser.set_defaults(function=_demo)
 
@@ -145,8 +155,12 @@ class _Demo:
 
     def _run_arguments(self) -> list[str]:
         arguments = ["run", _WORLD, "--listen", "tcp/127.0.0.1:0", "--json", "--feedback-rate", "2"]
-        arguments += ["--real-time-factor", str(self._args.real_time_factor), "--log-level", self._args.log_level]
-        return arguments + ([] if self._args.seed is None else ["--seed", str(self._args.seed)])
+        arguments += ["--clock", self._args.clock, "--real-time-factor", str(self._args.real_time_factor)]
+        arguments += ["--log-level", self._args.log_level]
+        for option in ("seed", "trace"):
+            value = getattr(self._args, option)
+            arguments += [] if value is None else [f"--{option}", str(value)]
+        return arguments
 
     def _ready(self, line: str | None) -> None:
         self.news.put({} if line is None else json.loads(line))

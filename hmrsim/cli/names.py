@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.actions import registry
+from hmrsim.actions import WORLD, registry
 from hmrsim.cli.exits import UnknownName, WrongUse
 
 if TYPE_CHECKING:
@@ -60,9 +60,15 @@ def aliases(info: Info) -> Mapping[str, str]:
     return found
 
 
+def _owners(info: Info) -> dict[str, list[str]]:
+    """Return the names of the actions of each robot, and of the world if it has any."""
+    of_world = list(info.get("actions", ()))
+    return robots(info) | ({WORLD: of_world} if of_world else {})
+
+
 def actions(info: Info) -> Iterator[ActionName]:
-    """Yield all names of all actions, aliases last."""
-    for robot, names in robots(info).items():
+    """Yield all names of all actions: the robots', the world's, and aliases."""
+    for robot, names in _owners(info).items():
         for name in names:
             yield ActionName(f"/{robot}/{name}", robot, name)
     for alias, target in aliases(info).items():
@@ -79,9 +85,9 @@ def find_action(info: Info, name: str) -> ActionName:
     """
     first, second = split(name)
     robot, _, action = aliases(info).get(f"{first}/{second}", f"{first}/{second}").partition("/")
-    there = robots(info)
+    there = _owners(info)
     if robot not in there:
-        raise UnknownName(f"no robot {robot!r}; there are: {', '.join(there) or 'none'}")
+        raise UnknownName(f"no robot {robot!r}; there are: {', '.join(robots(info)) or 'none'}")
     if action not in there[robot]:
         raise UnknownName(f"{robot} has no action {action!r}; it has: {', '.join(there[robot])}")
     return ActionName(f"/{first}/{second}", robot, action)

@@ -236,5 +236,7 @@ def _shown(host: Host, loaded: LoadedWorld, level: int) -> Iterator[RobotTable |
     with LogLines(level=level):
         host.attach(GoalLog(host.simulator))
         _log.info("sim %.3f | %s begins", host.simulator.now, printable(loaded.world.name))
+        if awaited := host.pacing.state.waiting_for:
+            _log.info("sim %.3f | time stands, waiting for %s", host.simulator.now, ", ".join(awaited))
         yield None
         _log.info("sim %.3f | %s ends", host.simulator.now, printable(loaded.world.name))

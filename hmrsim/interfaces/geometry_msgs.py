@@ -117,6 +117,13 @@ class TwistWithCovariance(Message):
     covariance: Covariance = Field(default_factory=_no_covariance)
 
 
+class Accel(Message):
+    """Linear acceleration, and angular acceleration in radians per second squared."""
+
+    linear: Vector3 = Field(default_factory=Vector3)
+    angular: Vector3 = Field(default_factory=Vector3)
+
+
 class Wrench(Message):
     """Force in newtons and torque in newton metres."""
 

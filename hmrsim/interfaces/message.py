@@ -1,6 +1,6 @@
 """What every ROS message is made of: the base model and ROS's primitive types.
 
-A message is a pydantic model named as in ROS, in a module named as its ROS package.
+A message is a pydantic model named as in ROS, in a module, or a folder of modules, named as its ROS package.
 Actions and services nest theirs as rclpy does: ``NavigateToPose.Goal``, ``CancelGoal.Request``.
 A field left out has its ROS default. An unknown field, a wrong type, NaN or infinity is an error.
 """
@@ -47,7 +47,8 @@ class Message(BaseModel):
     def __pydantic_init_subclass__(cls, **kwargs: object) -> None:
         """Derive the ROS type name from the names of the module and the class."""
         super().__pydantic_init_subclass__(**kwargs)
-        package = cls.__module__.rpartition(".")[2]
+        _, _, ours = cls.__module__.partition("hmrsim.interfaces.")
+        package = ours.partition(".")[0] or cls.__module__.rpartition(".")[2]
         kind = _KINDS.get(cls.__name__, "msg") if "." in cls.__qualname__ else "msg"
         cls.ros_type = f"{package}/{kind}/{cls.__qualname__.replace('.', '_')}"
 

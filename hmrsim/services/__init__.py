@@ -32,8 +32,12 @@ class Service(Generic[Q, A]):
         ros_type: The ROS name of the service, such as ``simulation_interfaces/srv/SpawnEntity``.
         request: The request's message type.
         response: The response's message type.
-        serve: Answers a request; None for an answer that comes later, by `Simulator.answer`.
+        serve: Answers a request, by the world, its seed and the request alone: it is served again in a replay. What
+            takes simulated time returns a function in place of the answer; it is given whom to tell the answer.
         changes_world: Whether it does something that a replay has to do again.
+        recorded: Turns a request into one that needs nothing from outside the simulation, such as a file; that one
+            is served. It may answer at once instead, if the request comes to nothing.
+        features: What the simulator can do by it, by the numbers of SimulatorFeatures.
         example: A request that makes sense in the world of the contract tests, in plain values.
     """
 
@@ -41,8 +45,10 @@ class Service(Generic[Q, A]):
     ros_type: str
     request: type[Q]
     response: type[A]
-    serve: Callable[[Simulator, Q], A | None]
+    serve: Callable[[Simulator, Q], A | Callable[[Callable[[A], None]], None]]
     changes_world: bool = False
+    recorded: Callable[[Simulator, Q], Q | A] = field(default=lambda _simulator, request: request)
+    features: tuple[int, ...] = ()
     example: Mapping[str, Any] = field(default_factory=dict)
 
 

@@ -7,8 +7,10 @@ import json
 import jsonschema
 import pytest
 
+from hmrsim.actions import WORLD as THE_WORLD
 from hmrsim.actions import error_of, registry
-from hmrsim.gateway import CancelGoal, SendGoal
+from hmrsim.gateway import CallService, CancelGoal, SendGoal
+from hmrsim.interfaces.simulation_interfaces import SetSimulationState, SimulationState
 from hmrsim_zenoh.envelopes import SendGoalRequest, around, read
 from hmrsim_zenoh.schemas import action_schema
 from tests.simulation import simulate
@@ -25,11 +27,17 @@ WORLD = {
     },
 }
 FIRST, GOAL, NEXT = (letter * 32 for letter in "abc")
+PAUSE = SetSimulationState.Request(state=SimulationState(state=SimulationState.STATE_PAUSED))
 
 
 def example(action):
     """Return an action's example as a goal."""
     return action.goal.model_validate(action.example)
+
+
+def _code(result):
+    """Return the error code of a result, which the simulation's have inside of their own result."""
+    return result.error_code if hasattr(result, "error_code") else result.result.result
 
 
 @pytest.fixture(params=registry().values(), ids=registry())
@@ -39,53 +47,61 @@ def action(request):
 
 
 @pytest.fixture
+def owner(action):
+    """Return who serves the action."""
+    return THE_WORLD if action.of_world else "tester"
+
+
+@pytest.fixture
 def prepared(action):
     """Return a simulation in which the action's example can be done, and the time at which."""
     run = simulate(WORLD)
+    if action.of_world:
+        run.simulator.submit(CallService("set_simulation_state", PAUSE))
     if action.example_after:
         before = registry()[action.example_after]
         run((0.0, SendGoal("tester", before.name, example(before), FIRST)))
     return run, run.simulator.now
 
 
-def test_its_example_succeeds_and_leaves_the_robot_free(action, prepared):
+def test_its_example_succeeds_and_leaves_the_robot_free(action, owner, prepared):
     """The goal ends SUCCEEDED, and nothing is scheduled any more."""
     run, now = prepared
-    log = run((now, SendGoal("tester", action.name, example(action), GOAL)))
+    log = run((now, SendGoal(owner, action.name, example(action), GOAL)))
 
     assert "SUCCEEDED" == log.changes(GOAL)[-1][1]
-    assert run.simulator.dispatcher.goal_of("tester") is None
+    assert run.simulator.dispatcher.goal_of(owner) is None
     assert isinstance(log.result(GOAL), action.result)
 
 
-def test_it_is_canceled_at_the_instant_of_a_cancel(action, prepared):
+def test_it_is_canceled_at_the_instant_of_a_cancel(action, owner, prepared):
     """In the middle of it: CANCELED then and there, with its code and 'canceled'."""
     run, now = prepared
-    cancel = CancelGoal("tester", action.name, GOAL, reply_to="cancel")
-    log = run((now, SendGoal("tester", action.name, example(action), GOAL)), (now + 0.5, cancel))
+    cancel = CancelGoal(owner, action.name, GOAL, reply_to="cancel")
+    log = run((now, SendGoal(owner, action.name, example(action), GOAL)), (now + 0.5, cancel))
 
     assert (now + 0.5, "CANCELED") == log.changes(GOAL)[-1]
     assert 0 == log.answer("cancel").return_code
     assert "canceled" == error_of(log.result(GOAL))
-    assert action.failure(action.codes.canceled, "canceled").error_code == log.result(GOAL).error_code
+    assert _code(action.failure(action.codes.canceled, "canceled")) == _code(log.result(GOAL))
 
 
-def test_a_robot_can_go_on_after_a_cancel(action, prepared):
+def test_a_robot_can_go_on_after_a_cancel(action, owner, prepared):
     """The same goal, sent again, succeeds."""
     run, now = prepared
     log = run(
-        (now, SendGoal("tester", action.name, example(action), GOAL)),
-        (now + 0.5, CancelGoal("tester", action.name, GOAL)),
-        (now + 0.5, SendGoal("tester", action.name, example(action), NEXT)),
+        (now, SendGoal(owner, action.name, example(action), GOAL)),
+        (now + 0.5, CancelGoal(owner, action.name, GOAL)),
+        (now + 0.5, SendGoal(owner, action.name, example(action), NEXT)),
     )
 
     assert "SUCCEEDED" == log.changes(NEXT)[-1][1]
 
 
-def test_its_last_feedback_comes_before_its_end(action, prepared):
+def test_its_last_feedback_comes_before_its_end(action, owner, prepared):
     """It reports something, of its own type, and nothing afterwards."""
     run, now = prepared
-    log = run((now, SendGoal("tester", action.name, example(action), GOAL)))
+    log = run((now, SendGoal(owner, action.name, example(action), GOAL)))
 
     assert all(isinstance(feedback, action.feedback) for _, feedback in log.feedback(GOAL))
     assert log.feedback(GOAL)[-1][0] <= log.changes(GOAL)[-1][0]

@@ -1,0 +1,51 @@
+"""Let time move by some steps, while the simulation is paused, and tell of each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.actions import Action, Codes, Report
+from hmrsim.interfaces.simulation_interfaces import Result, SimulateSteps
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from hmrsim.gate import Gate
+
+
+def _process(
+    gate: Gate, goal: SimulateSteps.Goal, report: Report[SimulateSteps.Feedback]
+) -> Generator[Any, Any, SimulateSteps.Result]:
+    gate.open(goal.steps)
+    try:
+        for done in range(1, goal.steps + 1):
+            yield gate.step_end(done)
+            report.send(SimulateSteps.Feedback(completed_steps=done, remaining_steps=goal.steps - done))
+    finally:
+        gate.shut()
+    return _result(Result.RESULT_OK, "")
+
+
+def _result(code: int, message: str) -> SimulateSteps.Result:
+    return SimulateSteps.Result(result=Result(result=code, error_message=message))
+
+
+ACTION = Action(
+    name="simulate_steps",
+    ros_type="simulation_interfaces/action/SimulateSteps",
+    goal=SimulateSteps.Goal,
+    result=SimulateSteps.Result,
+    feedback=SimulateSteps.Feedback,
+    process=_process,
+    failure=_result,
+    codes=Codes(
+        canceled=Result.RESULT_OPERATION_FAILED,
+        preempted=Result.RESULT_OPERATION_FAILED,
+        rejected=Result.RESULT_OPERATION_FAILED,
+        unknown=Result.RESULT_OPERATION_FAILED,
+    ),
+    of_world=True,
+    holds_base=False,
+    not_ready=lambda gate: gate.why_no_steps(),
+    example={"steps": 20},
+)

@@ -1,0 +1,85 @@
+"""Beginning anew: a simulation that is reset, in whole or in part, and one that gets another world.
+
+The simulation goes on as the same one: nothing that others hold is replaced, results are kept, and who listens goes on
+to listen. Whatever is done here is done to goals first: each that has to end is aborted, and says why.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.actions import WORLD
+from hmrsim.gateway import RosterChanged
+from hmrsim.graph import WaypointGraph
+from hmrsim.interfaces.simulation_interfaces import ResetSimulation, SimulationState
+
+if TYPE_CHECKING:
+    from hmrsim.simulator import Simulator
+    from hmrsim.world.model import World
+
+_RESET: Final = "the simulation was reset"
+_TIME, _STATE, _SPAWNED, _ALL = (
+    ResetSimulation.Request.SCOPE_TIME,
+    ResetSimulation.Request.SCOPE_STATE,
+    ResetSimulation.Request.SCOPE_SPAWNED,
+    ResetSimulation.Request.SCOPE_ALL,
+)
+
+
+def reset(simulator: Simulator, scope: int = _ALL) -> None:
+    """Begin anew, as far as the scopes of ResetSimulation say.
+
+    Without STATE everybody stays where they are, and scripts fail by their aborted goals.
+    """
+    scope = scope or _ALL
+    if scope & (_STATE | _TIME):
+        _end_all(simulator, _RESET, scripts=bool(scope & _STATE))
+    if scope & _SPAWNED:
+        for name in sorted(simulator.roster.spawned):
+            simulator.roster.delete(name, _RESET)
+    if scope & _STATE:
+        simulator.roster.restore()
+    if scope & _TIME:
+        _restart_time(simulator)
+    if scope & _STATE:
+        simulator.begin_scripts()
+    simulator.happened("reset", lambda: {"scope": scope})
+
+
+def load(simulator: Simulator, world: World) -> None:
+    """Replace the world by another, whose names must have been checked; it is stopped then, at time 0."""
+    _end_all(simulator, "another world was loaded", scripts=True)
+    simulator.world = world
+    simulator.graph = WaypointGraph(world)
+    simulator.dispatcher.servers.seed = simulator.seed
+    simulator.roster.fill(world, simulator.graph)
+    simulator.gate.set(SimulationState.STATE_STOPPED, "")
+    _restart_time(simulator)
+    simulator.begin_scripts()
+    simulator.happened("world_loaded", lambda: {"name": world.name})
+    simulator.tell(RosterChanged())
+
+
+def set_state(simulator: Simulator, state: int, why: str) -> None:
+    """Let time move, or stand; steps that are being made end here, because of *why*. To stop is to reset, too."""
+    if state == SimulationState.STATE_STOPPED:
+        reset(simulator)
+    simulator.roster.abort(why, WORLD)
+    simulator.gate.set(state, why)
+    simulator.happened("simulation_state", lambda: {"state": state})
+
+
+def _end_all(simulator: Simulator, why: str, *, scripts: bool) -> None:
+    """Abort all goals, and end the steps that are being made; if asked the scripts, too, before their goals."""
+    if scripts:
+        simulator.scripts.end()
+        simulator.detach(simulator.scripts)
+    simulator.gate.halt(why)
+    simulator.roster.abort(why)
+
+
+def _restart_time(simulator: Simulator) -> None:
+    simulator.env.restart()
+    simulator.gate.shut()
+    simulator.telemetry.refresh(0.0)
+    simulator.generation += 1

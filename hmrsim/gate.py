@@ -1,0 +1,109 @@
+"""The gate that time has to pass: open while the simulation plays, shut while it is paused, open for some steps.
+
+It stands for the world where something has to be done by it and by no robot: it is what ``_world`` serves.
+"""
+
+from __future__ import annotations
+
+import math
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.actions import WORLD
+from hmrsim.environment import Tick
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.interfaces.simulation_interfaces import SimulationState
+from hmrsim.sim_time import nanoseconds
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    import simpy
+
+    from hmrsim.environment import Environment
+
+
+class Gate:
+    """Says up to which time time may move.
+
+    Args:
+        env: Whose time.
+        step_size: Simulated seconds of one step; whole nanoseconds, at least one.
+
+    Attributes:
+        limit: Up to this time; infinite while the simulation plays.
+        state: Whether it plays, is paused or stopped, by the numbers of SimulationState. It is paused during steps.
+        step_size: Simulated seconds of one step.
+        stepping: Whether steps are being made.
+        name: The world's, where a robot has its name.
+        components: None; likewise.
+    """
+
+    name: Final = WORLD
+    components: Final[Mapping[str, Any]] = MappingProxyType({})
+
+    def __init__(self, env: Environment, step_size: float) -> None:
+        if nanoseconds(step_size) < 1:
+            raise ValueError(f"the step size must be a nanosecond at least, got {step_size} s")
+        self._env = env
+        self.step_size = step_size
+        self._step = nanoseconds(step_size)
+        self.limit = math.inf
+        self.state = SimulationState.STATE_PLAYING
+        self.stepping = False
+        self._began = 0
+        self._waiting: Callable[[str], None] | None = None
+
+    @property
+    def now(self) -> float:
+        """The simulated time, in seconds."""
+        return self._env.now
+
+    def why_no_steps(self) -> str | None:
+        """Return why no steps can be made now; None when they can."""
+        if self.state != SimulationState.STATE_PAUSED:
+            return "the simulation is not paused; pause it first"
+        return "steps are being made already; wait for their end" if self.stepping else None
+
+    def set(self, state: int, why: str) -> None:
+        """Let time move from now on, or stand still; steps that are being made end here, because of *why*."""
+        self.state = state
+        self.shut()
+        self.halt(why)
+
+    def halt(self, why: str) -> None:
+        """End the steps that are being made for somebody who waits for them, if any, because of *why*."""
+        if self._waiting is not None:
+            waiting, self._waiting = self._waiting, None
+            self.shut()
+            waiting(why)
+
+    def open(self, steps: int) -> None:
+        """Let time move by so many steps from now; `shut` it at their end."""
+        self.stepping = True
+        self._began = nanoseconds(self._env.now)
+        self.limit = self._end(steps)
+
+    def shut(self) -> None:
+        """Let time stand still here, if the simulation does not play."""
+        self.stepping = False
+        self.limit = math.inf if self.state == SimulationState.STATE_PLAYING else self._env.now
+
+    def step_end(self, number: int) -> Tick:
+        """Return the end of one of the steps, counted from 1: it happens after all else of that instant."""
+        return Tick(self._env, self._end(number))
+
+    def make_steps(self, number: int, done: Callable[[str], None]) -> None:
+        """Let time move by so many steps; then *done* is told why not all of them were made, or ""."""
+        self.open(number)
+        end, self._waiting = self.step_end(number), done
+
+        def at_end(_event: simpy.Event) -> None:
+            # Whoever has ended the steps before may have let others begin.
+            if self._waiting is done:
+                self.halt("")
+
+        end.callbacks = [at_end]
+
+    def _end(self, steps: int) -> float:
+        return (self._began + steps * self._step) / NANOSECONDS

@@ -1,0 +1,108 @@
+"""Whether time moves, by steps or at all, and beginning anew."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from hmrsim.interfaces.message import Message, UInt8, UInt64
+from hmrsim.interfaces.simulation_interfaces import messages
+from hmrsim.interfaces.simulation_interfaces.messages import Result, SimulationState, SimulatorFeatures
+
+
+class GetSimulatorFeatures:
+    """Ask what the simulator can do."""
+
+    class Request(Message):
+        """Nothing more."""
+
+    class Response(Message):
+        """What it can."""
+
+        features: SimulatorFeatures = Field(default_factory=SimulatorFeatures)
+
+
+class GetSimulationState:
+    """Ask whether time moves."""
+
+    class Request(Message):
+        """Nothing more."""
+
+    class Response(Message):
+        """Whether it does."""
+
+        state: SimulationState = Field(default_factory=SimulationState)
+        result: Result = Field(default_factory=Result)
+
+
+class SetSimulationState:
+    """Let time move, or stand."""
+
+    class Request(Message):
+        """The state that is wanted."""
+
+        state: SimulationState = Field(default_factory=SimulationState)
+
+    class Response(Message):
+        """What came of it."""
+
+        ALREADY_IN_TARGET_STATE: ClassVar[int] = 101
+        STATE_TRANSITION_ERROR: ClassVar[int] = 102
+        INCORRECT_TRANSITION: ClassVar[int] = 103
+
+        result: Result = Field(default_factory=Result)
+
+
+class StepSimulation:
+    """Let time move by some steps, then stand."""
+
+    class Request(Message):
+        """How many."""
+
+        steps: UInt64 = 1
+
+    class Response(Message):
+        """What came of it, when they are done."""
+
+        result: Result = Field(default_factory=Result)
+
+
+class SimulateSteps:
+    """Let time move by some steps, then stand, and tell of each."""
+
+    class Goal(Message):
+        """How many."""
+
+        steps: UInt64 = 0
+
+    class Result(Message):
+        """What came of it."""
+
+        result: messages.Result = Field(default_factory=messages.Result)
+
+    class Feedback(Message):
+        """How many are done, and how many are left."""
+
+        completed_steps: UInt64 = 0
+        remaining_steps: UInt64 = 0
+
+
+class ResetSimulation:
+    """Begin anew."""
+
+    class Request(Message):
+        """What of it: scopes are bits."""
+
+        SCOPE_DEFAULT: ClassVar[int] = 0
+        SCOPE_TIME: ClassVar[int] = 1
+        SCOPE_STATE: ClassVar[int] = 2
+        SCOPE_SPAWNED: ClassVar[int] = 4
+        SCOPE_ALL: ClassVar[int] = 255
+
+        scope: UInt8 = 0
+
+    class Response(Message):
+        """What came of it."""
+
+        result: Result = Field(default_factory=Result)

@@ -1,0 +1,173 @@
+"""Who and what is in the world: its robots and items, those of the world file and those that were spawned."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.gateway import RosterChanged
+from hmrsim.items import Item
+from hmrsim.robot import Robot
+from hmrsim.world.model import RobotSpec
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from hmrsim.dispatcher import Dispatcher
+    from hmrsim.environment import Environment
+    from hmrsim.gate import Gate
+    from hmrsim.gateway import Event
+    from hmrsim.geometry import Point, Pose
+    from hmrsim.graph import WaypointGraph
+    from hmrsim.interest import Happenings
+    from hmrsim.world.model import World
+
+
+class Roster:
+    """The robots and items of a world, by name. Whoever goes or is moved by force has its goals aborted first.
+
+    Args:
+        env: The simulation's clock and events.
+        dispatcher: Serves those who are there.
+        gate: Serves what the world does by itself.
+        happened: Tells who comes and goes.
+        emit: Where events go.
+
+    Attributes:
+        robots: In order; replaced when robots come or go, so that other threads may read it.
+        items: In order.
+        spawned: The names of those that are not of the world file.
+    """
+
+    robots: dict[str, Robot]
+    items: dict[str, Item]
+    _world: World
+    _graph: WaypointGraph
+
+    def __init__(
+        self,
+        env: Environment,
+        dispatcher: Dispatcher,
+        gate: Gate,
+        *,
+        happened: Happenings,
+        emit: Callable[[Event], None],
+    ) -> None:
+        self._env = env
+        self._dispatcher = dispatcher
+        self._gate = gate
+        self._happened = happened
+        self._emit = emit
+        self.spawned: set[str] = set()
+
+    def __iter__(self) -> Iterator[Robot | Item]:
+        """Yield all robots, then all items."""
+        yield from self.robots.values()
+        yield from self.items.values()
+
+    def find(self, name: str) -> Robot | Item | None:
+        """Return who or what has a name; None if nobody does."""
+        return self.robots.get(name) or self.items.get(name)
+
+    # --- all of them ----------------------------------------------------------------------------------------------
+
+    def fill(self, world: World, graph: WaypointGraph) -> None:
+        """Begin with all that is in a world, and nothing else."""
+        self._world, self._graph = world, graph
+        self.spawned.clear()
+        self.robots, self.items = {}, {}
+        self.items |= self._own_items()
+        self._serve(self._own_robots())
+
+    def restore(self) -> None:
+        """Let everybody and everything be as in the beginning; what was deleted is there again.
+
+        No goal may be running. A name that was given to somebody else meanwhile stays theirs.
+        """
+        for robot in self.robots.values():
+            robot.begin_anew()
+        for item in self.items.values():
+            item.point, item.carrier = item.home, None
+        items, robots = self._own_items() | self.items, self._own_robots() | self.robots
+        # Robots look into this very dictionary.
+        self.items.clear()
+        self.items.update(items)
+        if [*robots.values()] != [*self.robots.values()]:
+            self._change(robots)
+
+    def _own_items(self) -> dict[str, Item]:
+        """Return the items of the world file, in its order; those that were deleted are made anew."""
+        return {
+            name: self.items.get(name) or Item(name, spec.weight, self._world.point(spec.at))
+            for name, spec in self._world.items.items()
+            if name in self.items or name not in self.spawned
+        }
+
+    def _own_robots(self) -> dict[str, Robot]:
+        """Likewise its robots."""
+        return {
+            name: self.robots.get(name) or self._robot(name, spec)
+            for name, spec in self._world.robots.items()
+            if name in self.robots or name not in self.spawned
+        }
+
+    def abort(self, reason: str, robot: str | None = None) -> None:
+        """Abort all goals, or those of one robot; robots stand still after it."""
+        # A process that has not begun can't be interrupted; one that is interrupted leaves its robot in order.
+        self._env.take_urgent()
+        self._dispatcher.stop(reason, robot)
+        self._env.take_urgent()
+
+    # --- one of them ----------------------------------------------------------------------------------------------
+
+    def spawn_robot(self, name: str, kind: str, pose: Pose) -> None:
+        """Add a robot of a type of the world; the name must be free."""
+        robot = self._robot(name, RobotSpec(type=kind, at=pose.point, yaw=pose.yaw))
+        self.spawned.add(name)
+        self._happened("spawned", lambda: {"entity": name, "type": kind, "at": [*pose.point]})
+        self._change({**self.robots, name: robot})
+
+    def spawn_item(self, name: str, weight: float, point: Point) -> None:
+        """Add an item; the name must be free."""
+        self.items[name] = Item(name, weight, point)
+        self.spawned.add(name)
+        self._happened("spawned", lambda: {"entity": name, "type": "item", "at": [*point]})
+
+    def delete(self, name: str, why: str = "the robot was deleted") -> None:
+        """Take out who or what has a name; a robot lays down what it holds."""
+        item = self.items.get(name)
+        self.spawned.discard(name)
+        if name in self.robots:
+            self.abort(why, name)
+            self.robots[name].let_go()
+            self._happened("deleted", lambda: {"entity": name})
+            self._change({other: robot for other, robot in self.robots.items() if other != name})
+        elif item is not None:
+            if item.carrier is not None:
+                item.carrier.lose(item)
+            del self.items[name]
+            self._happened("deleted", lambda: {"entity": name})
+
+    def move(self, entity: Robot | Item, pose: Pose, why: str) -> None:
+        """Put a robot or an item somewhere else at once; a goal that holds the robot's base is aborted first."""
+        if isinstance(entity, Robot):
+            self._env.take_urgent()
+            self._dispatcher.free(entity.name, why)
+            self._env.take_urgent()
+            entity.move_to(pose)
+        else:
+            if entity.carrier is not None:
+                entity.carrier.lose(entity)
+            entity.point, entity.carrier = pose.point, None
+        where = {"entity": entity.name, "at": [*pose.point], "yaw": pose.yaw}
+        self._happened("teleported", lambda: where)
+
+    def _robot(self, name: str, spec: RobotSpec) -> Robot:
+        return Robot(self._env, name, spec, self._world, self._graph, self.items, self._happened)
+
+    def _serve(self, robots: dict[str, Robot]) -> None:
+        self.robots = robots
+        self._dispatcher.serve({**robots, self._gate.name: self._gate})
+
+    def _change(self, robots: dict[str, Robot]) -> None:
+        self._serve(robots)
+        self._emit(RosterChanged())

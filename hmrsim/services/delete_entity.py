@@ -1,0 +1,32 @@
+"""Take an entity out of the world."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.interfaces.simulation_interfaces import DeleteEntity, SimulatorFeatures
+from hmrsim.services import Service
+from hmrsim.services._entities import unknown
+from hmrsim.services._results import OK
+
+if TYPE_CHECKING:
+    from hmrsim.simulator import Simulator
+
+
+def _serve(simulator: Simulator, request: DeleteEntity.Request) -> DeleteEntity.Response:
+    if simulator.roster.find(request.entity) is None:
+        return DeleteEntity.Response(result=unknown(simulator, request.entity))
+    simulator.roster.delete(request.entity)
+    return DeleteEntity.Response(result=OK)
+
+
+SERVICE = Service(
+    name="delete_entity",
+    ros_type="simulation_interfaces/srv/DeleteEntity",
+    request=DeleteEntity.Request,
+    response=DeleteEntity.Response,
+    serve=_serve,
+    changes_world=True,
+    features=(SimulatorFeatures.DELETING,),
+    example={"entity": "parcel"},
+)

@@ -1,0 +1,44 @@
+"""Tell which worlds can be loaded by a bare name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.interfaces.simulation_interfaces import (
+    GetAvailableWorlds,
+    Resource,
+    Result,
+    SimulatorFeatures,
+    WorldResource,
+)
+from hmrsim.resources import shipped_maps
+from hmrsim.services import Service
+from hmrsim.services._results import OK, failed
+
+if TYPE_CHECKING:
+    from hmrsim.simulator import Simulator
+
+_Response = GetAvailableWorlds.Response
+
+
+def _serve(_simulator: Simulator, request: GetAvailableWorlds.Request) -> GetAvailableWorlds.Response:
+    if request.filter.tags:
+        return _Response(result=failed("worlds have no tags here", Result.RESULT_FEATURE_UNSUPPORTED))
+    result = OK
+    if request.additional_sources:
+        why = f"unknown sources: {', '.join(request.additional_sources)}; files are loaded by their path"
+        if not request.continue_on_error:
+            return _Response(result=failed(why, Result.RESULT_NOT_FOUND))
+        result = Result(result=Result.RESULT_OK, error_message=why)
+    worlds = [WorldResource(name=name, world_resource=Resource(uri=name)) for name in shipped_maps()]
+    return _Response(result=result, worlds=worlds)
+
+
+SERVICE = Service(
+    name="get_available_worlds",
+    ros_type="simulation_interfaces/srv/GetAvailableWorlds",
+    request=GetAvailableWorlds.Request,
+    response=GetAvailableWorlds.Response,
+    serve=_serve,
+    features=(SimulatorFeatures.AVAILABLE_WORLDS,),
+)

@@ -1,0 +1,32 @@
+"""Tell how much room a named pose has: there is no bound to it, as poses are points here."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.interfaces.simulation_interfaces import GetNamedPoseBounds, Result, SimulatorFeatures
+from hmrsim.services import Service
+from hmrsim.services._named_poses import named_poses
+from hmrsim.services._results import OK, failed
+
+if TYPE_CHECKING:
+    from hmrsim.simulator import Simulator
+
+
+def _serve(simulator: Simulator, request: GetNamedPoseBounds.Request) -> GetNamedPoseBounds.Response:
+    known = named_poses(simulator.world)
+    if request.name in known:
+        return GetNamedPoseBounds.Response(result=OK)
+    why = f"no pose {request.name!r}; there are: {', '.join(known) or 'none'}"
+    return GetNamedPoseBounds.Response(result=failed(why, Result.RESULT_NOT_FOUND))
+
+
+SERVICE = Service(
+    name="get_named_pose_bounds",
+    ros_type="simulation_interfaces/srv/GetNamedPoseBounds",
+    request=GetNamedPoseBounds.Request,
+    response=GetNamedPoseBounds.Response,
+    serve=_serve,
+    features=(SimulatorFeatures.POSE_BOUNDS,),
+    example={"name": "there"},
+)

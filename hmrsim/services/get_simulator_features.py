@@ -1,0 +1,27 @@
+"""Tell what the simulator can do."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.interfaces.simulation_interfaces import GetSimulatorFeatures, SimulatorFeatures
+from hmrsim.services import Service, registry
+
+if TYPE_CHECKING:
+    from hmrsim.simulator import Simulator
+
+_ABOUT = "hmrsim: robots and items of a plane; what can be spawned is told by get_spawnables"
+
+
+def _serve(_simulator: Simulator, _request: GetSimulatorFeatures.Request) -> GetSimulatorFeatures.Response:
+    features = sorted({feature for service in registry().values() for feature in service.features})
+    return GetSimulatorFeatures.Response(features=SimulatorFeatures(features=features, custom_info=_ABOUT))
+
+
+SERVICE = Service(
+    name="get_simulator_features",
+    ros_type="simulation_interfaces/srv/GetSimulatorFeatures",
+    request=GetSimulatorFeatures.Request,
+    response=GetSimulatorFeatures.Response,
+    serve=_serve,
+)

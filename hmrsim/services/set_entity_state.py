@@ -1,0 +1,50 @@
+"""Put an entity somewhere else, at once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.interfaces.geometry_msgs import Accel, Twist
+from hmrsim.interfaces.simulation_interfaces import SetEntityState, SimulatorFeatures
+from hmrsim.robot import Robot
+from hmrsim.services import Service
+from hmrsim.services._entities import BadPose, read_pose, unknown
+from hmrsim.services._placing import check
+from hmrsim.services._results import OK, failed
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.simulation_interfaces import Result
+    from hmrsim.simulator import Simulator
+
+_WHY = "moved by set_entity_state"
+
+
+def _serve(simulator: Simulator, request: SetEntityState.Request) -> SetEntityState.Response:
+    return SetEntityState.Response(result=_set(simulator, request))
+
+
+def _set(simulator: Simulator, request: SetEntityState.Request) -> Result:
+    entity, state = simulator.roster.find(request.entity), request.state
+    if entity is None:
+        return unknown(simulator, request.entity)
+    if state.twist != Twist() or state.acceleration != Accel():
+        return failed("a velocity or an acceleration can't be set, only the pose; robots move by their actions alone")
+    try:
+        pose = read_pose(state.header, state.pose)
+        check(simulator.graph, pose.point, robot=isinstance(entity, Robot))
+    except BadPose as error:
+        return failed(str(error), SetEntityState.Response.INVALID_POSE)
+    simulator.roster.move(entity, pose, _WHY)
+    return OK
+
+
+SERVICE = Service(
+    name="set_entity_state",
+    ros_type="simulation_interfaces/srv/SetEntityState",
+    request=SetEntityState.Request,
+    response=SetEntityState.Response,
+    serve=_serve,
+    changes_world=True,
+    features=(SimulatorFeatures.ENTITY_STATE_SETTING,),
+    example={"entity": "tester", "state": {"pose": {"position": {"x": 3.0}}}},
+)

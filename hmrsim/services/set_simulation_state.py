@@ -1,0 +1,50 @@
+"""Let time move, stand still, or stand still at its beginning."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.anew import set_state
+from hmrsim.interfaces.simulation_interfaces import Result, SetSimulationState, SimulationState, SimulatorFeatures
+from hmrsim.services import Service
+from hmrsim.services._results import OK, failed
+
+if TYPE_CHECKING:
+    from hmrsim.simulator import Simulator
+
+_VERBS: Final = MappingProxyType(
+    {
+        SimulationState.STATE_STOPPED: "stopped",
+        SimulationState.STATE_PLAYING: "set to play",
+        SimulationState.STATE_PAUSED: "paused",
+    }
+)
+
+
+def _serve(simulator: Simulator, request: SetSimulationState.Request) -> SetSimulationState.Response:
+    return SetSimulationState.Response(result=_set(simulator, request.state.state))
+
+
+def _set(simulator: Simulator, state: int) -> Result:
+    if state not in _VERBS:
+        wanted = ", ".join(f"{number} ({verb})" for number, verb in _VERBS.items())
+        why = f"state {state} can't be set; there are: {wanted}. The program itself ends with its process"
+        return failed(why, Result.RESULT_FEATURE_UNSUPPORTED)
+    if state == simulator.gate.state and not simulator.gate.stepping:
+        why = f"the simulation is {_VERBS[state]} already"
+        return failed(why, SetSimulationState.Response.ALREADY_IN_TARGET_STATE)
+    set_state(simulator, state, f"the simulation was {_VERBS[state]}")
+    return OK
+
+
+SERVICE = Service(
+    name="set_simulation_state",
+    ros_type="simulation_interfaces/srv/SetSimulationState",
+    request=SetSimulationState.Request,
+    response=SetSimulationState.Response,
+    serve=_serve,
+    changes_world=True,
+    features=(SimulatorFeatures.SIMULATION_STATE_SETTING, SimulatorFeatures.SIMULATION_STATE_PAUSE),
+    example={"state": {"state": SimulationState.STATE_PAUSED}},
+)

@@ -1,0 +1,44 @@
+"""Let time move by some steps, while the simulation is paused."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.interfaces.simulation_interfaces import SimulatorFeatures, StepSimulation
+from hmrsim.services import Service
+from hmrsim.services._results import OK, failed, of_steps
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim.simulator import Simulator
+
+_Response = StepSimulation.Response
+
+
+def _serve(
+    simulator: Simulator, request: StepSimulation.Request
+) -> StepSimulation.Response | Callable[[Callable[[StepSimulation.Response], None]], None]:
+    gate = simulator.gate
+    why = gate.why_no_steps()
+    if why is not None:
+        # The service's own definition wants this code of an unpaused simulation, not INCORRECT_STATE.
+        return _Response(result=failed(why))
+    if not request.steps:
+        return _Response(result=OK)
+    return lambda answer: gate.make_steps(request.steps, lambda why_not: answer(_Response(result=of_steps(why_not))))
+
+
+SERVICE = Service(
+    name="step_simulation",
+    ros_type="simulation_interfaces/srv/StepSimulation",
+    request=StepSimulation.Request,
+    response=StepSimulation.Response,
+    serve=_serve,
+    changes_world=True,
+    features=(
+        SimulatorFeatures.STEP_SIMULATION_SINGLE,
+        SimulatorFeatures.STEP_SIMULATION_MULTIPLE,
+        SimulatorFeatures.STEP_SIMULATION_ACTION,
+    ),
+)

@@ -1,0 +1,92 @@
+"""What a served simulation tells of itself: the handshake ``_world/info``, and the ways of its world."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import hmrsim
+from hmrsim.actions import WORLD as THE_WORLD
+from hmrsim.route_graph import to_geojson
+from hmrsim.services import registry as all_services
+from hmrsim.world import world_hash
+from hmrsim_zenoh import encoding
+from hmrsim_zenoh.keys import WORLD
+from hmrsim_zenoh.time_requests import SERVICE_TYPES
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from hmrsim.participation import TimeState
+    from hmrsim.simulator import Simulator
+
+_TYPES = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH}
+
+
+class Description:
+    """Describes a simulation; what is long is made once, until `forget`.
+
+    Args:
+        simulator: Which.
+        time: Tells how its time moves.
+    """
+
+    def __init__(self, simulator: Simulator, time: Callable[[], TimeState]) -> None:
+        self._simulator = simulator
+        self._time = time
+        self._info: dict[str, Any] | None = None
+        self._route_graph: bytes | None = None
+
+    def forget(self) -> None:
+        """Look anew at who is there, and where."""
+        self._info = self._route_graph = None
+
+    @property
+    def serves(self) -> dict[str, list[str]]:
+        """The names of the actions of each robot."""
+        actions_of = self._simulator.dispatcher.servers.actions_of
+        return {name: actions_of(name) for name in self._simulator.robots}
+
+    @property
+    def aliases(self) -> Mapping[str, str]:
+        """Further names of actions."""
+        return self._simulator.world.remap
+
+    @property
+    def latched(self) -> dict[str, tuple[str, Callable[[], bytes]]]:
+        """What can be got by its topic: the encoding, and what gives the payload."""
+        return {"info": (_TYPES["info"], self.info), "route_graph": (_TYPES["route_graph"], self.route_graph)}
+
+    def info(self) -> bytes:
+        """Return the handshake."""
+        self._info = self._info or self._described()
+        time = self._time()
+        return encoding.dump({**self._info, "clock": time.clock, "real_time_factor": time.real_time_factor})
+
+    def route_graph(self) -> bytes:
+        """Return the ways that are open to the robots."""
+        self._route_graph = self._route_graph or json.dumps(to_geojson(self._simulator.graph)).encode()
+        return self._route_graph
+
+    def _described(self) -> dict[str, Any]:
+        simulator, serves = self._simulator, self.serves
+        world = simulator.world
+        return {
+            "contract": hmrsim.CONTRACT,
+            "hmrsim": hmrsim.__version__,
+            "world": {"name": world.name, "hash": world_hash(world), "units": world.units},
+            "robots": [
+                {"name": name, "type": robot.type, "components": list(robot.components), "actions": serves[name]}
+                for name, robot in simulator.robots.items()
+            ],
+            "actions": simulator.dispatcher.servers.actions_of(THE_WORLD),
+            "aliases": dict(world.remap),
+            "services": _services(),
+        }
+
+
+def _services() -> list[dict[str, str]]:
+    types = {name: encoding.ros_type(mime) for name, mime in _TYPES.items()}
+    types |= SERVICE_TYPES
+    types |= {name: service.ros_type for name, service in all_services().items()}
+    return [{"name": f"{WORLD}/{name}", "type": type_} for name, type_ in types.items()]

@@ -1,0 +1,57 @@
+"""Liveliness tokens: by them the network knows that the simulator and its robots are there."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+import zenoh
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from hmrsim_zenoh.keys import Keys
+
+MOST_TOKENS = 1000
+"""Robots up to which each has a token: declaring them takes time that grows with their number squared."""
+
+
+class Tokens:
+    """The tokens of one simulation.
+
+    Args:
+        session: Where to declare them.
+        keys: How keys are spelled.
+    """
+
+    def __init__(self, session: zenoh.Session, keys: Keys) -> None:
+        self._liveliness = session.liveliness()
+        self._keys = keys
+        self._simulator: zenoh.LivelinessToken | None = None
+        self._robots: dict[str, zenoh.LivelinessToken] = {}
+
+    def declare(self, robots: Collection[str]) -> None:
+        """Tell that the robots are there, and then that the simulator is."""
+        self._follow(robots)
+        self._simulator = self._liveliness.declare_token(self._keys.alive())
+
+    def follow(self, robots: Collection[str]) -> None:
+        """Tell that these robots are there and no others, if the simulator is."""
+        if self._simulator is not None:
+            with suppress(zenoh.ZError):
+                self._follow(robots)
+
+    def undeclare(self) -> None:
+        """Tell that nobody is there any more."""
+        tokens = [*self._robots.values(), *([self._simulator] if self._simulator else [])]
+        self._robots, self._simulator = {}, None
+        for token in tokens:
+            token.undeclare()
+
+    def _follow(self, robots: Collection[str]) -> None:
+        wanted = robots if len(robots) <= MOST_TOKENS else ()
+        for robot in [robot for robot in self._robots if robot not in wanted]:
+            self._robots.pop(robot).undeclare()
+        for robot in wanted:
+            if robot not in self._robots:
+                self._robots[robot] = self._liveliness.declare_token(self._keys.alive(robot))

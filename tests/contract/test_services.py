@@ -1,0 +1,94 @@
+"""What every service promises, whoever wrote it: run over the whole registry."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from pydantic import ValidationError
+
+from hmrsim.gateway import CallService
+from hmrsim.interfaces.simulation_interfaces import Result
+from hmrsim.services import registry
+from tests.simulation import simulate
+
+WORLD = {
+    "waypoints": {"here": [0, 0], "there": [10, 0]},
+    "lanes": [["here", "there"]],
+    "items": {"parcel": {"at": [0, 0.5], "weight": 0.2}},
+    "robots": {"tester": {"at": "here"}},
+}
+
+
+@pytest.fixture(params=registry().values(), ids=registry())
+def service(request):
+    """Return each service in turn."""
+    return request.param
+
+
+def read(service, values):
+    """Return a request as the wire reads it."""
+    return service.request.model_validate_json(json.dumps(values))
+
+
+@pytest.fixture
+def answer(service):
+    """Return the answer to the example."""
+    run = simulate(WORLD)
+    run.simulator.submit(CallService(service.name, read(service, service.example), "asked"))
+    return run.log.answer("asked")
+
+
+def test_it_answers_its_example_at_once_and_once(service, answer):
+    """With its own response; what needs a paused simulation says that it isn't."""
+    assert isinstance(answer, service.response)
+    if hasattr(answer, "result"):
+        expected = Result.RESULT_INCORRECT_STATE if service.name == "step_simulation" else Result.RESULT_OK
+        assert expected == answer.result.result, answer.result.error_message
+
+
+def test_its_answer_survives_json(service, answer):
+    """It is the same after a round trip."""
+    assert answer == service.response.model_validate_json(answer.model_dump_json())
+
+
+def test_its_request_may_be_empty(service):
+    """Nothing said is ROS's defaults, which are answered, too, whatever the answer."""
+    run = simulate(WORLD)
+    run.simulator.submit(CallService(service.name, read(service, {}), "asked"))
+
+    assert isinstance(run.log.answer("asked"), service.response)
+
+
+def test_an_unknown_field_is_refused(service):
+    """A field that ROS does not have is an error, not ignored."""
+    with pytest.raises(ValidationError, match="Extra inputs are not permitted"):
+        read(service, {"no_such_field": 1})
+
+
+def test_its_ros_type_is_that_of_its_messages(service):
+    """One name, spelled once."""
+    assert [f"{service.ros_type}_{part}" for part in ("Request", "Response")] == [
+        service.request.ros_type,
+        service.response.ros_type,
+    ]
+
+
+def test_it_does_the_same_to_the_same_world(service):
+    """Two simulations of one world are told apart by nothing after it: a replay can do it again."""
+    logs = []
+    for _ in range(2):
+        run = simulate(WORLD)
+        run.simulator.submit(CallService(service.name, read(service, service.example), "asked"))
+        run.simulator.run()
+        logs.append(run.log.events)
+
+    assert logs[0] == logs[1]
+
+
+def test_what_changes_nothing_tells_nothing(service):
+    """A service that no replay does again leaves no events behind but its answer."""
+    run = simulate(WORLD)
+    run.simulator.submit(CallService(service.name, read(service, service.example), "asked"))
+
+    assert service.changes_world or 1 == len(run.log.events)

@@ -1,0 +1,268 @@
+"""Asking who and what is in the world, and where."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hmrsim.actions import registry as actions
+from hmrsim.gateway import SendGoal
+from hmrsim.interfaces.simulation_interfaces import Result, SimulatorFeatures
+from hmrsim.services import registry
+from hmrsim.services._pattern import PatternError, compiled
+
+GOAL = "a" * 32
+EVERYBODY = ["wall_e", "eve", "cart", "parcel", "anvil", "letter"]
+
+
+def send(action, goal):
+    """Return the command that sends a goal to wall_e."""
+    return SendGoal("wall_e", action, actions()[action].goal.model_validate(goal), GOAL)
+
+
+def go(x, y):
+    """Return the command to drive wall_e somewhere."""
+    return send("navigate_to_pose", {"pose": {"pose": {"position": {"x": x, "y": y}}}})
+
+
+class TestFilters:
+    """Of get_entities and get_entities_states."""
+
+    @pytest.mark.parametrize(
+        ("filters", "expected"),
+        [
+            ({}, EVERYBODY),
+            ({"filter": "^.{3,4}$"}, ["eve", "cart"]),
+            ({"filter": "e"}, ["wall_e", "eve", "parcel", "letter"]),
+            ({"categories": [{"category": 1}]}, ["wall_e", "eve", "cart"]),
+            ({"categories": [{"category": 4}]}, ["parcel", "anvil", "letter"]),
+            ({"categories": [{"category": 2}, {"category": 4}]}, ["parcel", "anvil", "letter"]),
+            ({"tags": {"tags": ["claw"]}}, ["wall_e", "eve"]),
+            ({"tags": {"tags": ["carrier", "item"]}}, ["cart", "parcel", "anvil", "letter"]),
+            ({"tags": {"tags": ["robot", "claw"], "filter_mode": 1}}, ["wall_e", "eve"]),
+            ({"tags": {"tags": ["robot", "item"], "filter_mode": 1}}, []),
+            ({"bounds": {"type": 3, "points": [{"x": 1.0, "y": 2.0}, {"x": 0.5}]}}, ["wall_e", "letter"]),
+            ({"bounds": {"type": 1, "points": [{"x": 9.5, "y": 2.1}, {"x": 4.0, "y": 0.0}]}}, ["eve", "cart", "anvil"]),
+            ({"filter": "a", "tags": {"tags": ["item"]}}, ["parcel", "anvil"]),
+        ],
+    )
+    def test_all_filters_must_let_pass(self, run, filters, expected):
+        """Robots come first, in the order of the world."""
+        assert expected == run.ask("get_entities", {"filters": filters}).entities
+        assert expected == run.ask("get_entities_states", {"filters": filters}).entities
+
+    @pytest.mark.parametrize(
+        ("filters", "code", "why"),
+        [
+            ({"filter": "("}, 4, "filter '(': a ')' is missing"),
+            ({"filter": "x" * 300}, 4, "it has 300 characters; at most 256 are taken"),
+            ({"bounds": {"type": 2}}, 0, "bounds of type 2 are no filter here; use a box or a sphere"),
+            ({"bounds": {"type": 3}}, 4, "a box or a sphere has 2 points, got 0"),
+        ],
+    )
+    def test_a_filter_that_makes_no_sense_is_refused(self, run, filters, code, why):
+        """With the reason, and without entities."""
+        answer = run.ask("get_entities", {"filters": filters})
+
+        assert (code, []) == (answer.result.result, answer.entities)
+        assert why in answer.result.error_message
+
+
+class TestStates:
+    """Of one entity."""
+
+    def test_a_robot_that_drives(self, run):
+        """Its velocity is that along the axes of the map."""
+        run((0.0, go(9.0, 2.0)), until=1.5)
+        state = run.ask("get_entity_state", {"entity": "wall_e"}).state
+
+        assert ("map", 1, 500_000_000) == (
+            state.header.frame_id,
+            state.header.stamp.sec,
+            state.header.stamp.nanosec,
+        )
+        assert (2.5, 2.0, 1.0, 0.0) == (
+            state.pose.position.x,
+            state.pose.position.y,
+            state.twist.linear.x,
+            state.twist.linear.y,
+        )
+
+    def test_an_item_moves_with_the_robot_that_holds_it(self, run):
+        """It is where the robot is."""
+        run((0.0, send("pickup", {"target_name": "letter"})), (0.0, go(9.0, 2.0)._replace(goal_id="b" * 32)), until=1.5)
+        state = run.ask("get_entity_state", {"entity": "letter"}).state
+
+        assert (2.5, 1.0) == (state.pose.position.x, state.twist.linear.x)
+
+    def test_what_lies_stands(self, run):
+        """Without a velocity."""
+        state = run.ask("get_entity_state", {"entity": "parcel"}).state
+
+        assert (9.0, 2.3, 0.0) == (state.pose.position.x, state.pose.position.y, state.twist.linear.x)
+
+    def test_what_an_entity_is(self, run):
+        """Its category, a description and tags."""
+        robot = run.ask("get_entity_info", {"entity": "wall_e"}).info
+        item = run.ask("get_entity_info", {"entity": "parcel"}).info
+
+        assert (1, "nurse with claw", ["robot", "nurse", "claw"]) == (
+            robot.category.category,
+            robot.description,
+            robot.tags,
+        )
+        assert (4, "item of 0.2 kg", ["item"]) == (item.category.category, item.description, item.tags)
+
+    @pytest.mark.parametrize("service", ["get_entity_info", "get_entity_state", "delete_entity", "set_entity_state"])
+    def test_of_nobody(self, run, service):
+        """Not found; those that are there are told."""
+        result = run.ask(service, {"entity": "hal"}).result
+
+        assert Result.RESULT_NOT_FOUND == result.result
+        assert "no entity 'hal'; there are: wall_e, eve, cart, parcel, anvil, letter" == result.error_message
+
+
+class TestNamedPoses:
+    """Waypoints, places and docks."""
+
+    @pytest.fixture
+    def run(self, make_run):
+        """Return a simulation with one of each."""
+        return make_run(
+            {
+                "waypoints": {"home": [1, 2], "door": [5, 2]},
+                "places": {"pharmacy": {"at": [9, 2.4]}, "door": {"at": [5, 2]}},
+                "docks": {"charger": {"at": [1, 1], "type": "charger"}},
+            }
+        )
+
+    def test_all_of_them(self, run):
+        """What has one name is one pose."""
+        poses = run.ask("get_named_poses").poses
+
+        assert [
+            ("pharmacy", ["place"], 9.0, 2.4),
+            ("door", ["place", "waypoint"], 5.0, 2.0),
+            ("charger", ["dock", "charger"], 1.0, 1.0),
+            ("home", ["waypoint"], 1.0, 2.0),
+        ] == [(pose.name, pose.tags, pose.pose.position.x, pose.pose.position.y) for pose in poses]
+
+    def test_those_of_a_tag(self, run):
+        """Others are left out."""
+        poses = run.ask("get_named_poses", {"tags": {"tags": ["waypoint"]}}).poses
+
+        assert ["door", "home"] == [pose.name for pose in poses]
+
+    def test_their_bounds(self, run):
+        """None; but a pose that isn't there is not found."""
+        known = run.ask("get_named_pose_bounds", {"name": "home"})
+        unknown = run.ask("get_named_pose_bounds", {"name": "moon"})
+
+        assert (1, 0) == (known.result.result, known.bounds.type)
+        assert (2, "no pose 'moon'; there are: pharmacy, door, charger, home") == (
+            unknown.result.result,
+            unknown.result.error_message,
+        )
+
+
+def test_features_are_those_of_the_services(run):
+    """What is told can be done."""
+    features = run.ask("get_simulator_features").features.features
+
+    assert sorted({feature for service in registry().values() for feature in service.features}) == features
+    assert {SimulatorFeatures.SPAWNING, SimulatorFeatures.STEP_SIMULATION_ACTION} <= {*features}
+    assert SimulatorFeatures.WORLD_UNLOADING not in features
+
+
+class TestPattern:
+    """POSIX extended regular expressions."""
+
+    @pytest.mark.parametrize(
+        ("pattern", "matching", "others"),
+        [
+            ("", ["", "any"], []),
+            ("a", ["a", "cab"], ["", "b"]),
+            ("^ab$", ["ab"], ["cab", "abc"]),
+            ("^(wall|burn)_e$", ["wall_e", "burn_e"], ["eve"]),
+            ("^a*b+c?$", ["b", "aabb", "abc"], ["a", "acc"]),
+            ("^x{2}$", ["xx"], ["x", "xxx"]),
+            ("^x{2,}$", ["xx", "xxxxx"], ["x"]),
+            ("^x{1,2}$", ["x", "xx"], ["", "xxx"]),
+            ("^[a-c]$", ["b"], ["d", "-"]),
+            ("^[^a-c]$", ["d"], ["b", ""]),
+            ("^[]a-]+$", ["]", "a-"], ["b"]),
+            ("^robot_[[:digit:]]+$", ["robot_12"], ["robot_", "robot_x"]),
+            (r"^\.$", ["."], ["x"]),
+            ("^.$", ["x", "."], ["", "xx"]),
+            ("^(a|)$", ["a", ""], ["b"]),
+            ("a|^b", ["xa", "b"], ["xb"]),
+        ],
+    )
+    def test_what_it_matches(self, pattern, matching, others):
+        """As POSIX says."""
+        search = compiled(pattern)
+
+        assert (matching, []) == (
+            [text for text in matching if search(text)],
+            [text for text in others if search(text)],
+        )
+
+    @pytest.mark.parametrize(
+        ("pattern", "why"),
+        [
+            ("(a", "a ')' is missing"),
+            ("a)", "')' at 2 closes nothing"),
+            ("*a", "nothing stands before '*' at 1"),
+            ("a{x}", "expected {N}"),
+            ("a{3,2}", "must be in order"),
+            ("a{999}", "at most 255"),
+            ("[a", "it ends too early"),
+            ("[b-a]", "range b-a is not in order"),
+            ("[[:nope:]]", "no class of characters 'nope'"),
+            ("\\", "it ends too early"),
+        ],
+    )
+    def test_what_is_no_pattern(self, pattern, why):
+        """With the reason."""
+        with pytest.raises(PatternError, match=re.escape(why)):
+            compiled(pattern)
+
+    @pytest.mark.parametrize("pattern", ["(a+)+$", "(a|a)*b", "(a*)*b", "((((a*)*)*)*)*b", "(((a{0,255}){255}){255})b"])
+    def test_none_takes_long(self, pattern):
+        """Python's own would take years; the limit of time is that of all tests."""
+        try:
+            found = compiled(pattern)("a" * 100 + "c")
+        except PatternError as error:
+            found = "it takes too long" not in str(error)
+
+        assert not found
+
+    @given(
+        st.text("ab", max_size=6),
+        st.recursive(
+            st.sampled_from(["a", "b", ".", "[ab]", "[^a]"]),
+            lambda parts: st.one_of(
+                st.tuples(parts, parts).map("".join),
+                st.tuples(parts, parts).map("({0[0]}|{0[1]})".format),
+                st.tuples(parts, st.sampled_from(["*", "+", "?", "{2}", "{1,2}"])).map("({0[0]}){0[1]}".format),
+            ),
+            max_leaves=6,
+        ),
+    )
+    def test_it_agrees_with_python(self, text, pattern):
+        """Where both speak the same language."""
+        assert bool(re.search(f"^({pattern})$", text)) == compiled(f"^({pattern})$")(text)
+
+
+def test_a_robot_that_turns_has_an_angular_velocity(make_run):
+    """And none ahead."""
+    run = make_run({"robots": {"spinner": {"at": [0, 0], "base": {"turning_rate": 0.5}}}})
+    goal = actions()["navigate_to_pose"].goal.model_validate({"pose": {"pose": {"position": {"x": 0.0, "y": 5.0}}}})
+    run((0.0, SendGoal("spinner", "navigate_to_pose", goal, GOAL)), until=1.0)
+    twist = run.ask("get_entity_state", {"entity": "spinner"}).state.twist
+
+    assert (0.5, 0.0) == (pytest.approx(twist.angular.z), math.hypot(twist.linear.x, twist.linear.y))

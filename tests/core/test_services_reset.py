@@ -1,0 +1,282 @@
+"""Beginning anew, in whole or in part."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.actions import registry as actions
+from hmrsim.gateway import GetResult, RosterChanged, Sampled, SendGoal, Topic
+from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
+from hmrsim.scripts import ScriptState
+from tests.simulation import SMALL_WORLD, simulate
+
+TIME, STATE, SPAWNED, ALL = (
+    ResetSimulation.Request.SCOPE_TIME,
+    ResetSimulation.Request.SCOPE_STATE,
+    ResetSimulation.Request.SCOPE_SPAWNED,
+    ResetSimulation.Request.SCOPE_ALL,
+)
+GOAL, NEXT = "a" * 32, "b" * 32
+SCRIPTED = SMALL_WORLD | {
+    "robots": {"wall_e": {"type": "nurse", "at": "home", "script": ["Go shelf", "Grab parcel", "Go home"]}}
+}
+
+
+def send(action, goal, robot="wall_e", goal_id=GOAL):
+    """Return the command that sends a goal in plain values."""
+    return SendGoal(robot, action, actions()[action].goal.model_validate(goal), goal_id, reply_to=goal_id)
+
+
+def go(x=9.0, y=2.0, **more):
+    """Return the command to drive somewhere."""
+    return send("navigate_to_pose", {"pose": {"pose": {"position": {"x": x, "y": y}}}}, **more)
+
+
+def reset(run, scope=0):
+    """Reset; return what came of it."""
+    return run.ask("reset_simulation", {"scope": scope}).result
+
+
+def spawn(run, name="bob"):
+    """Spawn a robot."""
+    pose = {"pose": {"position": {"x": 3.0, "y": 2.0}}}
+    run.ask("spawn_entity", {"name": name, "uri": "robot_type:carrier", "initial_pose": pose})
+
+
+class TestGoals:
+    """They are aborted first."""
+
+    @pytest.mark.parametrize("scope", [0, TIME, STATE, ALL])
+    def test_goals_that_run_are_aborted(self, run, scope):
+        """At the time that it is, with the reason; who waits for the result is told, and so is who asks later."""
+        run((0.0, go()), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "waiting")), until=1.5)
+        reset(run, scope)
+        run.simulator.submit(GetResult("wall_e", "navigate_to_pose", GOAL, "later"))
+
+        assert (1.5, "ABORTED") == run.log.changes(GOAL)[-1]
+        assert "the simulation was reset" == run.log.answer("waiting").result.error_msg
+        assert GoalStatus.ABORTED is run.log.answer("later").status
+
+    def test_one_that_has_just_been_accepted_is_aborted(self, run):
+        """Its robot has not begun, and does not begin afterwards."""
+        run.simulator.submit(go())
+        reset(run)
+        run.simulator.run()
+
+        assert [(0.0, "ACCEPTED"), (0.0, "EXECUTING"), (0.0, "ABORTED")] == run.log.changes(GOAL)
+        assert (1.0, 2.0) == run.simulator.robots["wall_e"].pose().point
+
+    def test_those_that_have_ended_are_kept(self, run):
+        """Their results can still be asked for."""
+        run((0.0, go()))
+        reset(run)
+        run.simulator.submit(GetResult("wall_e", "navigate_to_pose", GOAL, "later"))
+
+        assert GoalStatus.SUCCEEDED is run.log.answer("later").status
+
+    def test_goals_of_robots_that_stay_go_on_when_only_others_are_removed(self, run):
+        """Nothing happens to them."""
+        spawn(run)
+        run((0.0, go()), (0.0, go(robot="bob", goal_id=NEXT)), until=1.0)
+        reset(run, SPAWNED)
+        run.simulator.run()
+
+        assert [(8.0, "SUCCEEDED"), (1.0, "ABORTED")] == [run.log.changes(goal)[-1] for goal in (GOAL, NEXT)]
+
+    def test_a_goal_after_it_takes_as_long_as_before(self, run):
+        """From 0, as in a new simulation."""
+        run((0.0, go()), until=3.0)
+        reset(run)
+        run((0.0, go(goal_id=NEXT)))
+
+        assert (8.0, "SUCCEEDED") == run.log.changes(NEXT)[-1]
+
+    def test_made_ids_are_never_made_twice(self, run):
+        """Results are kept, so that another goal must not have the id of an old one."""
+        run.simulator.submit(go()._replace(goal_id=None))
+        reset(run)
+        run.simulator.submit(go()._replace(goal_id=None, reply_to="second"))
+
+        assert run.log.answer(GOAL).goal_id != run.log.answer("second").goal_id
+
+
+class TestTime:
+    """The scope TIME."""
+
+    @pytest.mark.parametrize(("scope", "now"), [(0, 0.0), (ALL, 0.0), (TIME, 0.0), (STATE, 1.5), (SPAWNED, 1.5)])
+    def test_it_is_0_again(self, run, scope, now):
+        """Only if asked; what was to come does not come."""
+        run((0.0, go()), until=1.5)
+        reset(run, scope)
+
+        assert now == run.simulator.now
+        assert (scope in (0, ALL, TIME)) == (run.simulator.generation == 1)
+
+    def test_a_robot_stays_where_it_is(self, run):
+        """Time alone moves nobody."""
+        run((0.0, go()), until=1.5)
+        reset(run, TIME)
+        run.simulator.run()
+
+        assert (2.5, 2.0) == run.simulator.robots["wall_e"].pose().point
+
+    def test_samples_begin_anew(self):
+        """The first after a tenth of a second."""
+        run = simulate(topics=frozenset({Topic.CLOCK}))
+        run.simulator.advance(1.55)
+        reset(run, TIME)
+        del run.log.events[:]
+        run.simulator.advance(0.35)
+
+        assert [0.1, pytest.approx(0.2), pytest.approx(0.3)] == [time for time, _ in run.log.events]
+
+    def test_the_clock_is_told_once_more(self):
+        """Though it shows what it showed before."""
+        run = simulate(topics=frozenset({Topic.CLOCK}))
+        run.simulator.settle()
+        run.simulator.advance(0.05)
+        reset(run, TIME)
+        run.simulator.settle()
+
+        assert 2 == len([event for _, event in run.log.events if isinstance(event, Sampled)])
+
+    def test_it_stays_paused(self, run):
+        """At 0 then."""
+        run.simulator.advance(1.5)
+        run.ask("set_simulation_state", {"state": {"state": 2}})
+        reset(run)
+        run.simulator.advance(9.0)
+
+        assert (0.0, 2) == (run.simulator.now, run.ask("get_simulation_state").state.state)
+
+    def test_a_script_that_has_not_begun_begins_before_it(self):
+        """Its first goal is aborted with the others, so that it fails, and does not stand for ever."""
+        run = simulate(SCRIPTED)
+        reset(run, TIME)
+        run.simulator.run()
+
+        assert (ScriptState.FAILED, 0.0) == (
+            run.simulator.scripts.all["wall_e"].state,
+            run.simulator.now,
+        )
+
+    def test_a_script_ends_if_its_state_does_not_begin_anew(self):
+        """Its goal was aborted, as by anybody else."""
+        run = simulate(SCRIPTED)
+        run.simulator.advance(1.5)
+        reset(run, TIME)
+        run.simulator.run()
+
+        script = run.simulator.scripts.all["wall_e"]
+        assert (ScriptState.FAILED, 0.0) == (script.state, script.ended)
+        assert "'Go shelf' ended ABORTED: the simulation was reset" == script.error
+
+
+class TestState:
+    """The scope STATE."""
+
+    def test_everybody_is_where_they_were(self, run):
+        """And nobody holds anything."""
+        run((0.0, send("pickup", {"target_name": "letter"})), (0.0, go(goal_id=NEXT)))
+        reset(run, STATE)
+
+        wall_e = run.simulator.robots["wall_e"]
+        assert (1.0, 2.0, 0.0) == wall_e.pose()
+        assert (None, (1.0, 2.1)) == (wall_e.components["claw"].item, run.simulator.items["letter"].position)
+
+    def test_the_deleted_are_there_again(self, run):
+        """In their places, and they serve their actions."""
+        for name in ("wall_e", "parcel", "letter"):
+            run.ask("delete_entity", {"entity": name})
+        reset(run, STATE)
+        run((0.0, send("pickup", {"target_name": "letter"})))
+
+        assert ["wall_e", "eve", "cart"] == [*run.simulator.robots]
+        assert ["parcel", "anvil", "letter"] == [*run.simulator.items]
+        assert (0.0, "SUCCEEDED") == run.log.changes(GOAL)[-1]
+
+    def test_the_name_of_a_deleted_one_may_be_taken(self, run):
+        """Then it is not there again, until the other one is removed."""
+        run.ask("delete_entity", {"entity": "wall_e"})
+        spawn(run, "wall_e")
+        reset(run, STATE)
+        before = run.simulator.robots["wall_e"].type
+        reset(run)
+
+        assert ("carrier", "nurse") == (before, run.simulator.robots["wall_e"].type)
+
+    def test_the_spawned_go_back_where_they_were_spawned(self, run):
+        """They stay."""
+        spawn(run)
+        run((0.0, go(robot="bob")))
+        reset(run, STATE)
+
+        assert (3.0, 2.0, 0.0) == run.simulator.robots["bob"].pose()
+
+    def test_scripts_begin_anew(self):
+        """At once, whatever they were doing."""
+        run = simulate(SCRIPTED)
+        run.simulator.advance(3.0)
+        reset(run, STATE)
+        run.simulator.run()
+
+        script = run.simulator.scripts.all["wall_e"]
+        assert (ScriptState.DONE, 3.0 + 16.0) == (script.state, script.ended)
+
+    def test_scripts_that_have_not_begun_begin_once(self):
+        """At the first instant, too."""
+        run = simulate(SCRIPTED)
+        reset(run)
+        log = run()
+
+        assert 3 == len([event for _, event in log.events if getattr(event, "goal", None) is not None])
+
+    def test_a_run_after_it_is_the_first_run(self):
+        """The same at the same times, but for the ids."""
+        run = simulate(SCRIPTED, topics=frozenset({Topic.EVENTS}))
+        run.simulator.run()
+        first = [(time, type(event)) for time, event in run.log.events]
+        reset(run)
+        del run.log.events[:]
+        run.simulator.run()
+
+        assert first == [(time, type(event)) for time, event in run.log.events]
+
+
+class TestSpawned:
+    """The scope SPAWNED."""
+
+    def test_the_spawned_are_gone(self, run):
+        """Robots and items; those of the world stay, and whoever listens learns of it."""
+        spawn(run)
+        run.ask("spawn_entity", {"name": "box", "uri": "item"})
+        del run.log.events[:]
+        reset(run, SPAWNED)
+
+        assert ["wall_e", "eve", "cart", "parcel", "anvil", "letter"] == run.ask("get_entities").entities
+        assert [RosterChanged()] == [event for _, event in run.log.events if isinstance(event, RosterChanged)]
+
+    def test_nobody_is_told_of_a_roster_that_stays(self, run):
+        """A reset without guests."""
+        reset(run)
+
+        assert [] == [event for _, event in run.log.events if isinstance(event, RosterChanged)]
+
+
+def test_it_is_told(run):
+    """After the aborted goals, at the new time."""
+    run((0.0, go()), until=1.5)
+    reset(run, TIME | STATE)
+
+    assert [(0.0, {"scope": 3})] == run.log.happened("reset")
+
+
+@pytest.mark.parametrize("scope", [8, 128, 254])
+def test_other_scopes_are_not_supported(run, scope):
+    """What is not known is not done in part."""
+    run.simulator.advance(1.5)
+    result = reset(run, scope)
+
+    assert (Result.RESULT_FEATURE_UNSUPPORTED, 1.5) == (result.result, run.simulator.now)
+    assert f"scope {scope} has unknown bits; expected a sum of 1, 2, 4, or 255" == result.error_message

@@ -1,0 +1,376 @@
+"""Pausing, playing, stopping and stepping."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from hmrsim.actions import registry as actions
+from hmrsim.gateway import Answered, CallService, CancelGoal, GetResult, GoalChanged, SendGoal, Stop
+from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.simulation_interfaces import Result, SetSimulationState, SimulationState, StepSimulation
+from hmrsim.services import registry
+from hmrsim.simulator import Simulator
+from hmrsim.world.model import World
+from tests.simulation import SMALL_WORLD, simulate
+
+STOPPED, PLAYING, PAUSED = (
+    SimulationState.STATE_STOPPED,
+    SimulationState.STATE_PLAYING,
+    SimulationState.STATE_PAUSED,
+)
+OK = Result(result=Result.RESULT_OK)
+GOAL, STEPS, NEXT = (letter * 32 for letter in "abc")
+
+
+def go(x=9.0, y=2.0, goal_id=GOAL):
+    """Return the command to drive wall_e somewhere."""
+    action = actions()["navigate_to_pose"]
+    goal = action.goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": y}}}})
+    return SendGoal("wall_e", action.name, goal, goal_id, reply_to=goal_id)
+
+
+def steps(number, goal_id=STEPS):
+    """Return the command to make steps and tell of each."""
+    action = actions()["simulate_steps"]
+    return SendGoal("_world", action.name, action.goal(steps=number), goal_id, reply_to=goal_id)
+
+
+def become(run, state):
+    """Set the state; return what came of it."""
+    return run.ask("set_simulation_state", {"state": {"state": state}}).result
+
+
+def state_of(run):
+    """Return the state."""
+    return run.ask("get_simulation_state").state.state
+
+
+@pytest.fixture
+def paused(run):
+    """Return a simulation that is paused at 0."""
+    become(run, PAUSED)
+    return run
+
+
+class TestStates:
+    """Whether time moves."""
+
+    def test_it_plays_at_first(self, run):
+        """A simulation that nobody has paused plays."""
+        assert PLAYING == state_of(run)
+
+    @pytest.mark.parametrize("state", [STOPPED, PLAYING, PAUSED])
+    def test_every_state_leads_to_every_other(self, run, state):
+        """Also from stopped to paused, which is to begin paused."""
+        for other in (STOPPED, PLAYING, PAUSED):
+            become(run, other)
+            expected = 101 if other == state else Result.RESULT_OK
+
+            assert expected == become(run, state).result
+            assert state == state_of(run)
+
+    @pytest.mark.parametrize("state", [3, 4, 5, 99])
+    def test_other_states_are_not_supported(self, run, state):
+        """Quitting is for whoever started the program."""
+        result = become(run, state)
+
+        assert Result.RESULT_FEATURE_UNSUPPORTED == result.result
+        assert f"state {state} can't be set" in result.error_message
+
+    def test_time_does_not_move_while_paused(self, run):
+        """Not by running, nor by letting it be later."""
+        run((0.0, go()), until=1.5)
+        become(run, PAUSED)
+        run.simulator.run()
+        run.simulator.advance(10.0)
+
+        assert (1.5, (2.5, 2.0)) == (run.simulator.now, run.simulator.robots["wall_e"].pose().point)
+
+    def test_it_goes_on_where_it_was(self, run):
+        """A pause changes nothing of what comes after it."""
+        run((0.0, go()), until=1.5)
+        become(run, PAUSED)
+        run.simulator.advance(10.0)
+        become(run, PLAYING)
+        log = run()
+
+        assert (8.0, "SUCCEEDED") == log.changes(GOAL)[-1]
+
+    def test_a_goal_is_accepted_while_paused(self, paused):
+        """It begins at once, and goes nowhere."""
+        log = paused((0.0, go()))
+
+        assert [(0.0, "ACCEPTED"), (0.0, "EXECUTING")] == log.changes(GOAL)
+        assert (1.0, 2.0) == paused.simulator.robots["wall_e"].pose().point
+
+    def test_what_can_not_be_done_ends_while_paused(self, paused):
+        """It needs no time to say so."""
+        log = paused((0.0, go(x=99.0)))
+
+        assert (0.0, "ABORTED") == log.changes(GOAL)[-1]
+
+    def test_a_goal_is_canceled_while_paused(self, paused):
+        """At once, too."""
+        log = paused((0.0, go()), (0.0, CancelGoal("wall_e", "navigate_to_pose", GOAL)))
+
+        assert (0.0, "CANCELED") == log.changes(GOAL)[-1]
+
+    @pytest.mark.parametrize("name", [name for name, service in registry().items() if not service.changes_world])
+    def test_every_question_is_answered_while_paused(self, paused, name):
+        """And nothing moves."""
+        paused((0.0, go()))
+
+        assert paused.ask(name, registry()[name].example) is not None
+        assert 0.0 == paused.simulator.now
+
+    def test_to_stop_is_to_begin_anew_and_stand(self, run):
+        """Goals are aborted, and it is 0."""
+        log = run((0.0, go()), until=1.5)
+        become(run, STOPPED)
+
+        assert (1.5, "ABORTED") == log.changes(GOAL)[-1]
+        assert (0.0, True) == (run.simulator.now, run.simulator.paused)
+
+    def test_states_are_told(self, paused):
+        """An observer learns of them."""
+        become(paused, PLAYING)
+
+        assert [(0.0, {"state": PAUSED}), (0.0, {"state": PLAYING})] == paused.log.happened("simulation_state")
+
+
+class TestSteps:
+    """The service."""
+
+    def test_steps_are_answered_at_their_end(self, paused):
+        """Three of 0.1 s; then it is paused again."""
+        paused((0.0, go()))
+        reply = paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+        before = paused.log.answers("steps")
+        paused.simulator.run()
+
+        assert ([], None) == (before, reply)
+        assert OK == paused.log.answer("steps").result
+        assert (0.3, True) == (paused.simulator.now, paused.simulator.paused)
+        assert (pytest.approx(1.3), 2.0) == paused.simulator.robots["wall_e"].pose().point
+
+    def test_one_is_the_default(self, paused):
+        """As ROS has it."""
+        paused.ask("step_simulation")
+        paused.simulator.run()
+
+        assert 0.1 == paused.simulator.now
+
+    def test_no_steps_are_made_at_once(self, paused):
+        """Nothing is to be waited for."""
+        assert OK == paused.ask("step_simulation", {"steps": 0}).result
+
+    @pytest.mark.parametrize("state", [PLAYING, STOPPED])
+    def test_only_who_is_paused_makes_steps(self, run, state):
+        """Otherwise it is in the wrong state."""
+        become(run, state)
+
+        assert Result(
+            result=Result.RESULT_OPERATION_FAILED, error_message="the simulation is not paused; pause it first"
+        ) == (run.ask("step_simulation").result)
+
+    def test_one_at_a_time(self, paused):
+        """Steps while steps are made are refused, and change nothing of the first."""
+        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+        second = paused.ask("step_simulation").result
+        paused.simulator.run()
+
+        assert Result.RESULT_OPERATION_FAILED == second.result
+        assert "steps are being made already" in second.error_message
+        assert (0.3, OK) == (paused.simulator.now, paused.log.answer("steps").result)
+
+    def test_the_size_of_a_step_is_settable(self, make_run):
+        """A quarter of a second here."""
+        run = make_run(step_size=0.25)
+        become(run, PAUSED)
+        run.ask("step_simulation", {"steps": 2})
+        run.simulator.run()
+
+        assert 0.5 == run.simulator.now
+
+    def test_a_step_takes_time(self):
+        """Less than a nanosecond is none."""
+        with pytest.raises(ValueError, match=r"at least, got 0\.0 s"):
+            Simulator(World(), step_size=0.0)
+
+    @pytest.mark.parametrize(("state", "word"), [(PLAYING, "set to play"), (PAUSED, "paused"), (STOPPED, "stopped")])
+    def test_another_state_ends_the_steps(self, paused, state, word):
+        """Who waits for them learns why they were not all made."""
+        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+        paused.simulator.take(0.1, 1)
+        become(paused, state)
+        paused.simulator.take(0.1, 100)
+
+        result = paused.log.answer("steps").result
+        assert Result.RESULT_OPERATION_FAILED == result.result
+        assert ("the simulation was reset" if state == STOPPED else f"the simulation was {word}") == (
+            result.error_message
+        )
+        assert state == state_of(paused)
+
+    def test_steps_that_were_ended_do_not_end_those_after_them(self, paused):
+        """Three are halted after one, and others made."""
+        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+        paused.simulator.take(0.1, 1)
+        become(paused, PAUSED)
+        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=9), "more"))
+        paused.simulator.run()
+
+        assert [1.0] == [time for time, event in paused.log.events if getattr(event, "reply_to", "") == "more"]
+        assert OK == paused.log.answer("more").result
+
+    def test_what_ends_with_a_step_ends_before_its_answer(self, paused):
+        """Who has the answer knows all of the step."""
+        wait = actions()["wait"]
+        paused.simulator.submit(SendGoal("eve", "wait", wait.goal.model_validate({"time": {"sec": 1}}), GOAL))
+        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=10), "steps"))
+        paused.simulator.run()
+        told = [event for _, event in paused.log.events if isinstance(event, (GoalChanged, Answered))]
+
+        assert (1.0, "SUCCEEDED") == paused.log.changes(GOAL)[-1]
+        assert isinstance(told[-1], Answered)
+
+    def test_the_end_of_the_simulation_answers(self, paused):
+        """Nobody waits for ever."""
+        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+        paused.simulator.submit(Stop("enough"))
+
+        assert "enough" == paused.log.answer("steps").result.error_message
+
+    def test_what_is_due_at_the_end_of_a_step_happens_in_it(self, make_run):
+        """Feedback at 0.1 s belongs to the first step."""
+        run = make_run(feedback_rate=10.0)
+        become(run, PAUSED)
+        run((0.0, go()))
+        run.ask("step_simulation")
+        run.simulator.run()
+
+        assert [0.1] == [time for time, _ in run.log.feedback(GOAL)]
+
+
+class TestSimulateSteps:
+    """The action of the world."""
+
+    def test_it_tells_of_each_step(self, paused):
+        """When it is done."""
+        log = paused((0.0, steps(3)))
+
+        assert [(0.1, 1, 2), (0.2, 2, 1), (0.3, 3, 0)] == [
+            (time, each.completed_steps, each.remaining_steps) for time, each in log.feedback(STEPS)
+        ]
+        assert (0.3, "SUCCEEDED") == log.changes(STEPS)[-1]
+        assert (OK, True) == (log.result(STEPS).result, paused.simulator.paused)
+
+    def test_only_who_is_paused_accepts_it(self, run):
+        """Otherwise it is not ready."""
+        answer = run((0.0, steps(3))).answer(STEPS)
+
+        assert (False, "not_ready", "the simulation is not paused; pause it first") == (
+            answer.accepted,
+            answer.reason,
+            answer.error_msg,
+        )
+
+    def test_one_at_a_time(self, paused):
+        """Neither with another goal nor with the service."""
+        paused.simulator.submit(steps(3))
+        paused.simulator.submit(steps(3, NEXT))
+        service = paused.ask("step_simulation").result
+
+        assert "not_ready" == paused.log.answer(NEXT).reason
+        assert Result.RESULT_OPERATION_FAILED == service.result
+
+    def test_no_robot_serves_it(self, run):
+        """And the world serves nothing else."""
+        run((0.0, steps(3)._replace(robot="wall_e", reply_to="robot")), (0.0, go()._replace(robot="_world")))
+
+        assert "unknown_action" == run.log.answer("robot").reason
+        assert "_world has no action 'navigate_to_pose'; it has: simulate_steps" == run.log.answer(GOAL).error_msg
+
+    def test_a_cancel_shuts_the_gate_where_it_is(self, paused):
+        """Between two steps."""
+        paused.simulator.submit(steps(30))
+        paused.simulator.advance(1.25)
+        paused.simulator.submit(CancelGoal("_world", "simulate_steps", STEPS))
+        paused.simulator.advance(9.0)
+
+        assert (1.25, "CANCELED") == paused.log.changes(STEPS)[-1]
+        assert (1.25, True) == (paused.simulator.now, paused.simulator.paused)
+
+    def test_steps_can_be_made_right_after_a_cancel(self, paused):
+        """At the same instant."""
+        paused.simulator.submit(steps(30))
+        paused.simulator.advance(1.25)
+        paused.simulator.submit(CancelGoal("_world", "simulate_steps", STEPS))
+        paused.simulator.submit(steps(2, NEXT))
+        paused.simulator.run()
+
+        assert (1.45, "SUCCEEDED") == paused.log.changes(NEXT)[-1]
+
+    def test_a_reset_aborts_it(self, paused):
+        """With the reason."""
+        paused.simulator.submit(steps(30))
+        paused.simulator.submit(GetResult("_world", "simulate_steps", STEPS, "result"))
+        paused.simulator.advance(1.25)
+        paused.ask("reset_simulation")
+
+        answer = paused.log.answer("result")
+        assert (GoalStatus.ABORTED, "the simulation was reset") == (
+            answer.status,
+            answer.result.result.error_message,
+        )
+        assert (0.0, True) == (paused.simulator.now, paused.simulator.paused)
+
+    def test_to_play_aborts_it(self, paused):
+        """Time moves freely then."""
+        paused.simulator.submit(steps(30))
+        paused.simulator.advance(1.25)
+        become(paused, PLAYING)
+        paused.simulator.advance(9.0)
+
+        assert (1.25, "ABORTED") == paused.log.changes(STEPS)[-1]
+        assert (9.0, math.inf) == (paused.simulator.now, paused.simulator.limit)
+
+
+SCRIPTED = SMALL_WORLD | {
+    "robots": {
+        "wall_e": {"type": "nurse", "at": "home", "script": ["Go shelf", "Grab parcel", "Go 7 2.5", "Drop parcel"]},
+        "eve": {"type": "nurse", "at": "shelf", "script": ["Wait 0.3", "Go door", "Go island"]},
+    }
+}
+
+
+def story(run):
+    """Return all that goals went through, with the times."""
+    return [
+        (time, event.robot, event.action, event.goal_id, event.status, event.result)
+        for time, event in run.log.events
+        if isinstance(event, GoalChanged) and event.robot != "_world"
+    ]
+
+
+@pytest.mark.parametrize("number", [1, 3, 1000])
+def test_stepping_is_running(number):
+    """The same happens at the same times, however many steps are made at once."""
+    whole = simulate(SCRIPTED)
+    whole.simulator.run(20.0)
+    stepped = simulate(SCRIPTED)
+    become(stepped, PAUSED)
+    while stepped.simulator.now < 20.0:
+        stepped.ask("step_simulation", {"steps": number})
+        stepped.simulator.run()
+
+    assert story(whole) == story(stepped)
+
+
+def test_a_request_of_another_kind_is_read_strictly():
+    """A state is a message, not a number."""
+    with pytest.raises(ValueError, match="should be an object"):
+        SetSimulationState.Request.model_validate_json(json.dumps({"state": 2}))

@@ -1,0 +1,198 @@
+"""Loading another world."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hmrsim.actions import registry as actions
+from hmrsim.gateway import GetResult, RosterChanged, SendGoal
+from hmrsim.goal import GoalStatus
+from hmrsim.resources import shipped_maps
+from hmrsim.world import load_world, world_hash
+from tests.simulation import simulate
+
+GOAL = "a" * 32
+OTHER = """
+name: other
+waypoints: {a: [0, 0], b: [4, 0]}
+lanes: [[a, b]]
+robots: {wall_e: {at: a}, zoe: {at: b, script: [Go a]}}
+seed: 3
+"""
+
+
+def go(robot, x, y):
+    """Return the command to drive somewhere."""
+    action = actions()["navigate_to_pose"]
+    goal = action.goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": y}}}})
+    return SendGoal(robot, action.name, goal, GOAL)
+
+
+def load(run, **request):
+    """Load a world; return the answer."""
+    return run.ask("load_world", request)
+
+
+def play(run):
+    """Let time move."""
+    run.ask("set_simulation_state", {"state": {"state": 1}})
+
+
+def test_everything_is_replaced(run):
+    """Robots, items, ways, poses and the seed."""
+    run.simulator.advance(3.0)
+    answer = load(run, resource_string=OTHER)
+
+    assert (1, "other") == (answer.result.result, answer.world.name)
+    assert ["wall_e", "zoe"] == run.ask("get_entities").entities
+    assert ["a", "b"] == [pose.name for pose in run.ask("get_named_poses").poses]
+    assert (3, 0.0) == (run.simulator.seed, run.simulator.now)
+
+
+def test_it_is_stopped_then(run):
+    """Until somebody lets it play; then its robots do what their scripts say."""
+    load(run, resource_string=OTHER)
+    run.simulator.advance(9.0)
+    before = run.simulator.now, run.ask("get_simulation_state").state.state
+    play(run)
+    run.simulator.run()
+
+    assert (0.0, 0) == before
+    assert ((0.0, 0.0), 4.0) == (run.simulator.robots["zoe"].pose().point, run.simulator.scripts.all["zoe"].ended)
+
+
+def test_goals_are_aborted_first(run):
+    """With the reason."""
+    run((0.0, go("wall_e", 9.0, 2.0)), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "result")), until=1.5)
+    load(run, resource_string=OTHER)
+
+    assert (1.5, "ABORTED") == run.log.changes(GOAL)[-1]
+    assert (GoalStatus.ABORTED, "another world was loaded") == (
+        run.log.answer("result").status,
+        run.log.answer("result").result.error_msg,
+    )
+
+
+def test_robots_drive_in_the_new_world(run):
+    """On its lanes, also one that has the name of an old one."""
+    load(run, resource_string=OTHER)
+    play(run)
+    log = run((0.0, go("wall_e", 4.0, 0.0)))
+
+    assert (4.0, "SUCCEEDED") == log.changes(GOAL)[-1]
+
+
+def test_scripts_of_the_old_world_are_over():
+    """They wait for answers that never come."""
+    run = simulate({"waypoints": {"a": [0, 0]}, "robots": {"old": {"at": "a", "script": ["Wait 2", "Wait 3"]}}})
+    run.simulator.advance(1.0)
+    load(run, resource_string=OTHER)
+    play(run)
+    run.simulator.run()
+
+    assert ["zoe"] == [*run.simulator.scripts.all]
+    assert (4.0, []) == (run.simulator.now, run.log.happened("script_ended")[1:])
+
+
+def test_whoever_listens_learns_of_it(run):
+    """Once; and the time counts anew."""
+    load(run, resource_string=OTHER)
+
+    assert [RosterChanged()] == [event for _, event in run.log.events if isinstance(event, RosterChanged)]
+    assert ([(0.0, {"name": "other"})], 1) == (run.log.happened("world_loaded"), run.simulator.generation)
+
+
+def test_an_own_seed_stays(make_run):
+    """Who has said which seed is to be used has said it of every world."""
+    run = make_run(seed=7)
+    load(run, resource_string=OTHER)
+
+    assert 7 == run.simulator.seed
+
+
+@pytest.mark.parametrize(
+    "uri", ["scenario1", str(shipped_maps()["scenario1"]), f"file://{shipped_maps()['scenario1']}"]
+)
+def test_by_name_or_path(run, uri):
+    """Of a shipped world, or any file."""
+    answer = load(run, uri=uri)
+
+    assert (1, "scenario 1") == (answer.result.result, answer.world.name)
+
+
+def test_what_is_loaded_can_be_loaded_again(run):
+    """The text of the current world is the world."""
+    load(run, uri="hospital")
+    text = run.ask("get_current_world").world.world_resource.resource_string
+    load(run, resource_string=OTHER)
+    load(run, resource_string=text)
+
+    assert load_world("hospital").hash == world_hash(run.simulator.world)
+
+
+@pytest.mark.parametrize(
+    ("request_", "code", "why"),
+    [
+        ({}, 102, "neither uri nor resource_string is given"),
+        ({"uri": "hospitl"}, 2, "hospitl: no such file, and no shipped world of that name; did you mean 'hospital'"),
+        ({"uri": "/no/such/world.yaml"}, 2, "/no/such/world.yaml: no such file"),
+        ({"resource_string": "robots: ["}, 103, "resource_string:"),
+        ({"resource_string": "just text"}, 103, "resource_string:1: expected a mapping"),
+        ({"resource_string": "include: [/etc/passwd]"}, 103, "include: a text can't include files"),
+        ({"resource_string": "{name: a, name: b}"}, 103, "name"),
+    ],
+)
+def test_what_can_not_be_loaded(run, request_, code, why):
+    """The world that is there stays, and its goals go on."""
+    run((0.0, go("wall_e", 9.0, 2.0)), until=1.5)
+    answer = load(run, **request_)
+
+    assert code == answer.result.result, answer.result.error_message
+    assert why in answer.result.error_message
+    assert ("small", 1.5, "EXECUTING") == (
+        run.simulator.world.name,
+        run.simulator.now,
+        run.log.changes(GOAL)[-1][1],
+    )
+
+
+def test_all_errors_are_told(run):
+    """One a line."""
+    text = "robots: {a: {at: nowhere}, b: {type: ghost, at: [1, 2]}}"
+    result = load(run, resource_string=text).result
+
+    assert [
+        "resource_string: robots.a.at: no waypoint, place or dock 'nowhere'; there are none",
+        "resource_string: robots.b.type: no robot type 'ghost'; there are carrier, fetcher",
+    ] == result.error_message.splitlines()
+
+
+class TestAvailable:
+    """Worlds that have a bare name."""
+
+    def test_the_shipped_ones(self, run):
+        """Each can be loaded."""
+        worlds = run.ask("get_available_worlds").worlds
+
+        assert ["hospital", "scenario1", "scenario2", "warehouse"] == [world.world_resource.uri for world in worlds]
+
+    @pytest.mark.parametrize(
+        ("request_", "code", "number"),
+        [
+            ({"additional_sources": ["https://example.org"]}, 2, 0),
+            ({"additional_sources": ["https://example.org"], "continue_on_error": True}, 1, 4),
+            ({"filter": {"tags": ["indoor"]}}, 0, 0),
+        ],
+    )
+    def test_other_sources(self, run, request_, code, number):
+        """There are none, nor any tags."""
+        answer = run.ask("get_available_worlds", request_)
+
+        assert (code, number) == (answer.result.result, len(answer.worlds))
+
+
+def test_a_world_of_json(run):
+    """It is YAML, too."""
+    assert 1 == load(run, resource_string=json.dumps({"name": "plain", "robots": {"a": {"at": [1, 2]}}})).result.result
