@@ -113,7 +113,9 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
             raise RuntimeError(f"{self.name!r} was ticked before it was set up")
         try:
             self._handle = self._client.send_goal(
-                goal, on_feedback=lambda _feedback: self._wake(), on_change=lambda _handle: self._wake()
+                goal,
+                on_feedback=lambda _feedback: self._wake(),
+                on_change=lambda handle: self._wake() if handle.done else None,
             )
         except HmrsimError as error:
             self.feedback_message = str(error)

@@ -32,6 +32,9 @@ _FAILED: Final = 1
 _WRONG_USE: Final = 2
 _NOBODY: Final = 3
 
+_GRACE: Final = 3.0
+"""Wall seconds for which the simulator may be out of reach, and in which canceled goals may end."""
+
 _SHOW_CURSOR: Final = b"\x1b[?25h"
 """The live display hides it."""
 
@@ -128,17 +131,24 @@ def _parser() -> argparse.ArgumentParser:
         help="the robots to drive; repeatable",
     )
     run.add_argument(
+        "--clock",
+        choices=("auto", "realtime", "lockstep"),
+        default="auto",
+        help="whether simulated time waits for the trees (default: %(default)s, as the simulator has it)",
+    )
+    run.add_argument(
         "--name",
         default="bt_controller",
+        type=_participant,
         metavar="PARTICIPANT",
-        help="the controller's name (default: %(default)s)",
+        help="as whom to take part in lockstep (default: %(default)s)",
     )
     run.add_argument(
         "--period",
         type=_period,
-        default=1.0,
         metavar="SIM_S",
-        help="tick each SIM_S simulated seconds, besides when something happened (default: %(default)g)",
+        help="tick each SIM_S simulated seconds, besides when something happened"
+        " (default: where a tree needs it, each 1 s)",
     )
     run.add_argument(
         "--json", action="store_true", help="one line of JSON whenever a tree has changed, and one at the end"
@@ -163,6 +173,16 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("--json", action="store_true", help="print the tree as one JSON object")
     check.set_defaults(command=_check)
     return parser
+
+
+def _participant(text: str) -> str:
+    from hmrsim_zenoh.participant import check_name
+
+    try:
+        check_name(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
 
 
 def _robot(text: str) -> str:
@@ -198,6 +218,7 @@ def _check(args: argparse.Namespace) -> int:
 def _run(args: argparse.Namespace) -> int:
     from dataclasses import replace
 
+    from bt_controller.clocks import clock_for
     from bt_controller.interruption import on_interrupt
     from bt_controller.mailbox import STOP, Mailbox
     from bt_controller.mission import Mission
@@ -212,9 +233,10 @@ def _run(args: argparse.Namespace) -> int:
     options = session_options(args)
     mailbox = Mailbox()
     entered, display = _display(as_json=args.json)
-    with logging_to_stderr(args), Client(options) as client:
+    with logging_to_stderr(args), Client(options, clock=args.clock, name=args.name) as client:
         client.wait_for_simulator(options.timeout)
-        runner = Runner(client, missions, show=display.show, period=args.period, mailbox=mailbox)
+        clock = clock_for(client, mailbox, feedback=args.period is not None, grace=_GRACE)
+        runner = Runner(client, missions, clock, mailbox, show=display.show, period=args.period, grace=_GRACE)
 
         def give_up() -> None:
             if sys.stdout.isatty():

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from contextlib import AbstractContextManager
 
-    from rich.live import Live
     from rich.text import Text
 
 _STYLES: Final = {
@@ -79,21 +78,20 @@ class JsonDisplay:
 class LiveDisplay:
     """Keeps the trees of all robots on a terminal up to date."""
 
-    def __init__(self, live: Live, symbols: Mapping[Status, str] = UNICODE) -> None:
-        self._live = live
+    def __init__(self, symbols: Mapping[Status, str] = UNICODE) -> None:
         self._symbols = symbols
         self._latest: dict[str, Snapshot] = {}
 
     def show(self, snapshot: Snapshot) -> None:
         """Put the tree in the place of the robot's last one."""
         self._latest[snapshot.robot] = snapshot
-        self._live.update(self._text())
 
-    def _text(self) -> Text:
+    def text(self) -> Text:
+        """Return all trees; a terminal needs them less often than they are ticked."""
         from rich.text import Text  # noqa: PLC0415 - slow to load
 
         text = Text()
-        for snapshot in self._latest.values():
+        for snapshot in list(self._latest.values()):
             text.append(f"{snapshot.title}\n", style="bold")
             for node in snapshot.nodes:
                 text.append(f"{node.line(self._symbols)}\n", style=_STYLES[node.status])
@@ -114,5 +112,6 @@ def live_display() -> tuple[AbstractContextManager[object], LiveDisplay]:
     from rich.console import Console  # noqa: PLC0415 - slow to load
     from rich.live import Live  # noqa: PLC0415
 
-    live = Live(console=Console(file=sys.stdout), refresh_per_second=10)
-    return live, LiveDisplay(live, symbols_for(sys.stdout))
+    display = LiveDisplay(symbols_for(sys.stdout))
+    console = Console(file=sys.stdout)
+    return Live(console=console, refresh_per_second=10, get_renderable=display.text), display

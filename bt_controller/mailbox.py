@@ -6,7 +6,7 @@ from queue import Empty, SimpleQueue
 from typing import Final
 
 CLOCK: Final = "/clock"
-"""A period of simulated time is over."""
+"""It is as late as was waited for, or earlier than it was."""
 STOP: Final = "/stop"
 """The user wants an end."""
 

@@ -9,6 +9,7 @@ from py_trees.common import Status
 from bt_controller.action_leaf import ActionLeaf
 from bt_controller.blackboards import Board
 from bt_controller.snapshot import Snapshot, nodes_of
+from bt_controller.tree_time import simulated_time
 from bt_controller.trees import described
 from hmrsim.errors import HmrsimError
 
@@ -70,15 +71,15 @@ class Mission:
             for node in self.root.iterate():
                 node.setup(client=client, robot=self.robot, directory=directory, wake=wake)
 
-    def tick(self) -> None:
-        """Tick the tree.
+    def tick(self, now: float | None) -> None:
+        """Tick the tree at a simulated time.
 
         Raises:
             TreeCrashed: A behaviour raised an error.
         """
         self._ticks += 1
         try:
-            with self._board.in_use():
+            with self._board.in_use(), simulated_time(now):
                 self.root.tick_once()
         except Exception as error:
             raise TreeCrashed(f"the tree of {self.robot!r} broke: {described(error)}") from error

@@ -1,15 +1,15 @@
-"""Running trees: they are ticked when something happened, and each period of simulated time.
+"""Running trees: they are ticked when something happened, or when one of them has to be.
 
 All trees of a runner are ticked by one thread, one after the other, in the robots' order. What other threads
-hear (a goal's verdict, feedback, the clock) only wakes it.
+hear (a goal's verdict, feedback, the clock) only wakes it. Its clock says how time goes by.
 
-Two things of py_trees to know: its timers count wall time, and a ``Parallel`` whose policy does not synchronise
-ticks finished children again, so that their goals are sent again.
+A thing of py_trees to know: a ``Parallel`` whose policy does not synchronise ticks finished children again, so that
+their goals are sent again.
 """
 
 from __future__ import annotations
 
-import time
+import math
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -17,18 +17,21 @@ from typing import TYPE_CHECKING, Any, Final
 from py_trees.common import Status
 
 from bt_controller.directory import Directory
-from bt_controller.mailbox import CLOCK, STOP, Mailbox
-from bt_controller.sim_clock import SimClock
+from bt_controller.due import due, next_period
+from bt_controller.mailbox import STOP
+from hmrsim_zenoh.errors import Idle, NobodyThere, SimulatorGone
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
+    from bt_controller.clocks import Clock
+    from bt_controller.mailbox import Mailbox
     from bt_controller.mission import Mission
     from bt_controller.snapshot import Snapshot
     from hmrsim_zenoh.client import Client
 
-_LOOK_AROUND: Final = 0.5
-"""Wall seconds after which the runner looks whether the simulator is there, when nothing else wakes it."""
+_PERIOD: Final = 1.0
+"""Simulated seconds between looks at what nobody tells us."""
 
 _LAST_WORDS: Final = 0.5
 """Wall seconds that canceled goals have to end when a behaviour blocks."""
@@ -72,29 +75,32 @@ class Runner:
     Args:
         client: The connection to the simulator; stays open.
         missions: The robots and their trees.
+        clock: Its time; closed in the end.
+        mailbox: Where to put `STOP` to end it; the clock's.
         show: Called with each tree after each tick of it.
-        period: Simulated seconds between ticks when nothing happens.
-        mailbox: Where to put `STOP` to end it.
-        grace: Wall seconds for which the simulator may be out of reach, and in which canceled goals may end.
+        period: Simulated seconds between ticks of every tree; None to tick where it is needed only.
+        grace: Wall seconds in which canceled goals may end.
     """
 
     def __init__(
         self,
         client: Client,
         missions: Sequence[Mission],
+        clock: Clock,
+        mailbox: Mailbox,
         *,
         show: Callable[[Snapshot], None],
-        period: float = 1.0,
-        mailbox: Mailbox | None = None,
+        period: float | None = None,
         grace: float = 3.0,
     ) -> None:
         self._client = client
         self._missions = missions
+        self._clock = clock
+        self._mailbox = mailbox
         self._show = show
         self._period = period
-        self._mailbox = mailbox or Mailbox()
         self._grace = grace
-        self._absent_since: float | None = None
+        self._dues = dict.fromkeys((mission.robot for mission in missions), math.inf)
 
     def run(self) -> Outcome:
         """Set the trees up and tick them until all have ended; whatever ends that, no goal is left behind.
@@ -103,20 +109,21 @@ class Runner:
             NotServed: The simulator lacks a robot or an action.
             NobodyThere, SimulatorGone, Unreachable: It does not say what it has.
             TreeCrashed: A behaviour raised an error.
+            Idle: A tree waits for what can't happen.
+            Dropped: The simulator goes on without us.
         """
-        directory = Directory.from_info(self._client.info())
-        clock = SimClock(self._client, self._period, partial(self._mailbox.put, CLOCK))
         try:
+            directory = Directory.from_info(self._client.info())
             for mission in self._missions:
                 mission.setup(self._client, directory, partial(self._mailbox.put, mission.robot))
-            outcome = self._follow(clock)
+            outcome = self._follow()
         finally:
             for mission in self._missions:
                 mission.interrupt()
-            self._settle(self._grace)
+            self._clock.settle(self._settled, self._grace)
             for mission in self._missions:
                 mission.shutdown()
-            clock.close()
+            self._clock.close()
         return self._with_left(outcome)
 
     def give_up(self) -> Outcome:
@@ -125,50 +132,64 @@ class Runner:
             mission.cancel()
         # Nobody has taken what is in there, such as what asked for the end.
         self._mailbox.wait(0.0)
-        self._settle(_LAST_WORDS)
-        return self._with_left(self._outcome(interrupted=True))
+        self._clock.settle(self._settled, _LAST_WORDS)
+        outcome = self._with_left(self._outcome(interrupted=True))
+        self._clock.close()
+        return outcome
 
-    def _follow(self, clock: SimClock) -> Outcome:
-        self._tick(self._missions, clock)
+    def _follow(self) -> Outcome:
+        before = self._tick(self._missions)
         while not all(mission.over for mission in self._missions):
-            woken = self._mailbox.wait(_LOOK_AROUND)
+            try:
+                woken = self._clock.wait(self._until())
+            except (NobodyThere, SimulatorGone):
+                # Their goals have failed by now, and what waits for something else would wait for ever.
+                self._tick(self._missions)
+                return self._outcome(gone=True)
+            except Idle as error:
+                waiting = ", ".join(mission.robot for mission in self._missions if not mission.over)
+                raise Idle(f"{error}; what the trees of {waiting} wait for can't happen") from None
             if STOP in woken:
                 return self._outcome(interrupted=True)
-            if self._gone():
-                # Their goals have failed by now, and what waits for something else would wait for ever.
-                self._tick(self._missions, clock)
-                return self._outcome(gone=True)
-            self._tick([each for each in self._missions if CLOCK in woken or each.robot in woken], clock)
+            now = self._clock.now
+            # Time that went back has been reset, and no deadline of the time before will come.
+            back = now is not None and before is not None and now < before
+            before = self._tick(
+                [each for each in self._missions if back or each.robot in woken or self._is_due(each, now)]
+            )
         return self._outcome()
+
+    def _until(self) -> float | None:
+        """Return when the next tree has to be ticked; None for when something happens."""
+        earliest = min(self._dues[mission.robot] for mission in self._missions if not mission.over)
+        return None if earliest == math.inf else earliest
+
+    def _is_due(self, mission: Mission, now: float | None) -> bool:
+        return now is not None and now >= self._dues[mission.robot]
+
+    def _tick(self, missions: Iterable[Mission]) -> float | None:
+        """Tick trees; return the time at which it was."""
+        now = self._clock.now
+        for mission in missions:
+            while not mission.over:
+                mission.tick(now)
+                self._show(mission.snapshot(now))
+                if mission.status is Status.RUNNING:
+                    self._dues[mission.robot] = self._due(mission, now)
+                    break
+        return now
+
+    def _due(self, mission: Mission, now: float | None) -> float:
+        if now is None:
+            return math.inf
+        needed = due(mission.root, now, self._period or _PERIOD)
+        return needed if self._period is None else min(needed, next_period(now, self._period))
+
+    def _settled(self) -> bool:
+        return not any(mission.open_goals for mission in self._missions)
 
     def _with_left(self, outcome: Outcome) -> Outcome:
         return replace(outcome, left=tuple(mission.robot for mission in self._missions if mission.open_goals))
 
     def _outcome(self, *, interrupted: bool = False, gone: bool = False) -> Outcome:
         return Outcome({mission.robot: mission.status for mission in self._missions}, interrupted, gone)
-
-    def _tick(self, missions: Iterable[Mission], clock: SimClock) -> None:
-        for mission in missions:
-            while not mission.over:
-                mission.tick()
-                self._show(mission.snapshot(clock.now))
-                if mission.status is Status.RUNNING:
-                    break
-
-    def _gone(self) -> bool:
-        """Return whether the simulator has been out of reach for longer than a router takes to restart."""
-        if self._client.alive:
-            self._absent_since = None
-            return False
-        now = time.monotonic()
-        if self._absent_since is None:
-            self._absent_since = now
-        return now - self._absent_since >= self._grace
-
-    def _settle(self, seconds: float) -> None:
-        """Wait until the canceled goals have ended: a session closed too soon could lose a cancel on its way."""
-        until = time.monotonic() + seconds
-        while any(mission.open_goals for mission in self._missions):
-            left = until - time.monotonic()
-            if left <= 0 or STOP in self._mailbox.wait(left):
-                return

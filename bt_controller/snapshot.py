@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from py_trees.common import Status
@@ -73,7 +73,7 @@ class Snapshot:
 
     def to_json(self) -> dict[str, Any]:
         """Return the snapshot as JSON has it."""
-        nodes = [{**asdict(node), "status": node.status.value} for node in self.nodes]
+        nodes = [{**vars(node), "status": node.status.value} for node in self.nodes]
         return {
             "robot": self.robot,
             "sim_time": self.sim_time,
@@ -117,4 +117,4 @@ def _symbol(node: Behaviour) -> str:
 
 def _one_line(text: str) -> str:
     """Return a text that comes from elsewhere as something that can't garble a terminal."""
-    return "".join(letter if letter.isprintable() else " " for letter in text)
+    return text if text.isprintable() else "".join(letter if letter.isprintable() else " " for letter in text)

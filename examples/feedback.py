@@ -1,10 +1,9 @@
-"""Follow a goal without blocking: a ticket for the goal, callbacks for what becomes of it, and a cancel.
+"""Follow a goal by callbacks, and cancel it from one: a ticket tells what becomes of the goal.
 
 Start ``hmrsim run scenario1`` first, then run ``python examples/feedback.py [ENDPOINT]``.
 """
 
 import sys
-import threading
 
 from hmrsim.actions.navigate_to_pose import ACTION
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
@@ -14,21 +13,17 @@ from hmrsim_zenoh import Client, SessionOptions
 
 def main(endpoint: str = "tcp/127.0.0.1:7447") -> None:
     """Drive until a hundred pixels are behind, then cancel."""
-    far_enough = threading.Event()
-    first = []
+    remaining = []
 
     def look(feedback: NavigateToPose.Feedback) -> None:
-        first.append(feedback.distance_remaining)
-        if feedback.distance_remaining < first[0] - 100:
-            far_enough.set()
+        remaining.append(feedback.distance_remaining)
+        if remaining[-1] < remaining[0] - 100:
+            goal.cancel()
 
     with Client(SessionOptions(connect=(endpoint,))) as client:
         target = PoseStamped(pose=Pose(position=Point(x=512, y=215)))
         goal = client.action_client("wall_e", ACTION).send_goal(NavigateToPose.Goal(pose=target), on_feedback=look)
-        goal.wait_accepted(timeout=10)
-        far_enough.wait(timeout=30)
-        goal.cancel()
-        result = goal.result(timeout=10)
+        result = goal.result(timeout=40)
         print(goal.status.name, result.error_msg)
 
 

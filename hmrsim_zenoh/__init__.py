@@ -17,9 +17,11 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.errors import (
         BadOptions,
         ClientClosed,
+        Dropped,
         GoalFailed,
         GoalRejectedError,
         GoalTimeout,
+        Idle,
         NobodyThere,
         PortTaken,
         RequestError,
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
         Unreachable,
     )
     from hmrsim_zenoh.goal_handle import GoalHandle
+    from hmrsim_zenoh.lockstep import Lockstep
     from hmrsim_zenoh.session import SessionOptions
     from hmrsim_zenoh.subscription import Subscription
 
@@ -37,10 +40,13 @@ __all__ = [
     "Client",
     "ClientClosed",
     "Commander",
+    "Dropped",
     "GoalFailed",
     "GoalHandle",
     "GoalRejectedError",
     "GoalTimeout",
+    "Idle",
+    "Lockstep",
     "NobodyThere",
     "PortTaken",
     "RequestError",
@@ -57,6 +63,7 @@ _HOMES = MappingProxyType(
         "Client": "client",
         "Commander": "commander",
         "GoalHandle": "goal_handle",
+        "Lockstep": "lockstep",
         "SessionOptions": "session",
         "Subscription": "subscription",
     }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import threading
-import uuid
 from typing import TYPE_CHECKING, Generic
 
 from hmrsim.actions import F, G, R
@@ -16,11 +15,10 @@ from hmrsim_zenoh.keys import Verb
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import zenoh
-
     from hmrsim.actions import Action
     from hmrsim_zenoh.goal_handle import GoalHandle
-    from hmrsim_zenoh.link import Link
+    from hmrsim_zenoh.link import Link, Wire
+    from hmrsim_zenoh.lockstep import Lockstep
 
 _log = logging.getLogger(__name__)
 
@@ -33,14 +31,18 @@ class ActionClient(Generic[G, R, F]):
         action: The action.
     """
 
-    def __init__(self, link: Link, robot: str, action: Action[G, R, F]) -> None:
+    def __init__(
+        self, link: Link, lockstep: Callable[[], Lockstep | None], robot: str, action: Action[G, R, F]
+    ) -> None:
         self.robot = robot
         self.action = action
         self._link = link
+        self._lockstep = lockstep
         self._ports = ActionPorts.of(link.keys, robot, action)
+        self._feedback_key = link.keys.action(robot, action.name, Verb.FEEDBACK)
         self._lock = threading.Lock()
         self._listening: dict[str, GoalExchange[R, F]] = {}
-        self._subscribed = False
+        self._listens = False
 
     def send_goal(
         self,
@@ -50,7 +52,7 @@ class ActionClient(Generic[G, R, F]):
         on_feedback: Callable[[F], None] | None = None,
         on_change: Callable[[GoalHandle[R, F]], None] | None = None,
     ) -> GoalHandle[R, F]:
-        """Send a goal and return its ticket; never waits.
+        """Send a goal and return its ticket; the client's first goal asks which clock it is, no other ever waits.
 
         Args:
             goal: What to do.
@@ -58,27 +60,34 @@ class ActionClient(Generic[G, R, F]):
             on_feedback: Called for each feedback, never after the goal is done.
             on_change: Called whenever *accepted*, *status*, *error* or *done* have changed.
 
-        Callbacks may come before this returns, are mostly in Zenoh's thread, and must not wait.
+        Callbacks may come before this returns, are mostly in Zenoh's thread, and must not wait. In lockstep the goal
+        goes along when time goes on, and callbacks are called by whoever waits for that.
 
         Raises:
             ClientClosed: The client was closed.
+            Dropped: The simulator goes on without us.
+            RequestError: It does not want us to take part.
             ValueError: *goal_id* is no goal id.
             TypeError: *goal* is of another action.
         """
         if not isinstance(goal, self.action.goal):
             raise TypeError(f"{self.action.name} takes {self.action.goal.ros_type}, got {goal!r}")
+        wanted_id = None if goal_id is None else parse_goal_id(goal_id)
+        wire = self._lockstep() or self._link
+        next_id = wire.next_goal_id()
         exchange = GoalExchange[R, F](
             self._link,
+            wire,
             self._ports,
             goal,
-            uuid.uuid4().hex if goal_id is None else parse_goal_id(goal_id),
+            wanted_id or next_id,
             on_feedback=on_feedback,
             on_change=on_change,
             on_done=self._forget,
         )
         self._link.enter(exchange)
         if on_feedback is not None:
-            self._listen(exchange)
+            self._listen(exchange, wire)
         exchange.start()
         return exchange
 
@@ -86,21 +95,20 @@ class ActionClient(Generic[G, R, F]):
         self._link.leave(exchange)
         self._listening.pop(exchange.goal_id, None)
 
-    def _listen(self, exchange: GoalExchange[R, F]) -> None:
+    def _listen(self, exchange: GoalExchange[R, F], wire: Wire) -> None:
         self._listening[exchange.goal_id] = exchange
         with self._lock:
-            if not self._subscribed:
-                key = self._link.keys.action(self.robot, self.action.name, Verb.FEEDBACK)
-                self._link.subscribe(key, self._on_feedback)
-                self._subscribed = True
+            if not self._listens:
+                wire.listen(self._feedback_key, self._on_feedback, lambda: bool(self._listening))
+                self._listens = True
 
-    def _on_feedback(self, sample: zenoh.Sample) -> None:
+    def _on_feedback(self, payload: bytes) -> None:
         if not self._listening:
             return
         try:
-            message: FeedbackMessage[F] = read(around(FeedbackMessage, self.action.feedback), sample.payload.to_bytes())
+            message: FeedbackMessage[F] = read(around(FeedbackMessage, self.action.feedback), payload)
         except UnreadableError as error:
-            _log.warning("%s: feedback that can't be read: %s", sample.key_expr, error)
+            _log.warning("%s: feedback that can't be read: %s", self._feedback_key, error)
             return
         if exchange := self._listening.get(message.goal_id):
             exchange.take_feedback(message.feedback)

@@ -14,16 +14,27 @@ import json
 import re
 import threading
 import time
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Any, Final, Literal, Self
 
 import zenoh
 
 from hmrsim_zenoh.action_client import ActionClient
 from hmrsim_zenoh.envelopes import UnreadableError
-from hmrsim_zenoh.errors import BadOptions, ClientClosed, NobodyThere, RequestError, RequestTimeout, Unreachable
+from hmrsim_zenoh.errors import (
+    BadOptions,
+    ClientClosed,
+    NobodyThere,
+    RequestError,
+    RequestTimeout,
+    SimulatorGone,
+    Unreachable,
+)
 from hmrsim_zenoh.keys import Keys
 from hmrsim_zenoh.link import Answer, Link, Port
+from hmrsim_zenoh.lockstep import Lockstep
+from hmrsim_zenoh.participant import check_name
 from hmrsim_zenoh.session import DEFAULT_OPTIONS, SessionOptions, open_client
+from hmrsim_zenoh.sim_clock import SimClock, read_clock
 from hmrsim_zenoh.subscription import Subscription
 
 if TYPE_CHECKING:
@@ -32,8 +43,11 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import Action, F, G, R
 
+ClockChoice = Literal["auto", "realtime", "lockstep"]
+
 _ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _PAUSE: Final = 0.05
+_LOOK_AROUND: Final = 0.5
 # A value's queryable may be announced a moment after the simulator's token.
 _TRIES: Final = 2
 
@@ -50,6 +64,8 @@ class Client:
         self,
         options: SessionOptions = DEFAULT_OPTIONS,
         *,
+        clock: ClockChoice = "auto",
+        name: str = "client",
         session: zenoh.Session | None = None,
         acknowledge_timeout: float = 10.0,
         grace: float = 1.0,
@@ -58,6 +74,8 @@ class Client:
 
         Args:
             options: Where to connect, and the prefix of all keys.
+            clock: Whether to take part in lockstep, where time waits for us; ``auto`` for as the simulator has it.
+            name: As whom; a simulator takes a name once.
             session: A session to borrow.
             acknowledge_timeout: Wall seconds in which a goal has to be accepted or rejected.
             grace: Wall seconds for which the simulator may be out of reach, as when a router is restarted.
@@ -65,7 +83,9 @@ class Client:
         Raises:
             NobodyThere: Nobody answers at the endpoints.
             BadOptions: An endpoint, the prefix or the configuration makes no sense.
+            ValueError: *name* is no name.
         """
+        check_name(name)
         try:
             self.keys = Keys(options.prefix)
         except ValueError as error:
@@ -74,6 +94,10 @@ class Client:
         self._owns_session = session is None
         self._link = Link(self.session, self.keys, acknowledge_timeout=acknowledge_timeout, grace=grace)
         self._timeout = options.timeout
+        self._clock = clock
+        self._name = name
+        self._joining = threading.RLock()
+        self._lockstep: Lockstep | None = None
 
     def __enter__(self) -> Self:
         """Return the client."""
@@ -128,7 +152,59 @@ class Client:
         """
         if not _ROBOT_NAME.fullmatch(robot):
             raise ValueError(f"{robot!r} is no robot's name; letters, digits and underscores, no digit first")
-        return ActionClient(self._link, robot, action)
+        return ActionClient(self._link, lambda: self.lockstep, robot, action)
+
+    @property
+    def lockstep(self) -> Lockstep | None:
+        """The part that we take in the simulator's time; None where that moves by itself.
+
+        Asks which it is, and joins, the first time only.
+
+        Raises:
+            RequestError: The simulator does not want us to take part, as when somebody of our name does.
+            NobodyThere, SimulatorGone, ClientClosed: There is nobody to take part with.
+        """
+        with self._joining:
+            if self._clock == "auto":
+                self._clock = self._simulators_clock()
+            if self._clock == "lockstep" and self._lockstep is None:
+                self._link.check_open()
+                self._lockstep = Lockstep(self._link, self._name)
+            lockstep = self._lockstep
+        return None if lockstep is None or lockstep.over else lockstep
+
+    @property
+    def now(self) -> float:
+        """Simulated seconds.
+
+        Raises:
+            NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError: As `get`.
+        """
+        lockstep = self.lockstep
+        return read_clock(self.get(self.keys.world("clock"))) if lockstep is None else lockstep.now
+
+    def sleep(self, seconds: float) -> None:
+        """Let simulated seconds go by: in lockstep time moves as far for it, else it is waited for.
+
+        Returns early when time goes back, as after a reset.
+
+        Raises:
+            Dropped: The simulator goes on without us.
+            NobodyThere, SimulatorGone, ClientClosed, Unreachable: It doesn't at all.
+        """
+        begin = self.now
+        end = begin + seconds
+        lockstep = self.lockstep
+        if lockstep is not None and lockstep.sleep(seconds):
+            return
+        over = threading.Event()
+        clock = SimClock(self, lambda now: None if begin <= now < end else over.set())
+        try:
+            while not over.wait(_LOOK_AROUND):
+                if absence := self._link.absence():
+                    raise absence
+        finally:
+            clock.close()
 
     def get(self, key: str, timeout: float = 5.0, *, payload: bytes | None = None) -> bytes:
         """Return the latest value of a key, or what a service answers to *payload*.
@@ -179,22 +255,26 @@ class Client:
 
         Not for callbacks: it waits for those that are being called.
         """
+        # Whoever joins at this moment may take a while.
+        lockstep = self._lockstep
+        if lockstep is not None and not self._link.closed:
+            lockstep.close()
         self._link.close()
         if self._owns_session:
             self.session.close()
 
     def _answer(self, key: str, payload: bytes | None, until: float) -> Answer:
-        answers: list[Answer] = []
-        came = threading.Event()
-
-        def take(answer: Answer) -> None:
-            answers.append(answer)
-            came.set()
-
         left = max(until - time.monotonic(), _PAUSE)
-        self._link.ask(Port(key), payload, timeout=left, then=take)
-        came.wait(left + _PAUSE)
-        return answers[0] if answers else None
+        call = self._link.call(Port(key), payload, timeout=left)
+        call.wait(left + _PAUSE)
+        return call.answer
+
+    def _simulators_clock(self) -> ClockChoice:
+        """Return how the simulator's time moves; by itself as far as we can learn, as that of real robots does."""
+        try:
+            return "lockstep" if self.info(self._timeout).get("clock") == "lockstep" else "realtime"
+        except (NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError):
+            return "realtime"
 
     def _await_simulator(self, key: str, until: float, timeout: float) -> None:
         """Return when the simulator is there, after nothing came back."""

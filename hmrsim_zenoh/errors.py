@@ -14,6 +14,8 @@
     ├── RequestTimeout          no answer in time (a TimeoutError, too)
     │   └── GoalTimeout         ... to a goal; it may go on, as the text says
     ├── ClientClosed            our own end was closed while the goal was under way
+    ├── Dropped                 the simulator goes on without us, as we took too long; for clients in lockstep
+    ├── Idle                    what is waited for can't happen, as nothing is scheduled; likewise
     └── GoalFailed              a blocking helper's goal ended otherwise than SUCCEEDED; carries the result
 """
 
@@ -104,6 +106,14 @@ class GoalTimeout(RequestTimeout):
 
 class ClientClosed(HmrsimError):
     """The client was closed while something was under way."""
+
+
+class Dropped(HmrsimError):
+    """The simulator goes on without us; the text says since when and why."""
+
+
+class Idle(HmrsimError):
+    """Nothing is scheduled in the simulation, and nobody does anything: what is waited for can't happen."""
 
 
 class GoalFailed(HmrsimError):

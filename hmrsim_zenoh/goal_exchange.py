@@ -8,6 +8,7 @@ The result is asked for right behind the goal, before it is known to be accepted
 from __future__ import annotations
 
 import logging
+import math
 import time
 from dataclasses import dataclass
 from functools import partial
@@ -30,7 +31,7 @@ from hmrsim_zenoh.envelopes import (
 from hmrsim_zenoh.errors import GoalRejectedError, GoalTimeout, RequestError, SimulatorGone
 from hmrsim_zenoh.goal_handle import F, GoalHandle, R
 from hmrsim_zenoh.keys import Verb
-from hmrsim_zenoh.link import Answer, Link, Port
+from hmrsim_zenoh.link import Answer, Link, Port, Wire
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -85,6 +86,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
     def __init__(
         self,
         link: Link,
+        wire: Wire,
         ports: ActionPorts,
         goal: Message,
         goal_id: str,
@@ -95,6 +97,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
     ) -> None:
         super().__init__(ports.name, goal_id, on_feedback=on_feedback, on_change=on_change)
         self._link = link
+        self._wire = wire
         self._ports = ports
         self._on_done = on_done
         self._payload = SendGoalRequest(goal_id=goal_id, goal=goal).model_dump_json().encode()
@@ -107,7 +110,8 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
 
     def start(self) -> None:
         """Send the goal, and ask for its result right behind it."""
-        self._deadline = time.monotonic() + self._link.acknowledge_timeout
+        # Where time waits for us, nobody answers before it goes on.
+        self._deadline = math.inf if self._wire.ordered else self._patience_from_now()
         self._send_goal()
         self._ask_result()
 
@@ -139,6 +143,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
 
     def _on_goal_answer(self, answer: Answer) -> None:
         if answer is None:
+            self._deadline = min(self._deadline, self._patience_from_now())
             self._again(self._send_goal)
             return
         try:
@@ -161,6 +166,9 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             self._pause = _FIRST_PAUSE
             self._ask_result()
             self._cancel_if_due()
+
+    def _patience_from_now(self) -> float:
+        return time.monotonic() + self._link.acknowledge_timeout
 
     def _give_up(self) -> None:
         seconds = self._link.acknowledge_timeout
@@ -215,7 +223,8 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
 
     def _cancel_if_due(self) -> None:
         with self._changed:
-            if not (self._cancel_wanted and self._accepted) or self._cancel_sent or self._done:
+            possible = self._accepted or self._wire.ordered
+            if not (self._cancel_wanted and possible) or self._cancel_sent or self._done:
                 return
             self._cancel_sent = True
         self._send_cancel()
@@ -247,10 +256,16 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             self._progress(GoalStatus.CANCELING)
         # Else it is over, or being canceled, or not known any more: the result will tell.
 
-    # --- trying again -------------------------------------------------------------------------------------------------
+    # --- waiting and trying again -------------------------------------------------------------------------------------
+
+    def _wait(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:
+        limit = None if timeout is None else time.monotonic() + timeout
+        if self._wire.drive(condition, timeout, at_once=at_once):
+            return True
+        return super()._wait(condition, None if limit is None else limit - time.monotonic())
 
     def _ask(self, port: Port, payload: bytes, then: Callable[[Answer], None], *, timeout: float = _ONE_TRY) -> None:
-        self._link.ask(port, payload, timeout=timeout, then=then)
+        self._wire.ask(port, payload, timeout=timeout, then=then)
 
     def _again(self, step: Callable[[], None]) -> None:
         """Take a step again in a while, as long as there is hope."""

@@ -27,7 +27,8 @@ class GoalHandle(ABC, Generic[R, F]):
     A goal ends in one of three ways: with a terminal *status* and its *result_message*; rejected, *accepted* is
     False and *error* says why; or failed, *error* says why and what the robot does is not known.
 
-    Callbacks are called one at a time, in order, mostly in Zenoh's thread: be quick, and do not wait in them.
+    Callbacks are called one at a time, in order, mostly in Zenoh's thread, in lockstep by whoever waits: be quick, and
+    do not wait in them.
     """
 
     def __init__(
@@ -100,9 +101,9 @@ class GoalHandle(ABC, Generic[R, F]):
             NobodyThere, SimulatorGone, RequestError, ClientClosed: It failed.
             GoalTimeout: It is not known after *timeout* seconds, or the simulator did not answer in its time.
         """
+        if not self._wait(lambda: self._accepted is not None or self._done, timeout, at_once=True):
+            raise GoalTimeout(f"{self._name}: no answer to goal {self._goal_id} after {timeout:g} s; it may go on")
         with self._changed:
-            if not self._changed.wait_for(lambda: self._accepted is not None or self._done, timeout):
-                raise GoalTimeout(f"{self._name}: no answer to goal {self._goal_id} after {timeout:g} s; it may go on")
             if not self._accepted and self._error is not None:
                 raise self._error
 
@@ -115,9 +116,9 @@ class GoalHandle(ABC, Generic[R, F]):
             GoalTimeout: There is none after *timeout* seconds (the goal goes on; cancel it if you don't want that),
                 or the simulator did not even accept it in its time.
         """
+        if not self._wait(lambda: self._done, timeout):
+            raise GoalTimeout(f"{self._name}: no result of goal {self._goal_id} after {timeout:g} s; it goes on")
         with self._changed:
-            if not self._changed.wait_for(lambda: self._done, timeout):
-                raise GoalTimeout(f"{self._name}: no result of goal {self._goal_id} after {timeout:g} s; it goes on")
             if self._error is not None:
                 raise self._error
             if self._result is None:
@@ -130,6 +131,11 @@ class GoalHandle(ABC, Generic[R, F]):
 
         Before acceptance is known the wish is kept, and sent then. Asking again does nothing.
         """
+
+    def _wait(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:  # noqa: ARG002 - for who lets time go on
+        """Wait until something is true of the goal; return whether it is; *at_once* if that takes no simulated time."""
+        with self._changed:
+            return self._changed.wait_for(condition, timeout)
 
     # --- what a subclass learns; each returns whether it changed anything ---------------------------------------------
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
+from functools import partial
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Protocol
 
 import zenoh
 
+from hmrsim.goal import made_goal_id
 from hmrsim_zenoh.errors import ClientClosed, NobodyThere, RequestError, SimulatorGone
 from hmrsim_zenoh.presence import Presence
 from hmrsim_zenoh.worker import Worker
@@ -26,10 +29,29 @@ _TIMED_OUT = b"Timeout"
 
 
 class Failing(Protocol):
-    """What can be given up: a goal under way."""
+    """What can be given up: a goal under way, or a part in lockstep."""
 
     def fail(self, error: Exception) -> None:
         """Give it up."""
+
+
+class Wire(Protocol):
+    """What a goal's ticket sends its requests by.
+
+    Attributes:
+        ordered: Whether what is sent later arrives later.
+    """
+
+    ordered: bool
+
+    def ask(self, port: Port, payload: bytes, *, timeout: float, then: Callable[[Answer], None]) -> None:
+        """Send a request; *then* gets the answer, once."""
+
+    def listen(self, key: str, on_payload: Callable[[bytes], None], wanted: Callable[[], bool]) -> None:
+        """Call a function for each payload on a key, at least while it is *wanted*."""
+
+    def drive(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:
+        """Do what it takes that something may become true; return whether it is."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +60,40 @@ class Port:
 
     key: str
     encoding: str = "application/json"
+
+
+class Call:
+    """A request whose answer one thread waits for.
+
+    No Python runs in Zenoh's callbacks: it would take time, and Ctrl-C, which may come in there, would be lost along
+    with the reply.
+
+    Attributes:
+        answer: The answer; None while there is none, too.
+    """
+
+    def __init__(self) -> None:
+        self.answer: Answer = None
+        self._replies: SimpleQueue[zenoh.Reply | None] = SimpleQueue()
+        self._ended = False
+        self.handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
+            self._replies.put, partial(self._replies.put, None), indirect=False
+        )
+
+    def give_up(self) -> None:
+        """Let there be no answer; from any thread."""
+        self._replies.put(None)
+
+    def wait(self, timeout: float) -> bool:
+        """Return whether there is an answer, or will be none, within *timeout* wall seconds."""
+        if not self._ended:
+            try:
+                reply = self._replies.get(timeout=max(0.0, min(timeout, threading.TIMEOUT_MAX)))
+            except Empty:
+                return False
+            self._ended = True
+            self.answer = None if reply is None else _answer(reply)
+        return True
 
 
 class Link:
@@ -51,6 +107,8 @@ class Link:
         acknowledge_timeout: Wall seconds in which a goal has to be accepted or rejected.
     """
 
+    ordered = False
+
     def __init__(self, session: zenoh.Session, keys: Keys, *, acknowledge_timeout: float, grace: float) -> None:
         self.session = session
         self.keys = keys
@@ -58,7 +116,11 @@ class Link:
         self.presence = Presence(session, keys.alive(), self.worker, grace=grace, on_gone=self._give_up)
         self.acknowledge_timeout = acknowledge_timeout
         self._lock = threading.Lock()
-        self._goals: set[Failing] = set()
+        # In order, so that they fail in order.
+        self._goals: dict[Failing, None] = {}
+        # Zenoh's timestamps have the session's id in them, and are unique within it.
+        self._owner = str(session.new_timestamp())
+        self._sent = 0
         self._closers: list[Callable[[], None]] = []
         self._closed = False
         # Not Session.is_closed(): it waits for Zenoh's lock with the GIL held, and who has that lock may want the GIL.
@@ -89,24 +151,36 @@ class Link:
         with self._lock:
             # Again, for it may have been closed meanwhile: whom it has in its list by then, it fails.
             self.check_open()
-            self._goals.add(goal)
+            self._goals[goal] = None
 
     def leave(self, goal: Failing) -> None:
         """Forget a goal that is done."""
         with self._lock:
-            self._goals.discard(goal)
+            self._goals.pop(goal, None)
 
-    def subscribe(self, key: str, on_sample: Callable[[zenoh.Sample], None]) -> None:
-        """Call a function in Zenoh's thread for each sample, until the link is closed.
+    def listen(self, key: str, on_payload: Callable[[bytes], None], _wanted: Callable[[], bool]) -> None:
+        """Call a function in Zenoh's thread for each payload on a key, until the link is closed.
 
         Raises:
             ClientClosed: It is closed already.
         """
+        handler: zenoh.handlers.Callback[zenoh.Sample] = zenoh.handlers.Callback(
+            lambda sample: on_payload(sample.payload.to_bytes()), indirect=False
+        )
         try:
-            handler = zenoh.handlers.Callback(on_sample, indirect=False)
             self.on_close(self.session.declare_subscriber(key, handler).undeclare)
         except zenoh.ZError:
             raise ClientClosed("the client is closed") from None
+
+    def drive(self, condition: Callable[[], bool], _timeout: float | None, *, at_once: bool = False) -> bool:  # noqa: ARG002 - as a wire
+        """Return whether something is true; nothing is to be done for it, as time goes on by itself."""
+        return condition()
+
+    def next_goal_id(self) -> str:
+        """Return an id that no other goal of anybody has."""
+        with self._lock:
+            self._sent += 1
+            return made_goal_id(self._owner, self._sent)
 
     def on_close(self, closer: Callable[[], None]) -> None:
         """Call a function when the link is closed."""
@@ -118,11 +192,18 @@ class Link:
         once = _Once(then, self.worker)
         handler = zenoh.handlers.Callback(once.on_reply, once.on_end, indirect=False)
         try:
-            self.session.get(port.key, handler, payload=payload, encoding=port.encoding, timeout=timeout)
+            self._get(port, payload, handler, timeout)
         except zenoh.ZError:
-            # Our keys are valid, so it is the session: somebody closed it behind our back.
-            self._broken = True
             once.on_end()
+
+    def call(self, port: Port, payload: bytes | None, *, timeout: float) -> Call:
+        """Send a request whose answer is waited for."""
+        call = Call()
+        try:
+            self._get(port, payload, call.handler, timeout)
+        except zenoh.ZError:
+            call.give_up()
+        return call
 
     def absence(self) -> HmrsimError | None:
         """Return why it is useless to go on; None while the simulator is there or may still come (back)."""
@@ -144,20 +225,33 @@ class Link:
             if self._closed:
                 return
             self._closed = True
-            goals, closers = list(self._goals), self._closers
-        for goal in goals:
-            goal.fail(ClientClosed("the client was closed while the goal was under way"))
+            closers = self._closers
+        self.fail(ClientClosed("the client was closed while the goal was under way"))
         for closer in closers:
             closer()
         self.presence.close()
         self.worker.close()
 
+    def fail(self, error: Exception) -> None:
+        """Give up all that is under way."""
+        with self._lock:
+            goals = list(self._goals)
+        for goal in goals:
+            goal.fail(error)
+
+    def _get(
+        self, port: Port, payload: bytes | None, handler: zenoh.handlers.Callback[zenoh.Reply], timeout: float
+    ) -> None:
+        try:
+            self.session.get(port.key, handler, payload=payload, encoding=port.encoding, timeout=timeout)
+        except zenoh.ZError:
+            # Our keys are valid, so it is the session: somebody closed it behind our back.
+            self._broken = True
+            raise
+
     def _give_up(self) -> None:
         if error := self.absence():
-            with self._lock:
-                goals = list(self._goals)
-            for goal in goals:
-                goal.fail(error)
+            self.fail(error)
 
 
 class _Once:
@@ -168,11 +262,7 @@ class _Once:
         self._worker = worker
 
     def on_reply(self, reply: zenoh.Reply) -> None:
-        if reply.ok is not None:
-            self._answer(reply.ok.payload.to_bytes())
-            return
-        body = reply.err.payload.to_bytes() if reply.err is not None else b""
-        self._answer(None if body == _TIMED_OUT else RequestError.from_json(body))
+        self._answer(_answer(reply))
 
     def on_end(self) -> None:
         self._answer(None)
@@ -186,3 +276,10 @@ class _Once:
             self._worker.after(0.0, lambda: then(None))
         else:
             then(answer)
+
+
+def _answer(reply: zenoh.Reply) -> Answer:
+    if reply.ok is not None:
+        return reply.ok.payload.to_bytes()
+    body = reply.err.payload.to_bytes() if reply.err is not None else b""
+    return None if body == _TIMED_OUT else RequestError.from_json(body)

@@ -47,7 +47,7 @@ def connected(args: argparse.Namespace) -> Iterator[tuple[Client, Info]]:
     with logging_to_stderr(args) if "log_level" in args else nullcontext():
         where = ", ".join(options.connect or options.listen) or "the default endpoint"
         _log.debug("connecting to %s, prefix %r, for up to %g s", where, options.prefix, options.timeout)
-        with Client(options, acknowledge_timeout=options.timeout) as client:
+        with Client(options, clock="realtime", acknowledge_timeout=options.timeout) as client:
             _log.debug("session open after %.3f s; waiting for the simulator's token", time.monotonic() - begin)
             client.wait_for_simulator(left())
             info = client.info(left())

@@ -104,6 +104,8 @@ class FakeClient:
     Attributes:
         goals: The tickets of all goals, in order.
         alive: Whether the simulator is there.
+        lockstep: None: time moves by itself.
+        began: When the clock is heard for the first time; None for never.
         refuses: The error with which sending a goal fails; None if it doesn't.
     """
 
@@ -111,6 +113,8 @@ class FakeClient:
         self.keys = Keys()
         self.goals: list[FakeGoal] = []
         self.alive = True
+        self.lockstep = None
+        self.began: float | None = 0.0
         self.refuses: Exception | None = None
         self._listeners: dict[str, Callable[[str, bytes], None]] = {}
 
@@ -126,6 +130,8 @@ class FakeClient:
         """Keep the callback; only topics with history are followed."""
         assert history
         self._listeners[key] = callback
+        if self.began is not None:
+            self.clock(self.began)
         return FakeSubscription()
 
     def publish(self, key: str, payload: bytes) -> None:

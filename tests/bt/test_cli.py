@@ -22,9 +22,10 @@ def simulator(client, monkeypatch):
     """Put the fake client in the place of the real one; goals succeed at once unless a test says otherwise."""
 
     class Connected(type(client)):
-        def __init__(self, options):
+        def __init__(self, options, *, clock, name):
             self.__dict__ = client.__dict__
             self.options = options
+            self.part = (clock, name)
 
         def __enter__(self):
             return self
@@ -131,6 +132,16 @@ class TestRun:
         assert (options.connect, options.prefix, options.timeout) == (("tcp/a:1", "tcp/b:2"), "mine", 2.5)
 
     @pytest.mark.parametrize(
+        ("arguments", "part"),
+        [([], ("auto", "bt_controller")), (["--clock", "lockstep", "--name", "ward_b"], ("lockstep", "ward_b"))],
+    )
+    def test_the_part_in_lockstep_is_an_option(self, simulator, arguments, part):
+        """The name is never one that changes from run to run."""
+        main(["run", GO, "--robot", "wall_e", *arguments])
+
+        assert simulator.part == part
+
+    @pytest.mark.parametrize(
         ("variable", "value", "error"),
         [
             (
@@ -154,6 +165,8 @@ class TestRun:
         [
             (["--robot", "wall-e"], "'wall-e' is no robot's name"),
             (["--robot", "wall_e", "--period", "0"], "'0' is no period"),
+            (["--robot", "wall_e", "--name", "ward b"], "'ward b' is no participant's name"),
+            (["--robot", "wall_e", "--clock", "wall"], "no clock 'wall'; there are auto, realtime, lockstep"),
             ([], "required: --robot"),
         ],
     )

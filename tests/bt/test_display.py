@@ -24,14 +24,6 @@ def snapshot(message="", *, tick=1):
     return Snapshot("wall_e", 1.5, tick, nodes_of(leaf))
 
 
-class Screen:
-    """Stands for rich's live display."""
-
-    def update(self, text):
-        """Keep what is shown."""
-        self.text = text.plain
-
-
 def test_a_tree_is_drawn_as_py_trees_draws_it():
     """Users know these symbols."""
     root = Parallel(
@@ -81,12 +73,11 @@ def test_json_has_a_line_for_each_change():
 
 def test_the_live_display_shows_each_robots_latest_tree():
     """All robots are on the screen at once."""
-    screen = Screen()
-    display = LiveDisplay(screen)
+    display = LiveDisplay()
     for robot, message in (("wall_e", "old"), ("eve", "hers"), ("wall_e", "new")):
         display.show(Snapshot(robot, None, 1, snapshot(message).nodes))
 
-    assert screen.text == "wall_e\n--> Leaf [✓] -- new\neve\n--> Leaf [✓] -- hers\n"
+    assert display.text().plain == "wall_e\n--> Leaf [✓] -- new\neve\n--> Leaf [✓] -- hers\n"
 
 
 @pytest.mark.parametrize("message", ["a\nb", "a\x1bb"])

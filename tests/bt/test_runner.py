@@ -9,8 +9,10 @@ from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Running, Success
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Sequence
+from py_trees.timers import Timer
 
 from bt_controller.action_leaf import ActionLeaf
+from bt_controller.clocks import clock_for
 from bt_controller.directory import NotServed
 from bt_controller.examples import go_to_pose
 from bt_controller.mailbox import STOP, Mailbox
@@ -29,7 +31,7 @@ class Stage:
         self.mailbox = Mailbox()
         self.shown = []
 
-    def run(self, function, *steps, robots=("wall_e",), confirmed=False, period=1.0, grace=0.0):
+    def run(self, function, *steps, robots=("wall_e",), confirmed=False, period=None, grace=0.0):
         """Return the outcome; a step is a function without arguments."""
         script = iter(steps)
 
@@ -39,7 +41,8 @@ class Stage:
 
         plan = Plan("test", function, takes_robot=False, confirmed=confirmed)
         missions = [Mission(robot, plan) for robot in robots]
-        self.runner = Runner(self.client, missions, show=show, period=period, mailbox=self.mailbox, grace=grace)
+        clock = clock_for(self.client, self.mailbox, feedback=period is not None, grace=grace)
+        self.runner = Runner(self.client, missions, clock, self.mailbox, show=show, period=period, grace=grace)
         return self.runner.run()
 
     def goal(self, number=0):
@@ -145,17 +148,60 @@ class TestTicks:
         assert [snapshot.tick for snapshot in stage.shown] == [1, 2]
         assert outcome.statuses == {"wall_e": Status.SUCCESS}
 
-    def test_a_period_of_simulated_time_is_a_tick(self, stage):
-        """Conditions that nobody announces are seen each period."""
+    def test_what_nobody_announces_is_looked_at_each_period(self, stage):
+        """The periods count from zero; one that was missed is not made up for."""
+        stage.client.began = 9.5
         stage.run(
             lambda: Running("Running"),
-            lambda: (stage.client.clock(10.0), stage.client.clock(12.0)),
+            lambda: (stage.client.clock(9.9), stage.client.clock(10.1)),
             lambda: (stage.client.clock(13.9), stage.client.clock(14.0)),
+            stage.stop,
+        )
+
+        assert [snapshot.sim_time for snapshot in stage.shown] == [9.5, 10.1, 14.0]
+
+    def test_a_tree_that_waits_for_its_goal_is_left_alone(self, stage):
+        """Time that goes by is nothing to it, unless the user gave a period."""
+        stage.run(wait, lambda: (stage.client.clock(50.0), stage.goal().succeed()))
+
+        assert [snapshot.sim_time for snapshot in stage.shown] == [0.0, 50.0]
+
+    def test_a_period_of_the_users_is_a_tick(self, stage):
+        """Whatever the tree waits for."""
+        stage.run(
+            wait,
+            lambda: (stage.client.clock(1.9), stage.client.clock(2.0)),
+            lambda: stage.client.clock(4.0),
             stage.stop,
             period=2.0,
         )
 
-        assert [snapshot.sim_time for snapshot in stage.shown] == [None, 12.0, 14.0]
+        assert [snapshot.sim_time for snapshot in stage.shown] == [0.0, 2.0, 4.0]
+
+    def test_a_timer_ends_by_the_simulators_clock(self, stage):
+        """Not by the wall's, and at its time at the latest."""
+        stage.client.began = 100.0
+        stage.run(
+            lambda: Timer("Timer", 5.0),
+            lambda: (stage.client.clock(104.9), stage.client.clock(105.0)),
+        )
+
+        assert [snapshot.sim_time for snapshot in stage.shown] == [100.0, 105.0]
+
+    def test_all_trees_are_ticked_when_time_goes_back(self, stage):
+        """A reset world knows nothing of what they have waited for."""
+        stage.client.began = 100.0
+        stage.run(wait, lambda: stage.client.clock(0.5), stage.stop)
+
+        assert [snapshot.sim_time for snapshot in stage.shown] == [100.0, 0.5]
+
+    def test_without_a_clock_goals_still_end(self, stage):
+        """A real robot may tell no simulated time."""
+        stage.client.began = None
+        outcome = stage.run(wait, lambda: stage.goal().succeed())
+
+        assert [snapshot.sim_time for snapshot in stage.shown] == [None, None]
+        assert outcome.succeeded
 
     def test_only_the_robot_to_which_something_happened_is_ticked(self, stage):
         """One robot's feedback is no business of the other's tree."""

@@ -1,0 +1,181 @@
+"""How a runner lets time go by until a tree has to be ticked: it waits, or it lets a simulator in lockstep go on."""
+
+from __future__ import annotations
+
+import threading
+import time
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final, Protocol
+
+from bt_controller.mailbox import CLOCK, STOP
+from hmrsim.errors import HmrsimError
+from hmrsim_zenoh.errors import SimulatorGone
+from hmrsim_zenoh.sim_clock import SimClock
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from bt_controller.mailbox import Mailbox
+    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.lockstep import Lockstep
+    from hmrsim_zenoh.participant import Kind
+
+_LOOK_AROUND: Final = 0.5
+"""Wall seconds after which a runner looks around when nothing wakes it."""
+
+_LAST_WORDS: Final = 0.5
+"""Wall seconds in which those who take part with us may let us cancel our goals."""
+
+_FIRST_TIME: Final = 1.0
+"""Wall seconds in which a simulator that has a clock has told the time."""
+
+
+class Clock(Protocol):
+    """Simulated time, and what wakes a runner."""
+
+    @property
+    def now(self) -> float | None:
+        """Simulated seconds; None as long as nobody tells."""
+
+    def wait(self, until: float | None) -> frozenset[str]:
+        """Return what came to the mailbox, as soon as something has; or nothing at that time, or earlier.
+
+        Args:
+            until: Simulated seconds; None for as long as it takes.
+
+        Raises:
+            SimulatorGone: Nothing will come any more.
+            Idle, Dropped, NobodyThere: Likewise, in lockstep.
+        """
+
+    def settle(self, done: Callable[[], bool], seconds: float) -> None:
+        """Wait for the end of goals that were canceled; at most some wall seconds, or until `STOP`."""
+
+    def close(self) -> None:
+        """Follow time no longer."""
+
+
+def clock_for(client: Client, mailbox: Mailbox, *, feedback: bool, grace: float) -> Clock:
+    """Return the clock that a client has.
+
+    Args:
+        client: The connection to the simulator.
+        mailbox: Where goals and signals say that something has happened.
+        feedback: Whether trees are to know their goals' feedback whenever they are ticked, also in lockstep.
+        grace: Wall seconds for which a simulator whose time moves by itself may be out of reach.
+
+    Raises:
+        RequestError: The simulator does not want us to take part.
+        NobodyThere, SimulatorGone: No simulator answers.
+    """
+    lockstep = client.lockstep
+    if lockstep is None:
+        return RealtimeClock(client, mailbox, grace)
+    return LockstepClock(client, lockstep, mailbox, feedback=feedback, grace=grace)
+
+
+class RealtimeClock:
+    """Time that goes by while we wait."""
+
+    def __init__(self, client: Client, mailbox: Mailbox, grace: float) -> None:
+        self._client = client
+        self._mailbox = mailbox
+        self._grace = grace
+        self._absent_since: float | None = None
+        self._heard = threading.Event()
+        self._before = 0.0
+        self._until: float | None = None
+        self._clock = SimClock(client, self._on_time)
+        # Timers that begin at the first tick need to know when that is.
+        self._heard.wait(_FIRST_TIME)
+
+    @property
+    def now(self) -> float | None:
+        """Simulated seconds; None until the clock was heard."""
+        return self._clock.now
+
+    def wait(self, until: float | None) -> frozenset[str]:
+        """Return what came to the mailbox, as soon as something has; or nothing, to look around."""
+        self._until = until
+        if until is not None and self.now is not None and self.now >= until:
+            return self._mailbox.wait(0.0)
+        woken = self._mailbox.wait(_LOOK_AROUND)
+        if self._gone():
+            raise SimulatorGone("the simulator is gone")
+        return woken
+
+    def settle(self, done: Callable[[], bool], seconds: float) -> None:
+        """Wait until the goals have ended: a session closed too soon could lose a cancel on its way."""
+        until = time.monotonic() + seconds
+        while not done():
+            left = until - time.monotonic()
+            if left <= 0 or STOP in self._mailbox.wait(left):
+                return
+
+    def close(self) -> None:
+        """Follow the clock no longer."""
+        self._clock.close()
+
+    def _on_time(self, now: float) -> None:
+        self._heard.set()
+        before, self._before = self._before, now
+        until = self._until
+        if now < before or (until is not None and now >= until):
+            self._until = None
+            self._mailbox.put(CLOCK)
+
+    def _gone(self) -> bool:
+        """Return whether the simulator has been out of reach for longer than a router takes to restart."""
+        if self._client.alive:
+            self._absent_since = None
+            return False
+        now = time.monotonic()
+        if self._absent_since is None:
+            self._absent_since = now
+        return now - self._absent_since >= self._grace
+
+
+class LockstepClock:
+    """Time that goes by because we let it."""
+
+    def __init__(self, client: Client, lockstep: Lockstep, mailbox: Mailbox, *, feedback: bool, grace: float) -> None:
+        self._client = client
+        self._lockstep = lockstep
+        self._mailbox = mailbox
+        self._report: tuple[Kind, ...] = ("feedback",) if feedback else ()
+        self._grace = grace
+        self._successor: RealtimeClock | None = None
+
+    @property
+    def now(self) -> float | None:
+        """Simulated seconds."""
+        return self._lockstep.now if self._successor is None else self._successor.now
+
+    def wait(self, until: float | None) -> frozenset[str]:
+        """Send what the trees want, and return what has come of it."""
+        if self._successor is None and self._lockstep.over:
+            self._successor = RealtimeClock(self._client, self._mailbox, self._grace)
+        if self._successor is not None:
+            return self._successor.wait(until)
+        if woken := self._mailbox.wait(0.0):
+            return woken
+        self._lockstep.advance(until=until, report=self._report, timeout=_LOOK_AROUND)
+        return self._mailbox.wait(0.0)
+
+    def settle(self, done: Callable[[], bool], seconds: float) -> None:
+        """Send the cancels, without letting time go by."""
+        if self._successor is not None:
+            self._successor.settle(done, seconds)
+            return
+        until = time.monotonic() + min(seconds, _LAST_WORDS)
+        with suppress(HmrsimError):
+            # An advance that was asked for before has to be granted first; others may not let it.
+            for _ in range(2):
+                if not done():
+                    self._lockstep.advance(until=self.now, timeout=until - time.monotonic())
+
+    def close(self) -> None:
+        """Leave."""
+        self._lockstep.close()
+        if self._successor is not None:
+            self._successor.close()

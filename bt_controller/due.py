@@ -1,0 +1,69 @@
+"""When a tree has to be ticked although nothing has happened to its goals."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from py_trees import decorators
+from py_trees.common import Status
+from py_trees.composites import Parallel, Selector, Sequence
+from py_trees.timers import Timer
+
+from bt_controller.action_leaf import ActionLeaf
+
+if TYPE_CHECKING:
+    from py_trees.behaviour import Behaviour
+
+_NANOSECONDS: Final = 1e9
+
+
+def due(root: Behaviour, now: float, period: float) -> float:
+    """Return when a running tree has to be ticked at the latest, in simulated seconds; infinite for never.
+
+    Goals tell when they have ended, and timers when they will. Whatever else a tick would look at, it has to be
+    looked at each *period*; the periods count from zero, so that all trees are ticked at the same instants.
+    """
+    polled, deadline = False, math.inf
+    looked_at = [root]
+    while looked_at:
+        node = looked_at.pop()
+        if node.status is not Status.RUNNING:
+            # It would be begun again, and who knows what comes of that.
+            polled = True
+            continue
+        polled = polled or not _waits(node)
+        if isinstance(node, (Timer, decorators.Timeout)):
+            deadline = min(deadline, node.finish_time)
+        looked_at += _next_ticked(node)
+    if polled or deadline <= now:
+        deadline = min(deadline if deadline > now else math.inf, next_period(now, period))
+    return deadline
+
+
+def _waits(node: Behaviour) -> bool:
+    """Return whether nothing becomes of a running node but by its children, its goal or its time."""
+    kind = type(node)
+    if isinstance(node, ActionLeaf):
+        return kind.update is ActionLeaf.update
+    if kind.__module__ == decorators.__name__:
+        # A guard asks a function of the user's each time.
+        return kind is not decorators.EternalGuard
+    return kind in (Sequence, Selector, Parallel, Timer)
+
+
+def _next_ticked(node: Behaviour) -> list[Behaviour]:
+    """Return the children that the next tick of a running node would tick."""
+    children: list[Behaviour] = node.children
+    if isinstance(node, (Sequence, Selector)) and node.current_child is not None:
+        last = children.index(node.current_child)
+        return children[last if node.memory else 0 : last + 1]
+    if isinstance(node, Parallel) and node.policy.synchronise:
+        return [child for child in children if child.status is not Status.SUCCESS]
+    return children
+
+
+def next_period(now: float, period: float) -> float:
+    """Return when the next period of simulated time begins."""
+    step = round(period * _NANOSECONDS)
+    return (round(now * _NANOSECONDS) // step + 1) * step / _NANOSECONDS

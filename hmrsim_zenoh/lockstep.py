@@ -1,0 +1,308 @@
+"""A client's part in lockstep: what is sent goes along with the next advance, and what happened comes with its grant.
+
+To a goal's ticket this is a wire as any other: it answers ``send_goal``, ``cancel_goal`` and ``get_result``. But time
+stands still while nobody waits: so whoever waits for something lets time go on until it has happened.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.errors import HmrsimError
+from hmrsim.goal import made_goal_id
+from hmrsim_zenoh.envelopes import dump
+from hmrsim_zenoh.errors import Dropped, Idle, NobodyThere, RequestError, SimulatorGone
+from hmrsim_zenoh.keys import ActionKey, Verb
+from hmrsim_zenoh.participant import Participant, Wish
+from hmrsim_zenoh.turns import Turns
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from hmrsim_zenoh.link import Answer, Link, Port
+    from hmrsim_zenoh.participant import Grant, Happening, Kind
+
+_LAST_WORDS: Final = 1.0
+_SURE: Final = 2
+"""So many times in a row nothing is scheduled: everybody knew it, and nobody did anything about it."""
+
+
+@dataclass(frozen=True)
+class _Command:
+    """What goes along with an advance, and as what it was asked."""
+
+    payload: bytes
+    port: Port
+    request: bytes
+    then: Callable[[Answer], None]
+
+
+@dataclass(frozen=True)
+class _Listener:
+    """Who follows an action's feedback, and whether anybody cares at the moment."""
+
+    on_payload: Callable[[bytes], None]
+    wanted: Callable[[], bool]
+
+
+class Lockstep:
+    """The part that a client takes in a simulator's time. Any thread may use it; one at a time lets time go on.
+
+    Args:
+        link: The client's link.
+        name: The participant's name.
+
+    Raises:
+        RequestError: The simulator does not want us, as when somebody of that name is there.
+        NobodyThere, SimulatorGone, ClientClosed: There is nobody to take part with.
+    """
+
+    ordered = True
+    """Whether what is sent later arrives later."""
+
+    def __init__(self, link: Link, name: str) -> None:
+        self._link = link
+        self._name = name
+        self._participant = Participant(link, name)
+        self._turns = Turns()
+        self._lock = threading.Lock()
+        self._untils: list[float | None] = []
+        self._queue: list[_Command] = []
+        self._sent: list[_Command] = []
+        self._results: dict[str, Callable[[Answer], None]] = {}
+        self._listeners: dict[str, _Listener] = {}
+        self._idle = 0
+        self._over = False
+        self._error: Exception | None = None
+        self._goals = self._participant.join()
+
+    @property
+    def now(self) -> float:
+        """Simulated seconds."""
+        return self._participant.now
+
+    @property
+    def over(self) -> bool:
+        """Whether time moves by itself now, or not any more."""
+        return self._over
+
+    def next_goal_id(self) -> str:
+        """Return the id of the next goal: the simulator would make the same."""
+        with self._lock:
+            self._goals += 1
+            return made_goal_id(self._name, self._goals)
+
+    # --- a wire -------------------------------------------------------------------------------------------------------
+
+    def ask(self, port: Port, payload: bytes, *, timeout: float, then: Callable[[Answer], None]) -> None:
+        """Send a request with the next advance; *timeout* does not count, as time stands still."""
+        with self._lock:
+            if not self._over:
+                key = self._link.keys.parse(port.key)
+                if not isinstance(key, ActionKey):
+                    raise AssertionError
+                if key.verb is Verb.GET_RESULT:
+                    self._results[json.loads(payload)["goal_id"]] = then
+                else:
+                    self._queue.append(_Command(_command(key, payload), port, payload, then))
+                return
+        self._link.ask(port, payload, timeout=timeout, then=then)
+
+    def listen(self, key: str, on_payload: Callable[[bytes], None], wanted: Callable[[], bool]) -> None:
+        """Call a function for each feedback on a key; *wanted* says whether to be woken for it."""
+        with self._lock:
+            if not self._over:
+                self._listeners[key] = _Listener(on_payload, wanted)
+                return
+        self._link.listen(key, on_payload, wanted)
+
+    def drive(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:
+        """Let time go on until something is true; return whether it is.
+
+        It is not if that takes more than *timeout* wall seconds, or lockstep is over.
+
+        Args:
+            condition: What to wait for.
+            timeout: Wall seconds; None for as long as it takes.
+            at_once: Let what was sent be applied, but no time go by.
+
+        Raises:
+            Idle: It can't happen.
+            Dropped, NobodyThere, SimulatorGone, ClientClosed: Nor then.
+        """
+        return self._drive(condition, timeout, self.now if at_once else None)
+
+    # --- time ---------------------------------------------------------------------------------------------------------
+
+    def sleep(self, seconds: float) -> bool:
+        """Let simulated seconds go by; return whether they have, as lockstep may be over before.
+
+        Raises:
+            Dropped, NobodyThere, SimulatorGone, ClientClosed: Time will not go on for us.
+        """
+        begin = self.now
+        end = begin + seconds
+        # Time that goes back was reset, and nobody will wait for its old course.
+        return self._drive(lambda: not begin <= self.now < end, None, end)
+
+    def advance(
+        self,
+        *,
+        until: float | None = None,
+        wake: Sequence[Kind] = ("result",),
+        report: Sequence[Kind] = (),
+        timeout: float = math.inf,
+    ) -> bool:
+        """Send what is to be sent, and let time go on once; callbacks are called before this returns.
+
+        Args:
+            until: Simulated seconds; None for as far as anything is scheduled.
+            wake: For what time stops: anybody's results, feedback, changes of status.
+            report: What to be told of besides.
+            timeout: Wall seconds.
+
+        Returns:
+            Whether time was granted; if not, the next call waits for the same grant, whatever it asks for.
+
+        Raises:
+            Idle: Nothing is scheduled, for the second time in a row.
+            Dropped, NobodyThere, SimulatorGone, ClientClosed: Time will not go on for us.
+        """
+        limit = time.monotonic() + timeout
+        with self._turns.take(self._ended, timeout) as ours:
+            return ours and self._step(until, wake, report, limit)
+
+    def close(self) -> None:
+        """Leave; cancels that are not applied yet are sent on their own keys."""
+        with self._lock:
+            if self._over:
+                return
+            self._over = True
+        self._turns.look()
+        self._participant.leave()
+        # Whoever waits for a grant has one now.
+        with self._turns.take(lambda: False, _LAST_WORDS) as ours:
+            if ours and self._participant.asking:
+                with suppress(HmrsimError):
+                    self._step(None, (), (), time.monotonic() + _LAST_WORDS)
+        self._flush([*(self._sent if self._participant.asking else ()), *self._queue])
+
+    def _flush(self, unsent: Sequence[_Command]) -> None:
+        calls = []
+        for command in unsent:
+            if command.port.key.endswith(Verb.CANCEL_GOAL.value):
+                calls.append(self._link.call(command.port, command.request, timeout=_LAST_WORDS))
+            else:
+                command.then(RequestError("we left before the goal could be sent"))
+        for call in calls:
+            call.wait(_LAST_WORDS)
+
+    def _drive(self, condition: Callable[[], bool], timeout: float | None, until: float | None) -> bool:
+        limit = math.inf if timeout is None else time.monotonic() + timeout
+        self._untils.append(until)
+        try:
+            while not (condition() or self._ended()) and time.monotonic() < limit:
+                with self._turns.take(lambda: condition() or self._ended(), limit - time.monotonic()) as ours:
+                    if ours:
+                        self._step(self._least_until(), self._kinds(), (), limit)
+        finally:
+            self._untils.remove(until)
+        return condition()
+
+    def _ended(self) -> bool:
+        """Return whether there is nothing more to be granted.
+
+        Raises:
+            Dropped, NobodyThere, SimulatorGone: It ended so.
+        """
+        if self._error is not None:
+            raise self._error
+        return self._over
+
+    def _least_until(self) -> float | None:
+        return min((until for until in list(self._untils) if until is not None), default=None)
+
+    def _kinds(self) -> tuple[Kind, ...]:
+        listeners = list(self._listeners.values())
+        return ("result", "feedback") if any(each.wanted() for each in listeners) else ("result",)
+
+    def _step(self, until: float | None, wake: Sequence[Kind], report: Sequence[Kind], limit: float) -> bool:
+        """Ask to advance, unless that was done already, and take what is granted; return whether anything was."""
+        if not self._participant.asking:
+            with self._lock:
+                self._sent, self._queue = self._queue, []
+            self._participant.ask(Wish(until, wake, report, [command.payload for command in self._sent]))
+        try:
+            grant = self._participant.take(limit - time.monotonic())
+        except (Dropped, NobodyThere, SimulatorGone) as error:
+            self._error = error
+            self._link.fail(error)
+            raise
+        except RequestError as error:
+            if not self._sent:
+                raise
+            for command in self._sent:
+                command.then(error)
+            return True
+        if grant is not None:
+            self._deliver(grant)
+        return grant is not None
+
+    def _deliver(self, grant: Grant) -> None:
+        answers = [_answer(item) for item in grant.accepted]
+        applied, lost = self._sent[: len(answers)], self._sent[len(answers) :]
+        self._idle = self._idle + 1 if grant.reason == "idle" and not applied else 0
+        self._sent = []
+        with self._lock:
+            # The simulation was reset before they could be applied.
+            self._queue[:0] = lost
+        for command, answer in zip(applied, answers, strict=True):
+            command.then(answer)
+        for event in grant.events:
+            self._tell(event)
+        if grant.reason == "end" and not self._over:
+            self._end()
+        if self._idle >= _SURE:
+            raise Idle("nothing is scheduled in the simulation, and nobody does anything: time can't go on")
+
+    def _tell(self, event: Happening) -> None:
+        if event.kind == "result":
+            if then := self._results.pop(event.goal_id, None):
+                then(dump({"status": event.status, "result": event.result}))
+        elif event.kind == "feedback":
+            key = self._link.keys.action(event.robot, event.action, Verb.FEEDBACK)
+            if listener := self._listeners.get(key):
+                listener.on_payload(dump({"goal_id": event.goal_id, "feedback": event.feedback}))
+
+    def _end(self) -> None:
+        """Go on without lockstep: to the goals' tickets what was not answered is lost, so that they ask again."""
+        with self._lock:
+            self._over = True
+            unanswered = [*self._results.values(), *(command.then for command in self._queue)]
+            self._results, self._queue = {}, []
+        self._participant.close()
+        for key, listener in self._listeners.items():
+            self._link.listen(key, listener.on_payload, listener.wanted)
+        for then in unanswered:
+            then(None)
+
+
+def _command(key: ActionKey, request: bytes) -> bytes:
+    """Return a request as an advance takes it."""
+    head = b'{"robot":"%b","action":"%b",' % (key.robot.encode(), key.action.encode())
+    if key.verb is Verb.SEND_GOAL:
+        return head + request[1:]
+    return head + b'"cancel":"%b"}' % json.loads(request)["goal_info"]["goal_id"].encode()
+
+
+def _answer(item: dict[str, object] | None) -> Answer:
+    """Return an item of *accepted* as the answer that it would be on its own key."""
+    if item is None:
+        return None
+    return RequestError.from_json(dump(item)) if "error" in item else dump(item)

@@ -1,0 +1,269 @@
+"""Taking part in a simulator's lockstep: the requests ``join``, ``advance`` and ``leave``, and nothing around them.
+
+Time moves only when every participant has asked to advance. A reply may be lost like any other: the same request is
+sent again, and gets the same answer.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
+
+import zenoh
+from pydantic import BaseModel, ValidationError
+
+from hmrsim_zenoh.envelopes import dump, unreadable
+from hmrsim_zenoh.errors import ClientClosed, Dropped, RequestError
+from hmrsim_zenoh.link import Call, Link, Port
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+Kind = Literal["result", "feedback", "status"]
+"""What one can be woken for, or told of."""
+
+M = TypeVar("M", bound=BaseModel)
+
+_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+# Zenoh ends a query after 10 s by default; others may think for longer, and a pause may last.
+_FOR_EVER: Final = 1e6
+_ONE_TRY: Final = 3.0
+_LAST_WORDS: Final = 1.0
+_PAUSE: Final = 0.1
+_LOCKSTEP: Final = "lockstep"
+
+
+class Happening(BaseModel):
+    """Something that happened to a goal, anybody's; *status*, *result* and *feedback* as its kind has them."""
+
+    kind: str
+    robot: str
+    action: str
+    goal_id: str
+    status: int = 0
+    result: dict[str, Any] | None = None
+    feedback: dict[str, Any] | None = None
+
+
+class Grant(BaseModel):
+    """How far time went, and what happened on the way.
+
+    Attributes:
+        epoch: The epoch to ask for next.
+        now: Simulated seconds.
+        reason: ``event``, ``until``, ``idle`` or ``end``.
+        accepted: What each command would have been answered on its own key; none for what was not applied.
+        events: In order.
+    """
+
+    epoch: int
+    now: float
+    reason: str
+    accepted: list[dict[str, Any] | None] = []
+    events: list[Happening] = []
+
+
+class _Joined(BaseModel):
+    epoch: int
+    now: float
+    goals: int = 0
+
+
+class _State(BaseModel):
+    epoch: int
+    now: float
+    clock: str
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What is asked of an advance.
+
+    Attributes:
+        until: Simulated seconds; None for as far as anything is scheduled.
+        wake: What ends the advance.
+        report: What to be told of besides; feedback once a goal, as it is in the end.
+        commands: To be applied first, in this order; JSON objects.
+    """
+
+    until: float | None = None
+    wake: Sequence[Kind] = ()
+    report: Sequence[Kind] = ()
+    commands: Sequence[bytes] = ()
+
+
+class Participant:
+    """Somebody on whom a simulator's time waits. For one thread at a time, but for `fail`.
+
+    Attributes:
+        name: As the simulator knows it.
+        epoch: The epoch to ask for next.
+        now: Simulated seconds, as they were granted last.
+    """
+
+    def __init__(self, link: Link, name: str) -> None:
+        self.name = name
+        self.epoch = 0
+        self.now = 0.0
+        self._link = link
+        self._token: zenoh.LivelinessToken | None = None
+        self._wish: Wish | None = None
+        self._call = Call()
+        self._resynchronised = False
+        self._failure: Exception | None = None
+
+    @property
+    def asking(self) -> bool:
+        """Whether an advance was asked for that has not been answered yet."""
+        return self._wish is not None
+
+    def join(self) -> int:
+        """Take part from now on; return how many goals were sent under this name before.
+
+        Raises:
+            RequestError: The simulator does not want us; its words say why.
+            NobodyThere, SimulatorGone, ClientClosed: There is nobody to take part with.
+        """
+        self._link.enter(self)
+        try:
+            self._token = self._link.session.liveliness().declare_token(self._link.keys.participant(self.name))
+            joined = self._join()
+        except zenoh.ZError:
+            raise ClientClosed("the client is closed") from None
+        except BaseException:
+            self.close()
+            raise
+        self.epoch, self.now = joined.epoch, joined.now
+        return joined.goals
+
+    def ask(self, wish: Wish) -> None:
+        """Ask to advance; `take` gets the answer."""
+        self._wish, self._resynchronised = wish, False
+        self._ask()
+
+    def take(self, timeout: float = math.inf) -> Grant | None:
+        """Wait for the answer; None if it does not come in *timeout* wall seconds, and may be waited for again.
+
+        Raises:
+            Dropped: The simulator goes on without us.
+            RequestError: It can't read the request, of which nothing was done.
+            NobodyThere, SimulatorGone, ClientClosed: There will be no answer.
+        """
+        limit = time.monotonic() + timeout
+        while self._answered(limit - time.monotonic()):
+            answer = self._call.answer
+            if isinstance(answer, bytes):
+                return self._granted(_read(Grant, answer))
+            if isinstance(answer, RequestError):
+                if (grant := self._ended(answer)) is not None:
+                    return self._granted(grant)
+                self._resynchronised = True
+            self._ask()
+        return None
+
+    def leave(self) -> None:
+        """Take part no longer, and say so if anybody is there."""
+        if self._token is not None:
+            self._send("leave", dump({"participant": self.name}), _LAST_WORDS).wait(_LAST_WORDS)
+        self.close()
+
+    def close(self) -> None:
+        """Take part no longer, without a word."""
+        self._link.leave(self)
+        token, self._token = self._token, None
+        if token is not None and not self._link.closed:
+            token.undeclare()
+
+    def fail(self, error: Exception) -> None:
+        """Give up what is being waited for; in any thread."""
+        self._failure = error
+        self._call.give_up()
+
+    def _join(self) -> _Joined:
+        while True:
+            self._call = self._send("join", dump({"name": self.name}), _ONE_TRY)
+            self._answered(math.inf)
+            if isinstance(self._call.answer, RequestError):
+                raise self._call.answer
+            if self._call.answer is not None:
+                return _read(_Joined, self._call.answer)
+
+    def _granted(self, grant: Grant) -> Grant:
+        self._wish = None
+        self.epoch, self.now = grant.epoch, grant.now
+        return grant
+
+    def _ask(self) -> None:
+        wish = self._wish or Wish()
+        head = {
+            "participant": self.name,
+            "epoch": self.epoch,
+            "until": wish.until,
+            "wake": list(wish.wake),
+            "report": list(wish.report),
+        }
+        payload = b'%b,"commands":[%b]}' % (dump(head)[:-1], b",".join(wish.commands))
+        self._call = self._send("advance", payload, _FOR_EVER)
+
+    def _send(self, request: str, payload: bytes, timeout: float) -> Call:
+        return self._link.call(Port(self._link.keys.world(f"time/{request}")), payload, timeout=timeout)
+
+    def _answered(self, timeout: float) -> bool:
+        """Wait for the answer; an answer of None was lost, and there is hope for another."""
+        self._check()
+        if not self._call.wait(timeout):
+            return False
+        self._check()
+        if self._call.answer is None:
+            if absence := self._link.absence():
+                raise absence
+            time.sleep(_PAUSE)
+        return True
+
+    def _check(self) -> None:
+        if self._failure is not None:
+            raise self._failure
+
+    def _ended(self, error: RequestError) -> Grant | None:
+        """Return what an error means that says no more than that time moves by itself now; None to ask once more."""
+        field = error.details[0].get("field") if error.details else None
+        state = self._state(error)
+        if state.clock != _LOCKSTEP:
+            return Grant(epoch=state.epoch, now=state.now, reason="end")
+        if field == "epoch" and not self._resynchronised:
+            # The simulation was reset while we were thinking.
+            self.epoch, self.now = state.epoch, state.now
+            return None
+        self._wish = None
+        raise Dropped(str(error)) if field == "participant" else error
+
+    def _state(self, error: RequestError) -> _State:
+        call = self._link.call(Port(self._link.keys.world("time/state")), None, timeout=_ONE_TRY)
+        call.wait(_ONE_TRY)
+        if not isinstance(call.answer, bytes):
+            self._wish = None
+            raise error
+        return _read(_State, call.answer)
+
+
+def check_name(name: str) -> None:
+    """Refuse what can't be a participant's name.
+
+    Raises:
+        ValueError: It can't.
+    """
+    if not _NAME.fullmatch(name):
+        raise ValueError(
+            f"{name!r} is no participant's name; letters, digits and underscores are expected, no digit first"
+        )
+
+
+def _read(kind: type[M], payload: bytes) -> M:
+    try:
+        return kind.model_validate_json(payload)
+    except ValidationError as error:
+        raise unreadable(error) from None

@@ -1,0 +1,58 @@
+"""The simulated time, as the simulator publishes it."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING
+
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.interfaces.rosgraph_msgs import Clock
+from hmrsim_zenoh.envelopes import UnreadableError, plain, read
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim_zenoh.client import Client
+
+_log = logging.getLogger(__name__)
+
+
+def read_clock(payload: bytes) -> float:
+    """Return the simulated seconds of a ``Clock``.
+
+    Raises:
+        UnreadableError: It is none.
+    """
+    message: Clock = read(plain(Clock), payload)
+    return message.clock.to_nanoseconds() / NANOSECONDS
+
+
+class SimClock:
+    """Follows ``_world/clock``.
+
+    Args:
+        client: Where the clock is heard.
+        on_time: Called with each time that is heard, in the subscription's thread.
+    """
+
+    def __init__(self, client: Client, on_time: Callable[[float], None]) -> None:
+        self._on_time = on_time
+        self._now: float | None = None
+        self._subscription = client.subscribe(client.keys.world("clock"), self._on_sample, history=True)
+
+    @property
+    def now(self) -> float | None:
+        """Simulated seconds; None until the clock was heard."""
+        return self._now
+
+    def close(self) -> None:
+        """Follow the clock no longer."""
+        self._subscription.close()
+
+    def _on_sample(self, key: str, payload: bytes) -> None:
+        try:
+            self._now = now = read_clock(payload)
+        except UnreadableError as error:
+            _log.warning("%s: unreadable: %s", key, error)
+            return
+        self._on_time(now)

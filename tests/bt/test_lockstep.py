@@ -1,0 +1,204 @@
+"""Trees that take part in a real simulator's time."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+from py_trees.behaviour import Behaviour
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel, Sequence
+from py_trees.decorators import Timeout
+from py_trees.timers import Timer
+
+from bt_controller.action_leaf import ActionLeaf
+from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
+from bt_controller.clocks import clock_for
+from bt_controller.mailbox import STOP, Mailbox
+from bt_controller.mission import Mission
+from bt_controller.runner import Runner
+from bt_controller.trees import Plan
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.errors import Dropped, Idle
+from tests.hosted import hosted
+
+
+class Stage:
+    """Runs trees against a simulator in lockstep.
+
+    Attributes:
+        ticks: The robot and the simulated time of each tick.
+        messages: What the root had to say then.
+        advances: How often time was granted.
+        client: The connection.
+    """
+
+    def __init__(self, client):
+        self.client = client
+        self.mailbox = Mailbox()
+        self.ticks = []
+        self.messages = []
+
+    def run(self, function, *robots, period=None):
+        """Return the outcome of a tree for each robot."""
+        plan = Plan("test", function, takes_robot=False, confirmed=False)
+        missions = [Mission(robot, plan) for robot in robots]
+        clock = clock_for(self.client, self.mailbox, feedback=period is not None, grace=0.1)
+        self.runner = Runner(self.client, missions, clock, self.mailbox, show=self._show, period=period, grace=5.0)
+        lockstep = self.client.lockstep
+        outcome = self.runner.run()
+        self.advances = lockstep._participant.epoch
+        return outcome
+
+    def _show(self, snapshot):
+        self.ticks.append((snapshot.robot, snapshot.sim_time))
+        self.messages.append(snapshot.nodes[0].message)
+
+
+@pytest.fixture
+def stage():
+    """Return what runs trees."""
+    with hosted(clock="lockstep") as options, Client(options, name="trees") as client:
+        yield Stage(client)
+
+
+def wait(seconds):
+    """Return a leaf that waits."""
+    return ActionLeaf(f"Wait {seconds}", "wait", Wait.Goal(time=Duration.from_seconds(seconds)))
+
+
+def test_a_tree_is_ticked_when_its_goal_has_ended(stage):
+    """At that very instant, and at no other; each decision costs one round trip."""
+    outcome = stage.run(lambda: Sequence("S", memory=True, children=[wait(2.5), wait(1000.0)]), "wall_e")
+
+    assert outcome.statuses == {"wall_e": Status.SUCCESS}
+    assert stage.ticks == [("wall_e", 0.0), ("wall_e", 2.5), ("wall_e", 1002.5)]
+    assert stage.advances == 2
+
+
+def test_the_goals_of_all_robots_go_along_with_one_advance(stage):
+    """Three robots, one round trip."""
+    stage.run(lambda: wait(3.0), "wall_e", "eve", "cart")
+
+    assert stage.ticks == [(robot, time) for time in (0.0, 3.0) for robot in ("wall_e", "eve", "cart")]
+    assert stage.advances == 1
+
+
+def test_only_the_robot_to_which_something_happened_is_ticked(stage):
+    """The others' trees need not be looked at."""
+    durations = iter((3.0, 1.0))
+    stage.run(lambda: wait(next(durations)), "wall_e", "eve")
+
+    assert stage.ticks == [("wall_e", 0.0), ("eve", 0.0), ("eve", 1.0), ("wall_e", 3.0)]
+
+
+def test_a_rejected_goal_is_known_at_once(stage):
+    """The tree goes on at the same instant."""
+    leaf = NavToPoseActionClient("Go", pose_goal(500.0, 500.0))
+    outcome = stage.run(lambda: leaf, "wall_e")
+
+    assert (outcome.succeeded, stage.ticks[-1]) == (False, ("wall_e", 0.0))
+    assert "outside" in leaf.feedback_message
+
+
+def test_timers_count_simulated_time(stage):
+    """To the instant; nobody waits for the wall's clock."""
+    outcome = stage.run(lambda: Sequence("S", memory=True, children=[Timer("A", 5.0), Timer("B", 3600.0)]), "wall_e")
+
+    assert outcome.succeeded
+    assert stage.ticks == [("wall_e", 0.0), ("wall_e", 5.0), ("wall_e", 3605.0)]
+
+
+def test_a_timeout_cancels_its_goal_in_time(stage):
+    """The decorator is woken at its deadline, and nothing else is."""
+    outcome = stage.run(lambda: Timeout("T", wait(60.0), 5.0), "wall_e")
+
+    assert (outcome.statuses, outcome.left) == ({"wall_e": Status.FAILURE}, ())
+    assert stage.ticks == [("wall_e", 0.0), ("wall_e", 5.0)]
+
+
+def test_behaviours_of_the_users_are_ticked_each_second(stage):
+    """Nobody else would tell that they want to be."""
+
+    class ThreeTimes(Behaviour):
+        ticks = 0
+
+        def update(self):
+            self.ticks += 1
+            return Status.SUCCESS if self.ticks == 3 else Status.RUNNING
+
+    stage.run(lambda: ThreeTimes("T"), "wall_e")
+
+    assert stage.ticks == [("wall_e", 0.0), ("wall_e", 1.0), ("wall_e", 2.0)]
+
+
+def test_a_period_of_the_users_brings_feedback(stage):
+    """It is how far the goal is at the very instant of the tick."""
+    stage.run(lambda: wait(5.0), "wall_e", period=2.0)
+
+    assert stage.ticks == [("wall_e", 0.0), ("wall_e", 2.0), ("wall_e", 4.0), ("wall_e", 5.0)]
+    assert stage.messages[:3] == ["sent goal request", "feedback: time_left: 3.0 s", "feedback: time_left: 1.0 s"]
+
+
+def test_a_behaviour_may_ask_the_time(stage):
+    """The client that it is set up with knows it."""
+    seen = []
+
+    class Watch(Behaviour):
+        def setup(self, **kwargs):
+            self.client = kwargs["client"]
+
+        def update(self):
+            seen.append(self.client.now)
+            return Status.SUCCESS
+
+    stage.run(lambda: Sequence("S", memory=True, children=[Timer("T", 7.0), Watch("W")]), "wall_e")
+
+    assert seen == [7.0]
+
+
+def test_what_can_not_happen_is_an_error_that_names_the_robots(stage):
+    """Rather than a tree that waits for ever."""
+    leaf = wait(1.0)
+    leaf.initialise = lambda: setattr(leaf, "_handle", Never())
+    with pytest.raises(Idle, match=r"nothing is scheduled .* the trees of wall_e wait for can't happen"):
+        stage.run(lambda: leaf, "wall_e")
+
+
+class Never:
+    """A ticket of a goal that nobody has."""
+
+    done = False
+    feedback = None
+
+
+def test_a_stop_cancels_the_goals_at_that_instant(stage):
+    """In one last advance, in which no time goes by."""
+
+    class Stop(Behaviour):
+        def update(self):
+            stage.mailbox.put(STOP)
+            return Status.RUNNING
+
+    policy = ParallelPolicy.SuccessOnAll()
+    children = [wait(60.0), Sequence("S", memory=True, children=[Timer("T", 2.0), Stop("Stop")])]
+    outcome = stage.run(lambda: Parallel("Both", policy=policy, children=children), "wall_e")
+
+    assert (outcome.interrupted, outcome.left, stage.ticks[-1]) == (True, (), ("wall_e", 2.0))
+
+
+def test_who_thinks_for_too_long_is_told():
+    """The simulator goes on without the trees, so that they end."""
+    dropped = threading.Event()
+
+    class Slow(Behaviour):
+        def update(self):
+            dropped.wait(10.0)
+            return Status.RUNNING
+
+    with hosted(clock="lockstep", participant_timeout=0.1) as options, Client(options, name="trees") as client:
+        client.subscribe("hmrsim/_world/events", lambda _key, body: b"dropped" in body and dropped.set())
+        with pytest.raises(Dropped, match="'trees' was dropped at"):
+            Stage(client).run(lambda: Slow("Slow"), "wall_e")

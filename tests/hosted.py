@@ -1,0 +1,25 @@
+"""A world served over Zenoh from the test's own process, for clients that are tested against the real thing."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.world import World, world_hash
+from hmrsim_zenoh.host import Host, HostSettings
+from hmrsim_zenoh.session import SessionOptions
+from tests.simulation import SMALL_WORLD
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+@contextmanager
+def hosted(**settings: Any) -> Iterator[SessionOptions]:
+    """Serve the small world; yields what a client connects with."""
+    model = World.model_validate(SMALL_WORLD)
+    loaded: Any = SimpleNamespace(world=model, hash=world_hash(model), warnings=(), path=None)
+    with Host(loaded, SessionOptions(listen=("tcp/127.0.0.1:0",)), HostSettings(**settings)) as host:
+        host.start()
+        yield SessionOptions(connect=host.endpoints)

@@ -1,0 +1,363 @@
+"""A client that takes part in a real simulator's time."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+
+import pytest
+
+from hmrsim.actions import registry
+from hmrsim.goal import GoalStatus, made_goal_id
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.commander import Commander
+from hmrsim_zenoh.errors import ClientClosed, Dropped, GoalRejectedError, GoalTimeout, Idle, RequestError
+from tests.hosted import hosted
+
+SOON = 10.0
+WAIT = registry()["wait"]
+
+
+def seconds(number):
+    """Return the goal to stand still."""
+    return Wait.Goal(time=Duration.from_seconds(number))
+
+
+@pytest.fixture
+def options():
+    """Serve a world in lockstep."""
+    with hosted(clock="lockstep") as options:
+        yield options
+
+
+@pytest.fixture
+def client(options):
+    """Return a client that takes part by itself, as the simulator's time waits for somebody."""
+    with Client(options, name="nurse") as client:
+        yield client
+
+
+@pytest.fixture
+def wait(client):
+    """Sends wall_e waiting goals."""
+    return client.action_client("wall_e", WAIT)
+
+
+# --- goals -------------------------------------------------------------------------------------------------------
+
+
+def test_a_goal_takes_its_time_and_no_more(client, wait):
+    """Time is where the goal ended, whatever the wall's clock says."""
+    goal = wait.send_goal(seconds(3000))
+
+    assert goal.result(SOON).total_elapsed_time == Duration(sec=3000)
+    assert (client.now, goal.status) == (3000.0, GoalStatus.SUCCEEDED)
+
+
+def test_sending_a_goal_takes_no_time(client, wait):
+    """Neither of the simulation nor of the wall: it is not even sent before somebody waits."""
+    goal = wait.send_goal(seconds(3))
+
+    assert (goal.accepted, goal.status, client.now) == (None, GoalStatus.UNKNOWN, 0.0)
+
+
+def test_waiting_for_the_acceptance_takes_no_time(client, wait):
+    """The goal is applied, and nothing more happens."""
+    goal = wait.send_goal(seconds(3))
+    goal.wait_accepted(SOON)
+
+    assert (goal.accepted, goal.done, client.now) == (True, False, 0.0)
+
+
+def test_goals_of_many_robots_run_side_by_side(client):
+    """Each result is there at its own time, in whatever order one waits for them."""
+    ends = []
+    goals = [
+        client.action_client(robot, WAIT).send_goal(seconds(time), on_change=lambda _goal: ends.append(client.now))
+        for robot, time in (("wall_e", 5.0), ("eve", 2.5), ("cart", 4.0))
+    ]
+    for goal in goals:
+        goal.result(SOON)
+
+    # All three were accepted by the time that the first had ended.
+    assert ends == [2.5, 2.5, 2.5, 2.5, 4.0, 5.0]
+
+
+def test_the_ids_are_the_same_in_every_run(options):
+    """They count by participant, also over its lives, and whatever ids the user gives."""
+    with Client(options, name="nurse") as client:
+        first = client.action_client("wall_e", WAIT).send_goal(seconds(1))
+        first.result(SOON)
+    with Client(options, name="nurse") as client:
+        given = client.action_client("wall_e", WAIT).send_goal(seconds(1), goal_id="0" * 31 + "1")
+        third = client.action_client("wall_e", WAIT).send_goal(seconds(1))
+        third.result(SOON)
+
+    expected = (made_goal_id("nurse", 1), "0" * 31 + "1", made_goal_id("nurse", 3))
+    assert expected == (first.goal_id, given.goal_id, third.goal_id)
+
+
+def test_a_rejected_goal_is_known_at_once(client, wait):
+    """Not when some other goal ends."""
+    wait.send_goal(seconds(100))
+    rejected = client.action_client("marvin", WAIT).send_goal(seconds(1))
+
+    with pytest.raises(GoalRejectedError, match="unknown_robot"):
+        rejected.result(SOON)
+    assert client.now == 0.0
+
+
+def test_a_cancel_comes_right_behind_its_goal(client, wait):
+    """It need not wait for the acceptance: what is sent later is applied later."""
+    goal = wait.send_goal(seconds(3))
+    goal.cancel()
+    goal.result(SOON)
+
+    assert (goal.status, client.now) == (GoalStatus.CANCELED, 0.0)
+
+
+def test_feedback_wakes_whoever_asked_for_it(client, wait):
+    """A callback may cancel the goal at the very instant of the feedback."""
+    seen = []
+
+    def look(feedback):
+        seen.append(feedback.time_left.to_seconds())
+        if len(seen) == 3:
+            goal.cancel()
+
+    goal = wait.send_goal(seconds(3), on_feedback=look)
+    goal.result(SOON)
+
+    assert (seen[:3], goal.status, client.now) == ([2.9, 2.8, 2.7], GoalStatus.CANCELED, 0.3)
+
+
+def test_feedback_that_nobody_wants_wakes_nobody(client, wait):
+    """Two advances do: the goal goes with the first."""
+    wait.send_goal(seconds(3)).result(SOON)
+
+    assert client.lockstep._participant.epoch == 1
+
+
+def test_a_timeout_is_of_the_walls_time(options):
+    """Somebody else is thinking; the goal goes on afterwards, and so may we."""
+    with Client(options, name="thinker") as thinker, Client(options, name="nurse") as client:
+        assert thinker.now == 0.0
+        goal = client.action_client("wall_e", WAIT).send_goal(seconds(3))
+        with pytest.raises(GoalTimeout, match=r"no result of goal .* after 0.05 s; it goes on"):
+            goal.result(0.05)
+        thinker.close()
+
+        assert goal.result(SOON).total_elapsed_time == Duration(sec=3)
+
+
+def test_the_commander_needs_to_know_nothing(client):
+    """Scripts run as they do in real time."""
+    wall_e = Commander(client, "wall_e")
+    wall_e.go_to_pose(9, 2)
+    wall_e.pickup("parcel")
+
+    assert client.now == 8.0
+
+
+def test_a_goal_that_can_not_be_read_fails():
+    """The others of the same advance as well, as nothing of it was done; the next may be better."""
+    with hosted(clock="lockstep", max_payload=500) as options, Client(options) as client:
+        pickup = client.action_client("wall_e", registry()["pickup"]).send_goal(registry()["pickup"].goal())
+        with pytest.raises(RequestError, match=r"payload of .* bytes; at most 500 are taken"):
+            pickup.result(SOON)
+
+        assert client.action_client("wall_e", WAIT).send_goal(seconds(1)).result(SOON) == Wait.Result(
+            total_elapsed_time=Duration(sec=1)
+        )
+
+
+# --- time --------------------------------------------------------------------------------------------------------
+
+
+def test_sleeping_lets_time_go_on(client):
+    """By as much, to the nanosecond."""
+    client.sleep(0.1)
+    client.sleep(0.2)
+
+    assert client.now == pytest.approx(0.3, abs=1e-9)
+
+
+def test_what_can_not_happen_is_an_error(client):
+    """Nothing is scheduled, so nobody waits for it."""
+    client.sleep(1.0)
+
+    with pytest.raises(Idle, match="nothing is scheduled"):
+        client.lockstep.drive(lambda: False, SOON)
+
+
+def test_two_clients_wait_for_each_other(options):
+    """Neither thinks in the other's time."""
+    times = []
+
+    def other():
+        with Client(options, name="other") as client:
+            assert client.now == 0.0
+            joined.set()
+            for _ in range(5):
+                client.sleep(1.0)
+                times.append(client.now)
+
+    with Client(options, name="nurse") as client:
+        assert client.now == 0.0
+        joined = threading.Event()
+        thread = threading.Thread(target=other)
+        thread.start()
+        joined.wait(SOON)
+        client.action_client("wall_e", WAIT).send_goal(seconds(10)).result(SOON)
+        thread.join(SOON)
+
+    assert times == [1.0, 2.0, 3.0, 4.0, 5.0]
+
+
+def test_two_threads_may_wait_for_goals_of_their_own(client):
+    """One of them lets time go on, and the other hears of it."""
+    ends = {}
+
+    def follow(robot, time):
+        client.action_client(robot, WAIT).send_goal(seconds(time)).result(SOON)
+        ends[robot] = client.now
+
+    threads = [threading.Thread(target=follow, args=args) for args in (("wall_e", 5.0), ("eve", 2.0))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(SOON)
+
+    assert ends["wall_e"] >= 5.0
+    assert ends["eve"] >= 2.0
+
+
+def test_a_callback_can_not_wait(client, wait, caplog):
+    """What it would wait for comes after it: that is said, rather than waited for for ever."""
+    other = client.action_client("eve", WAIT)
+    goal = wait.send_goal(seconds(1), on_change=lambda _goal: other.send_goal(seconds(1)).result())
+    goal.result(SOON)
+
+    assert "a callback can't wait for what happens after it" in caplog.text
+
+
+# --- ends --------------------------------------------------------------------------------------------------------
+
+
+def test_a_client_of_real_time_takes_no_part(options):
+    """Its goals are applied while time stands."""
+    with Client(options, clock="realtime") as client:
+        client.action_client("wall_e", WAIT).send_goal(seconds(1)).wait_accepted(SOON)
+
+        assert (client.lockstep, client.now) == (None, 0.0)
+
+
+def test_a_name_is_taken_once(client, options):
+    """The simulator says so."""
+    assert client.now == 0.0
+    with Client(options, name="nurse") as second, pytest.raises(RequestError, match="'nurse' has joined already"):
+        second.action_client("wall_e", WAIT).send_goal(seconds(1))
+
+
+def test_who_thinks_for_too_long_is_dropped():
+    """All that was under way fails, and whatever comes after."""
+    with hosted(clock="lockstep", participant_timeout=0.1) as options, Client(options, name="nurse") as client:
+        dropped = threading.Event()
+        client.subscribe("hmrsim/_world/events", lambda _key, body: b"dropped" in body and dropped.set())
+        goal = client.action_client("wall_e", WAIT).send_goal(seconds(100))
+        assert dropped.wait(SOON)
+
+        with pytest.raises(Dropped, match=r"'nurse' was dropped at 0\.000 s: .* join again"):
+            goal.result(SOON)
+        with pytest.raises(Dropped, match="join again"):
+            client.sleep(1.0)
+
+
+def test_a_clock_that_is_set_to_real_time_takes_the_goals_along(client, options):
+    """They end by themselves then, and so does a sleep."""
+    goal = client.action_client("wall_e", WAIT).send_goal(seconds(5))
+    goal.wait_accepted(SOON)
+    with Client(options, clock="realtime") as operator:
+        operator.get("hmrsim/_world/time/set", payload=b'{"clock":"realtime","real_time_factor":100}')
+
+    assert goal.result(SOON).total_elapsed_time == Duration(sec=5)
+    client.sleep(1.0)
+    assert (client.lockstep, client.now >= 6.0) == (None, True)
+
+
+def test_a_reset_ends_what_is_under_way(client, options, wait):
+    """Also while we think; time begins anew, and so may we."""
+    client.sleep(3.0)
+    goal = wait.send_goal(seconds(30))
+    goal.wait_accepted(SOON)
+    with Client(options, clock="realtime") as operator:
+        operator.get("hmrsim/_world/reset_simulation", payload=b"{}")
+
+    assert goal.result(SOON).error_msg == "the simulation was reset"
+    client.sleep(1.0)
+    assert (goal.status, client.now) == (GoalStatus.ABORTED, 1.0)
+
+
+def test_a_goal_that_waited_for_long_survives_the_end_of_lockstep(options):
+    """Its time to be accepted begins when somebody could have answered."""
+    with Client(options, name="thinker") as thinker, Client(options, name="nurse", acknowledge_timeout=0.2) as client:
+        assert thinker.now == 0.0
+        goal = client.action_client("wall_e", WAIT).send_goal(seconds(1))
+        with pytest.raises(GoalTimeout, match="it goes on"):
+            goal.result(0.5)
+        thinker.get("hmrsim/_world/time/set", payload=b'{"clock":"realtime","real_time_factor":100}')
+
+        assert goal.result(SOON).total_elapsed_time == Duration(sec=1)
+
+
+def test_an_interrupt_cancels_what_a_script_waits_for():
+    """Ctrl-C is heard while time is held by somebody else, and the cancel gets through."""
+    program = """
+import signal, sys
+from hmrsim_zenoh import Client, Commander, SessionOptions
+signal.signal(signal.SIGINT, signal.default_int_handler)
+with Client(SessionOptions(connect=(sys.argv[1],)), name="script") as client:
+    Commander(client, "wall_e").wait(100)
+"""
+    with hosted(clock="lockstep", participants=("nurse", "script")) as options, Client(options, name="nurse") as nurse:
+        command = [sys.executable, "-c", program, *options.connect]
+        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as script:
+            nurse.sleep(1.0)
+            script.send_signal(signal.SIGINT)
+            _, errors = script.communicate(timeout=SOON)
+        status = nurse.get("hmrsim/wall_e/wait/_action/status")
+
+    assert errors.endswith("KeyboardInterrupt\n")
+    assert b'"status":5' in status
+
+
+def test_a_cancel_is_not_lost_when_the_client_leaves(options):
+    """It is sent on the goal's own key when there is no advance any more to go along with."""
+    with Client(options, name="watcher") as watcher:
+        with Client(options, name="nurse") as client:
+            goal = client.action_client("wall_e", WAIT).send_goal(seconds(100))
+            accepted = threading.Thread(target=goal.wait_accepted, args=(SOON,))
+            accepted.start()
+            watcher.sleep(0.0)
+            accepted.join(SOON)
+            goal.cancel()
+        status = watcher.get("hmrsim/wall_e/wait/_action/status")
+
+    assert b'"status":5' in status
+
+
+def test_closing_fails_what_is_under_way(options):
+    """As in real time."""
+    client = Client(options)
+    goal = client.action_client("wall_e", WAIT).send_goal(seconds(100))
+    goal.wait_accepted(SOON)
+    client.close()
+
+    with pytest.raises(ClientClosed, match="closed while the goal was under way"):
+        goal.result(SOON)
+    with pytest.raises(ClientClosed, match="closed"):
+        client.sleep(1.0)

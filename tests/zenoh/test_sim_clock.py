@@ -1,0 +1,59 @@
+"""The simulated time, as the simulator publishes it."""
+
+from __future__ import annotations
+
+import json
+import logging
+
+import pytest
+
+from hmrsim_zenoh.keys import Keys
+from hmrsim_zenoh.sim_clock import SimClock
+
+
+class FakeClient:
+    """A client that hears what the test says."""
+
+    keys = Keys()
+
+    def subscribe(self, key, callback, *, history):
+        """Keep the callback; the latest time is wanted, too."""
+        assert (key, history) == ("hmrsim/_world/clock", True)
+        self.say = lambda payload: callback(key, payload)
+
+    def tell(self, now):
+        """Let it be a time."""
+        sec, nanosec = divmod(round(now * 1e9), 1_000_000_000)
+        self.say(json.dumps({"clock": {"sec": sec, "nanosec": nanosec}}).encode())
+
+
+@pytest.fixture
+def client():
+    """Return a client without a network."""
+    return FakeClient()
+
+
+def test_nobody_knows_the_time_before_the_clock_was_heard(client):
+    """None is not zero."""
+    assert SimClock(client, lambda _now: None).now is None
+
+
+def test_each_time_that_is_heard_is_told(client):
+    """Also one that is earlier, as after a reset."""
+    told = []
+    clock = SimClock(client, told.append)
+    for now in (5.5, 6.25, 0.5):
+        client.tell(now)
+
+    assert (told, clock.now) == ([5.5, 6.25, 0.5], 0.5)
+
+
+def test_an_unreadable_clock_is_logged_and_skipped(client, caplog):
+    """Garbage on the key does not stop whoever listens."""
+    clock = SimClock(client, lambda _now: None)
+    client.tell(1.0)
+    with caplog.at_level(logging.WARNING):
+        client.say(b"noon")
+
+    assert clock.now == 1.0
+    assert "hmrsim/_world/clock: unreadable" in caplog.text
