@@ -78,10 +78,11 @@ def wait_for_end(pipe: Connection) -> None:
 
 
 @contextmanager
-def command(*words: str) -> Iterator[subprocess.Popen[str]]:
+def command(*words: str, **variables: str) -> Iterator[subprocess.Popen[str]]:
     """Run a command from the project's folder, with its output in a pipe; end it with SIGTERM."""
+    environment = ENVIRONMENT | variables
     process = subprocess.Popen(
-        words, cwd=ROOT, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        words, cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     )
     try:
         yield process

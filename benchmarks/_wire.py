@@ -13,12 +13,14 @@ import zenoh
 from benchmarks._fleet import Wanderers, loaded, plan_everything
 from benchmarks._processes import Child, child, wait_for_end
 from hmrsim.cli.garbage import collect_rarely
+from hmrsim.cli.tracing import traced
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.session import SessionOptions, open_client
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from multiprocessing.connection import Connection
+    from pathlib import Path
 
     from hmrsim.world.model import World
 
@@ -53,20 +55,34 @@ class Served:
 
 
 @contextmanager
-def served(world: World, settings: HostSettings, *, wandering: int = 0) -> Iterator[Served]:
-    """Serve a world, whose last *wandering* robots never rest, and a bare queryable on the same session."""
-    with child(_serve, world, settings, wandering) as process:
+def served(
+    world: World, settings: HostSettings, *, wandering: int | None = None, trace: Path | None = None
+) -> Iterator[Served]:
+    """Serve a world and a bare queryable on the same session.
+
+    Args:
+        world: The world.
+        settings: How to serve it.
+        wandering: How many robots, the last ones, never rest; the ways to all waypoints are found before then, as
+            they are for 0. None leaves everything as it is in a new world.
+        trace: Where to write a trace, as ``--trace`` does.
+    """
+    with child(_serve, world, settings, wandering, trace) as process:
         yield Served(process, process.receive())
 
 
-def _serve(pipe: Connection, world: World, settings: HostSettings, wandering: int) -> None:
-    with Host(loaded(world), SessionOptions(listen=("tcp/127.0.0.1:0",)), settings) as host:
+def _serve(pipe: Connection, world: World, settings: HostSettings, wandering: int | None, trace: Path | None) -> None:
+    options = SessionOptions(listen=("tcp/127.0.0.1:0",))
+    with Host(loaded(world), options, settings) as host, traced(trace, host.simulator) as written:
+        if written is not None:
+            host.pacing.on_wait = written.flush
         bare: zenoh.handlers.Callback[zenoh.Query] = zenoh.handlers.Callback(
             lambda query: query.reply(query.key_expr, BARE_PAYLOAD), indirect=False
         )
         host._session.declare_queryable(BARE, bare)  # noqa: SLF001 - it must share the simulator's session
-        if wandering:
+        if wandering is not None:
             plan_everything(host.simulator)
+        if wandering:
             Wanderers(host.simulator).start(list(host.simulator.robots)[-wandering:])
         collect_rarely()
         host.start()

@@ -17,7 +17,17 @@ from benchmarks._report import Row
 ROOT = Path(benchmarks.__file__).parents[1]
 TINY = {
     "listeners": {"sizes": (3,), "rates": (10.0,), "window": 0.2, "robots": 3, "rounds": 1, "side": 4},
+    "lockstep": {
+        "sizes": (3,),
+        "rounds": 10,
+        "missions": 1,
+        "factor": 100.0,
+        "controllers": (2,),
+        "runs": 1,
+        "side": 4,
+    },
     "memory": {"sizes": (2, 4), "side": 3},
+    "realtime": {"factors": (10.0,), "robots": 2, "window": 1.0},
     "scale": {"sizes": (1, 10), "window": 0.02, "side": 4},
     "scenario2": {"rounds": 2, "crowd": 3, "side": 4},
     "start_up": {"rounds": 1},

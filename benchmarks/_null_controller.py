@@ -1,0 +1,60 @@
+"""A controller in lockstep that has next to nothing to decide: a Zenoh session, JSON, and the next waypoint."""
+
+from __future__ import annotations
+
+import json
+import random
+from typing import TYPE_CHECKING, Any
+
+from benchmarks._wire import ask
+
+if TYPE_CHECKING:
+    import zenoh
+
+    from hmrsim.world.model import World
+
+_NAME = "null"
+_TIME = "hmrsim/_world/time"
+
+
+class NullController:
+    """Sends each robot to a random waypoint, lets time move until a result comes, and sends that robot on.
+
+    Args:
+        session: An open session with the simulator, which no other participant may be awaited by.
+        world: What is simulated.
+        seed: Of the choice of waypoints.
+
+    Attributes:
+        now: The simulated time.
+        round_trips: Requests that were answered.
+    """
+
+    def __init__(self, session: zenoh.Session, world: World, seed: int = 1) -> None:
+        self._session = session
+        self._chance = random.Random(seed)
+        self._goals = [{"pose": {"pose": {"position": {"x": x, "y": y}}}} for x, y in world.waypoints.values()]
+        self._idle = list(world.robots)
+        joined = self._ask("join", {"name": _NAME})
+        self._epoch, self.now = joined["epoch"], joined["now"]
+        self.round_trips = 0
+
+    def go_on(self, round_trips: int) -> None:
+        """Let time move so often."""
+        for _ in range(round_trips):
+            self._advance()
+
+    def _advance(self) -> None:
+        commands = [
+            {"robot": robot, "action": "navigate_to_pose", "goal": self._chance.choice(self._goals)}
+            for robot in self._idle
+        ]
+        request = {"participant": _NAME, "epoch": self._epoch, "wake": ["result"], "commands": commands}
+        granted = self._ask("advance", request)
+        self._idle = [event["robot"] for event in granted["events"]]
+        self._epoch, self.now = granted["epoch"], granted["now"]
+        self.round_trips += 1
+
+    def _ask(self, what: str, request: dict[str, Any]) -> dict[str, Any]:
+        answer: dict[str, Any] = json.loads(ask(self._session, f"{_TIME}/{what}", json.dumps(request).encode()))
+        return answer

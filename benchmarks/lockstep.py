@@ -1,0 +1,158 @@
+"""Controllers that take part in simulated time: how fast a run is, what a trace costs, and that runs are the same."""
+
+from __future__ import annotations
+
+import statistics
+import tempfile
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from benchmarks import _mission, _perturbed
+from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
+from benchmarks._null_controller import NullController
+from benchmarks._report import Row
+from benchmarks._timing import Variant, medians
+from benchmarks._wire import BARE, BARE_PAYLOAD, ask, served
+from hmrsim.cli.garbage import collect_rarely
+from hmrsim.cli.tracing import traced
+from hmrsim.simulator import Simulator
+from hmrsim.world import load_world
+from hmrsim_zenoh.host import HostSettings
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hmrsim.world.model import World
+
+QUICK: dict[str, Any] = {"rounds": 20, "missions": 1, "runs": 5}
+
+_SETTINGS = HostSettings(clock="lockstep", keep_results=10, participant_timeout=60.0)
+_SPEEDS = {100: 1000.0, 1000: 150.0}
+_DEAREST = {100: 1.5}
+"""Where the simulator has little to do in a round trip: with ten times as many robots it has ten times as much."""
+_ROUND_TRIPS = 20
+"""Of which one measurement consists."""
+
+
+def run(
+    *,
+    sizes: Sequence[int] = (100, 1000),
+    rounds: int = 200,
+    missions: int = 5,
+    factor: float = 10.0,
+    controllers: Sequence[int] = (1, 2, 3),
+    runs: int = 50,
+    side: int = SIDE,
+) -> list[Row]:
+    """Return speeds, what a trace adds, and how many different traces equal runs have."""
+    rows: list[Row] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for robots in sizes:
+            rows += _null_controller(grid_world(robots, side=side), rounds, Path(folder))
+        rows += _hospital(missions, factor)
+        # Each takes as long as hundreds of round trips.
+        rows += _simulate(load_world("warehouse").world, rounds // 10, Path(folder))
+        for number in controllers:
+            found = _perturbed.distinct_traces(number, runs, Path(folder))
+            name = f"{number} controller{'s' * (number > 1)}, {runs} perturbed runs"
+            rows.append(Row(name, found, "different traces", at_most=1))
+    return rows
+
+
+def _null_controller(world: World, rounds: int, folder: Path) -> list[Row]:
+    """Return what a round trip of a controller takes that has next to nothing to decide, with and without a trace."""
+    with ExitStack() as stack:
+        plain, recorded = (
+            stack.enter_context(stack.enter_context(served(world, _SETTINGS, wandering=0, trace=trace)).session())
+            for trace in (None, folder / "trace.jsonl")
+        )
+        controller, observed = NullController(plain, world), NullController(recorded, world)
+        # Until all robots drive at different times.
+        controller.go_on(2 * len(world.robots))
+        observed.go_on(2 * len(world.robots))
+        began, before = controller.now, controller.round_trips
+        alone = _alone(world)
+        span = controller.now / controller.round_trips * _ROUND_TRIPS
+        took = medians(
+            [
+                Variant("bare", lambda: [ask(plain, BARE, BARE_PAYLOAD) for _ in range(_ROUND_TRIPS)]),
+                Variant("plain", partial(controller.go_on, _ROUND_TRIPS)),
+                Variant("recorded", partial(observed.go_on, _ROUND_TRIPS)),
+                Variant("alone", lambda: alone.run(until=alone.now + span)),
+            ],
+            rounds,
+        )
+    simulated = (controller.now - began) / (controller.round_trips - before)
+    each = {name: seconds / _ROUND_TRIPS for name, seconds in took.items()}
+    bare, trip, unwired = each["bare"], each["plain"], took["alone"] / span * simulated
+    robots = len(world.robots)
+    name = f"{robots:,} robots"
+    return [
+        Row(f"{name}: bare query", bare * 1e6, "µs", 1.0),
+        Row(f"{name}: round trip", trip * 1e6, "µs", trip / bare, ratio_at_most=_DEAREST.get(robots)),
+        Row(f"{name}: as much simulation without a wire", unwired * 1e6, "µs", unwired / bare),
+        Row(f"{name}: speed", simulated / trip, "simulated s/s", at_least=_SPEEDS.get(robots)),
+        Row(
+            f"{name}: round trip with a trace, against none",
+            each["recorded"] * 1e6,
+            "µs",
+            each["recorded"] / trip,
+            ratio_at_most=1.1,
+        ),
+    ]
+
+
+def _alone(world: World) -> Simulator:
+    """Return a simulator that does the same in this process, with nobody to tell."""
+    simulator = Simulator(world, keep_results=10)
+    plan_everything(simulator)
+    Wanderers(simulator).start(simulator.robots)
+    collect_rarely()
+    simulator.run(until=100.0)
+    return simulator
+
+
+def _hospital(missions: int, factor: float) -> list[Row]:
+    """Return what the hospital's mission takes, by bt-controller, in lockstep and at a real-time factor."""
+    fast = [_mission.in_lockstep() for _ in range(missions)]
+    slow = _mission.in_real_time(factor)
+    factors = [each.simulated / each.wall for each in fast]
+    return [
+        Row("hospital mission in lockstep", statistics.median(factors), "simulated s/s", at_least=1000.0),
+        Row("hospital mission in lockstep: wall time", 1e3 * statistics.median(each.wall for each in fast), "ms"),
+        Row("hospital mission in lockstep: round trips", fast[0].round_trips, "round trips"),
+        Row(f"hospital mission in real time, factor {factor:g}", slow.simulated / slow.wall, "simulated s/s"),
+    ]
+
+
+def _simulate(world: World, rounds: int, folder: Path) -> list[Row]:
+    """Return what ``hmrsim simulate`` takes for a world, without and with a trace."""
+    path = folder / "trace.jsonl"
+    plain, recorded = _Scripts(world, None), _Scripts(world, path)
+    variants = [Variant(name, each.run, each.load) for name, each in (("plain", plain), ("recorded", recorded))]
+    took = medians(variants, rounds)
+    name, ratio = f"simulate {world.name}", took["recorded"] / took["plain"]
+    return [
+        Row(name, took["plain"] * 1e3, "ms", 1.0),
+        Row(f"{name} with a trace, against none", took["recorded"] * 1e3, "ms", ratio, ratio_at_most=1.1),
+    ]
+
+
+class _Scripts:
+    """The scripts of a world in this process, run from their beginning each time."""
+
+    def __init__(self, world: World, trace: Path | None) -> None:
+        self._world = world
+        self._trace = trace
+        self.load()
+
+    def load(self) -> None:
+        """Begin anew."""
+        self._simulator = Simulator(self._world, keep_results=1)
+
+    def run(self) -> None:
+        """Run all scripts to their ends."""
+        with traced(self._trace, self._simulator):
+            self._simulator.run_scripts()

@@ -1,0 +1,245 @@
+"""In lockstep a run is its world, its seed and its controllers: neither the network nor who listens can change it."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import NamedTuple
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from hmrsim import pacing
+from hmrsim.gateway import Answered, CancelGoal, Inbox, InterestChanged, SendGoal, Topic
+from hmrsim.goal import ZERO_ID, made_goal_id
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
+from hmrsim.interfaces.moveit_msgs import Pickup, Place
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.participation import KINDS, Advance, Granted, Join, Leave
+from hmrsim.replay import replay
+from hmrsim.retention import Retention
+from hmrsim.simulator import Simulator
+from hmrsim.trace import Trace
+from hmrsim.world.model import World
+from tests.simulation import SMALL_WORLD
+
+NAMES = ("ann", "bob", "cyd")
+
+
+PLACES = {
+    "home": (1, 2),
+    "door": (5, 2),
+    "shelf": (9, 2),
+    "parcel": (9, 2.3),
+    "one way off": (15, 8),
+    "unreachable": (15, 2),
+    "in a wall": (7, 5),
+    "outside": (-5, -5),
+}
+GOALS = {
+    **{
+        place: ("navigate_to_pose", NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=Point(x=x, y=y)))))
+        for place, (x, y) in PLACES.items()
+    },
+    **{time: ("wait", Wait.Goal(time=Duration.from_seconds(time))) for time in (0.0, 0.1, 1.0, 2.000000001, 4.0)},
+    **{f"pick {item}": ("pickup", Pickup.Goal(target_name=item)) for item in ("parcel", "anvil", "letter")},
+    "put parcel": ("place", Place.Goal(attached_object_name="parcel")),
+}
+
+
+class Turn(NamedTuple):
+    """What a controller does whenever it may, whatever it was told.
+
+    Attributes:
+        commands: Each a robot, and a goal's name with the goal's id, or an action and the id to be canceled.
+        ahead: How far time may move.
+        wake: What to be granted at once for.
+        report: What to be told of besides.
+    """
+
+    commands: list
+    ahead: float
+    wake: tuple[str, ...]
+    report: tuple[str, ...]
+
+    def asked(self, name, granted, reply_to):
+        """Return the request."""
+        until = granted.now + self.ahead
+        commands = tuple(_command(*each) for each in self.commands)
+        return Advance(name, granted.epoch, until, frozenset(self.wake), frozenset(self.report), commands, reply_to)
+
+
+class Conditions(NamedTuple):
+    """What must not matter: the network's whims, by their seed; the events between two polls; what is listened to."""
+
+    network: int
+    between_polls: int
+    topics: tuple[Topic, ...]
+
+
+def _command(robot, goal, action, goal_id):
+    if goal is None:
+        return CancelGoal(robot, action, goal_id or ZERO_ID)
+    return SendGoal(robot, *GOALS[goal], goal_id)
+
+
+ROBOTS = st.sampled_from(["wall_e", "eve", "cart", "nobody"])
+SENT = st.tuples(ROBOTS, st.sampled_from([*GOALS]), st.none(), st.sampled_from([None, None, None, "a" * 32, "no id"]))
+CANCELED = st.tuples(
+    ROBOTS,
+    st.none(),
+    st.sampled_from(["navigate_to_pose", "wait"]),
+    st.sampled_from([None, "a" * 32, *(made_goal_id(name, number) for name in NAMES for number in (1, 2, 3))]),
+)
+KINDS_ASKED = st.sampled_from([(), ("result",), ("status",), ("feedback",), ("result", "feedback"), KINDS])
+TURNS = st.lists(
+    st.builds(
+        Turn,
+        st.lists(SENT | CANCELED, max_size=3),
+        st.sampled_from([math.inf, math.inf, 0.0, 1.0, 4.0]) | st.floats(0.0, 5.0),
+        KINDS_ASKED,
+        KINDS_ASKED,
+    ),
+    max_size=6,
+)
+MISSIONS = st.lists(TURNS, min_size=1, max_size=3)
+DURATIONS = st.sampled_from([math.inf, math.inf, 4.0, 8.25])
+CONDITIONS = st.builds(
+    Conditions,
+    st.integers(0, 1000),
+    st.sampled_from([1, 2, 3, 16, 1000]),
+    st.sampled_from([(), *((topic,) for topic in Topic), tuple(Topic)]),
+)
+
+
+class Controller:
+    """A participant that joins, takes its turns one after the other, and leaves; it is the address of its answers."""
+
+    def __init__(self, name, turns, send):
+        self.name = name
+        self.told = []
+        self.contradicted = []
+        self._turns = iter(turns)
+        self._send = send
+        self._over = False
+        send(Join(name, self))
+
+    def take(self, answer):
+        """Go on with the next turn; what was asked twice must be answered twice the same."""
+        if self._over:
+            return
+        if isinstance(answer, Granted):
+            if self.told[-1].epoch >= answer.epoch:
+                self.contradicted += [answer] if answer not in self.told else []
+                return
+            self._over = answer.reason == "end"
+        self.told.append(answer)
+        turn = None if self._over else next(self._turns, None)
+        if not self._over:
+            self._send(turn.asked(self.name, answer, self) if turn else Leave(self.name))
+
+
+class Network(Inbox):
+    """Brings what is asked in any order, late, some of it twice; and somebody comes and goes who only listens."""
+
+    def __init__(self, conditions):
+        super().__init__()
+        self._chance = random.Random(conditions.network)
+        self._topics = self._heard = frozenset(conditions.topics)
+        self._late = []
+        self._arrived = {}
+
+    def send(self, command):
+        """Take what a controller asks."""
+        self._late.append(command)
+
+    def poll(self):
+        """Return something, or nothing for now."""
+        what = self._chance.random()
+        if what < 0.1:
+            self._heard = frozenset() if self._heard else self._topics
+            return InterestChanged()
+        if what < 0.2 and self._arrived:
+            return self._chance.choice([*self._arrived.values()])
+        if what < 0.6 and self._late:
+            return self._arriving(self._late.pop(self._chance.randrange(len(self._late))))
+        return None
+
+    def _arriving(self, command):
+        if isinstance(command, Advance):
+            self._arrived[command.participant] = command
+        elif isinstance(command, Leave):
+            self._arrived.pop(command.participant, None)
+        return command
+
+    def wait(self, _timeout):
+        """End the run if there is nothing to wait for."""
+        if not self._late:
+            self.close()
+
+    def emit(self, event):
+        """Bring an answer to its controller."""
+        if isinstance(event, Answered) and isinstance(event.reply_to, Controller):
+            event.reply_to.take(event.answer)
+
+    def wants(self, topic):
+        """Return whether the one who listens does so now."""
+        return topic in self._heard
+
+
+def play(mission, duration, conditions):
+    """Return the trace of a mission, and its controllers."""
+    simulator, text, network = Simulator(World.model_validate(SMALL_WORLD), seed=7), [], Network(conditions)
+    trace = Trace(simulator, text.append)
+    simulator.attach(network)
+    controllers = [Controller(name, turns, network.send) for name, turns in zip(NAMES, mission, strict=False)]
+    names = [controller.name for controller in controllers]
+    pace = pacing.Pacing(simulator, network, Retention(-1), clock="lockstep", duration=duration, participants=names)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pacing, "_EVENTS_BETWEEN_POLLS", conditions.between_polls)
+        pace.run()
+    simulator.stop()
+    trace.close()
+    return "".join(text), controllers
+
+
+DRIVE = [("wall_e", "door", None, None)]
+FEEDBACK = Turn([], math.inf, ("feedback",), ())
+QUIET, LOUD = Conditions(0, 1, ()), Conditions(12, 1, tuple(Topic))
+
+
+@given(MISSIONS, DURATIONS, CONDITIONS, CONDITIONS)
+@example([[], []], math.inf, QUIET, Conditions(2, 1, ())).via("they leave before all have joined")
+@example([[Turn([], 4.0, (), ())] * 4, []], 4.0, QUIET, Conditions(3, 1, ())).via("somebody asks at the very end")
+@example([[FEEDBACK] * 3, [Turn(DRIVE, math.inf, (), ())]], math.inf, QUIET, Conditions(0, 2, ())).via("sampled twice")
+@example([[Turn(DRIVE, 1.0, (), ()), FEEDBACK]], math.inf, QUIET, LOUD).via("sampled at the instant of listening")
+def test_neither_trace_nor_answers_depend_on_the_network(mission, duration, some, others):
+    """Whatever arrives when, twice or not, however often the inbox is looked into, and whoever listens."""
+    trace, controllers = play(mission, duration, some)
+    again, told_again = play(mission, duration, others)
+
+    assert trace == again
+    assert [each.told for each in controllers] == [each.told for each in told_again]
+    assert [] == [each.contradicted for each in (*controllers, *told_again) if each.contradicted]
+
+
+@given(MISSIONS, CONDITIONS)
+def test_every_controller_is_answered(mission, conditions):
+    """Nobody waits for ever: each is told of its joining, and of each of its turns."""
+    _, controllers = play(mission, math.inf, conditions)
+
+    assert [1 + len(turns) for turns in mission] == [len(each.told) for each in controllers]
+
+
+@given(MISSIONS, DURATIONS, CONDITIONS)
+@example([[Turn(DRIVE, 1e-9, (), ())]], math.inf, QUIET).via("the first nanosecond")
+def test_a_replay_comes_out_identical(mission, duration, conditions):
+    """Without controllers, from the trace alone, with the robots in the order of names; every line is compared."""
+    trace, _ = play(mission, duration, conditions)
+    lines = trace.splitlines(keepends=True)
+    outcome = replay(lines)
+
+    assert None is outcome.difference
+    assert (len(lines), True) == (outcome.lines, outcome.complete)

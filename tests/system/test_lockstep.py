@@ -1,0 +1,171 @@
+"""Lockstep between real processes: the same run at any load, and participants that die."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import signal
+from itertools import cycle, islice
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.system
+
+CONTROLLER = Path(__file__).with_name("controller.py")
+ROBOTS = ("wall_e", "eve", "burn_e", "m_o")
+NAMES = ("ann", "bob", "cyd")
+
+
+@pytest.fixture
+def lockstep(start, tmp_path):
+    """Return the function that serves the hospital in lockstep: process, endpoint and the path of its trace."""
+
+    def run(*arguments, **env):
+        trace = tmp_path / "trace.jsonl"
+        options = ("--clock", "lockstep", "--listen", "tcp/127.0.0.1:0", "--trace", trace, *arguments)
+        process = start("hmrsim", "run", "hospital", *options, env=env)
+        ready = process.line().split()
+        if ready[:1] != ["ready"]:
+            raise AssertionError(f"not ready: {process.end()}")
+        return process, ready[1], trace
+
+    return run
+
+
+@pytest.fixture
+def control(start):
+    """Return the function that starts a controller of some robots."""
+
+    def run(endpoint, name, robots, *arguments, **env):
+        return start("python", CONTROLLER, endpoint, name, ",".join(robots), *arguments, env=env)
+
+    return run
+
+
+@pytest.fixture
+def perturbed(start, lockstep, control):
+    """Return the function that lets controllers share four robots on a busy machine: the trace."""
+    start("python", "-c", "while True: pass")
+
+    def run(number, controllers):
+        simulator, endpoint, trace = lockstep("--participants", controllers, PYTHONHASHSEED=str(number))
+        order = islice(cycle(range(controllers)), number, number + controllers)
+        started = [
+            control(endpoint, NAMES[i], ROBOTS[i::controllers], "--pause", 0.01, PYTHONHASHSEED=str(100 * number + i))
+            for i in order
+        ]
+        assert [0] * controllers == [each.end()[0] for each in started]
+        assert 0 == simulator.end(signal.SIGTERM)[0]
+        return trace
+
+    return run
+
+
+@pytest.fixture
+def replayed(command):
+    """Return the function that replays a trace: exit code, and what came of it."""
+
+    def run(trace):
+        code, out, err = command("hmrsim", "replay", trace, "--json")
+        return code, json.loads(out) if out else err
+
+    return run
+
+
+def lines(trace):
+    """Return the lines of a trace that has ended, or of as much as there is."""
+    return [json.loads(line) for line in trace.read_text().splitlines()]
+
+
+def happened(trace, kind):
+    """Return the lines of one kind."""
+    return [line for line in lines(trace) if line["kind"] == kind]
+
+
+@pytest.mark.parametrize(("controllers", "runs"), [(1, 2), (2, 5), (3, 2)])
+def test_every_run_has_the_same_trace(perturbed, replayed, controllers, runs):
+    """Controllers that think for random times, in any order, on a busy core, with any hash seed; and it replays."""
+    traces = [perturbed(number, controllers) for number in range(runs)]
+    hashes = {hashlib.sha256(trace.read_bytes()).hexdigest() for trace in traces}
+    code, outcome = replayed(traces[0])
+
+    assert 1 == len(hashes)
+    assert 20 < outcome["commands"]
+    assert (0, True, True) == (code, outcome["identical"], outcome["complete"])
+
+
+def test_who_is_killed_does_not_keep_the_others(lockstep, control, replayed):
+    """The other goes on, the trace says why, and it replays."""
+    simulator, endpoint, trace = lockstep("--participants", "ann,bob")
+    ann, bob = control(endpoint, "ann", ROBOTS[:2], "--stall", 3), control(endpoint, "bob", ROBOTS[2:])
+    ann.line_with("thinking")
+    ann.end(signal.SIGKILL)
+    bob.line_with("left")
+    simulator.end(signal.SIGTERM)
+    (dropped,) = happened(trace, "participant_dropped")
+
+    assert ("ann", "its liveliness token is gone") == (dropped["participant"], dropped["why"])
+    assert (0, True) == (replayed(trace)[0], replayed(trace)[1]["complete"])
+
+
+def test_who_stalls_is_dropped_and_may_join_again(lockstep, control):
+    """After the timeout; its next request is refused, and says that it was dropped."""
+    simulator, endpoint, trace = lockstep("--participants", 2, "--participant-timeout", 1)
+    ann, bob = control(endpoint, "ann", ROBOTS[:2], "--stall", 3), control(endpoint, "bob", ROBOTS[2:])
+    ann.line_with("thinking")
+    ann.process.send_signal(signal.SIGSTOP)
+    bob.line_with("left")
+    ann.process.send_signal(signal.SIGCONT)
+    refused = ann.line_with("refused")
+    ann.line_with("left")
+    simulator.end(signal.SIGTERM)
+
+    assert "participant 'ann' was dropped" in refused
+    assert "it kept the others waiting for more than 1 s" in refused
+    assert ["ann"] == [line["participant"] for line in happened(trace, "participant_dropped")]
+    assert ["ann", "bob", "ann"] == [line["participant"] for line in happened(trace, "participant_joined")]
+
+
+def test_a_loss_ends_the_run_if_so_asked(lockstep, control):
+    """The others are told that it is the end, and the simulator ends by itself."""
+    simulator, endpoint, trace = lockstep("--participants", 2, "--on-participant-loss", "end")
+    ann, bob = control(endpoint, "ann", ROBOTS[:2], "--stall", 3), control(endpoint, "bob", ROBOTS[2:])
+    ann.line_with("thinking")
+    ann.end(signal.SIGKILL)
+    code, out, _ = bob.end()
+
+    assert (0, "end") == (code, out.splitlines()[-1])
+    simulator.end()
+    assert ["end"] == [line["kind"] for line in lines(trace)[-1:]]
+
+
+@pytest.mark.parametrize("barrier", ["2", "ann,bob"])
+def test_time_waits_for_all_to_join(lockstep, control, barrier):
+    """However late the last one comes: nothing happens before."""
+    simulator, endpoint, trace = lockstep("--participants", barrier)
+    ann = control(endpoint, "ann", ROBOTS[:2])
+    ann.line_with("joined")
+    bob = control(endpoint, "bob", ROBOTS[2:])
+    codes = [each.end()[0] for each in (ann, bob)]
+    simulator.end(signal.SIGTERM)
+    first = [(line["kind"], line["participant"]) for line in lines(trace)[1:5]]
+
+    assert [0, 0] == codes
+    assert [
+        ("command", "ann"),
+        ("participant_joined", "ann"),
+        ("command", "bob"),
+        ("participant_joined", "bob"),
+    ] == first
+
+
+def test_the_trace_of_a_simulator_that_was_killed_replays(lockstep, control, replayed):
+    """As far as it goes, which is up to the moment when the simulator had nothing to do."""
+    simulator, endpoint, trace = lockstep()
+    ann = control(endpoint, "ann", ROBOTS, "--stall", 8)
+    ann.line_with("thinking")
+    simulator.end(signal.SIGKILL)
+    code, outcome = replayed(trace)
+
+    assert (0, True, False) == (code, outcome["identical"], outcome["complete"])
