@@ -75,7 +75,7 @@ def _serve(pipe: Connection, world: World, settings: HostSettings, wandering: in
     options = SessionOptions(listen=("tcp/127.0.0.1:0",))
     with Host(loaded(world), options, settings) as host, traced(trace, host.simulator) as written:
         if written is not None:
-            host.pacing.on_wait = written.flush
+            host.pacing.on_wait.append(written.flush)
         bare: zenoh.handlers.Callback[zenoh.Query] = zenoh.handlers.Callback(
             lambda query: query.reply(query.key_expr, BARE_PAYLOAD), indirect=False
         )

@@ -77,6 +77,11 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
             self._blackboard.register_key(goal, Access.READ)
 
     @property
+    def action(self) -> Action[G, R, F] | None:
+        """The action, where it is known before the simulator is asked."""
+        return None if isinstance(self._action, str) else self._action
+
+    @property
     def open_goals(self) -> list[GoalHandle[R, F]]:
         """The goals that were sent and are not done; more than one where a canceled one has yet to end."""
         self._open = [handle for handle in self._open if not handle.done]

@@ -234,6 +234,8 @@ def _run(args: argparse.Namespace) -> int:
     mailbox = Mailbox()
     entered, display = _display(as_json=args.json)
     with logging_to_stderr(args), Client(options, clock=args.clock, name=args.name) as client:
+        for mission in missions:
+            mission.prepare()
         client.wait_for_simulator(options.timeout)
         clock = clock_for(client, mailbox, feedback=args.period is not None, grace=_GRACE)
         runner = Runner(client, missions, clock, mailbox, show=display.show, period=args.period, grace=_GRACE)

@@ -12,6 +12,7 @@ from bt_controller.snapshot import Snapshot, nodes_of
 from bt_controller.tree_time import simulated_time
 from bt_controller.trees import described
 from hmrsim.errors import HmrsimError
+from hmrsim_zenoh.preparation import for_client
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -59,6 +60,11 @@ class Mission:
     def open_goals(self) -> bool:
         """Whether a goal of the tree is still under way."""
         return any(leaf.open_goals for leaf in self._leaves())
+
+    def prepare(self) -> None:
+        """Be ready for the actions of the tree, before anybody waits for it."""
+        for action in {leaf.action.name: leaf.action for leaf in self._leaves() if leaf.action is not None}.values():
+            for_client(action)
 
     def setup(self, client: Client, directory: Directory, wake: Callable[[], None]) -> None:
         """Set up all behaviours.

@@ -169,7 +169,17 @@ class Obstacles:
         if length == 0.0:
             return []
         at = distance(a, middle) / length
-        shadows = sorted(shadow for c, d in self._segments if (shadow := _shadow(eye, a, b, c, d)))
+        (left, right), (low_y, high_y) = ((min(values), max(values)) for values in zip(eye, a, b, strict=True))
+        # Most walls are nowhere near, which is a matter of four comparisons.
+        near = [
+            (c, d)
+            for c, d in self._segments
+            if (c[0] >= left or d[0] >= left)
+            and (c[0] <= right or d[0] <= right)
+            and (c[1] >= low_y or d[1] >= low_y)
+            and (c[1] <= high_y or d[1] <= high_y)
+        ]
+        shadows = sorted(shadow for c, d in near if (shadow := _shadow(eye, a, b, c, d)))
         # A touch is a hit, so a little is kept from the edges of shadows.
         edge = max(SAME_PLACE / length, _EDGE)
         free, reached = [], 0.0

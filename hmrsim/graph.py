@@ -119,6 +119,15 @@ class WaypointGraph:
             )
         return _route(legs)
 
+    def find_ways(self, goal: Point, speed: float) -> None:
+        """Find the quickest ways to a destination from everywhere, so that to plan one takes no time.
+
+        Raises:
+            NoRoute: The goal is outside the map (204), or inside an obstacle (206).
+        """
+        self._lanes.check(goal)
+        self._trees.to(goal, speed if self._lanes.limited else 1.0)
+
     def check_start(self, point: Point) -> None:
         """Do nothing if somebody can set out from *point*.
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 import itertools
 import logging
 import math
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.gateway import (
@@ -21,12 +20,12 @@ from hmrsim.gateway import (
     FeedbackSent,
     GoalChanged,
     InterestChanged,
-    Participation,
     Refused,
     SendGoal,
     Topic,
 )
 from hmrsim.goal import made_goal_id
+from hmrsim.participants import Participants, Slot
 from hmrsim.participation import Advance, Granted, HasLeft, Join, Joined, Leave
 from hmrsim.sim_time import end_of_instant, stamp
 
@@ -34,46 +33,13 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
     from hmrsim.gateway import CancelGoal, Event
+    from hmrsim.participants import Participant
     from hmrsim.simulator import Simulator
 
 _log = logging.getLogger(__name__)
 
 _NO_KINDS: frozenset[str] = frozenset()
 _OVER = "the run is over"
-
-
-@dataclass
-class _Slot:
-    """Where the answer to a command of an advance goes.
-
-    Attributes:
-        wakes: Whether whoever sent it wants to be woken for results.
-    """
-
-    wakes: bool
-    answer: Any = None
-
-
-@dataclass
-class _Participant:
-    """Somebody who takes part.
-
-    Attributes:
-        since: When it was last told something, by the clock of whoever watches it.
-        open: What it asks for now; None while it thinks.
-        askers: Whom to tell the answer: more than one if it asked again.
-        slots: Where the answers to its commands are.
-        last: Its last epoch, and what it was granted then.
-        token: Whether its liveliness token was ever seen.
-    """
-
-    name: str
-    since: float
-    open: Advance | None = None
-    askers: list[Any] = field(default_factory=list)
-    slots: list[_Slot] = field(default_factory=list)
-    last: tuple[int, Granted] | None = None
-    token: bool = False
 
 
 class Lockstep:
@@ -91,16 +57,10 @@ class Lockstep:
 
     def __init__(self, simulator: Simulator, *, awaited: int | Collection[str] = 1, until: float = math.inf) -> None:
         self._simulator = simulator
-        self._awaited = awaited
         self._end = until
         self.epoch = 0
         self.lost = False
-        self._participants: dict[str, _Participant] = {}
-        self._known: dict[str, None] = {}
-        self._dropped: dict[str, str] = {}
-        self._goals: dict[str, int] = {}
-        self._tokens: dict[str, None] = {}
-        self._changes: list[Participation] = []
+        self._participants = Participants(awaited)
         self._granting = False
         self._horizon = math.inf
         self._wake = self._told = _NO_KINDS
@@ -112,77 +72,59 @@ class Lockstep:
     @property
     def participants(self) -> tuple[str, ...]:
         """Who takes part, by name."""
-        return tuple(sorted(self._participants))
+        return self._participants.names
 
     @property
     def waiting_for(self) -> tuple[str, ...]:
         """Who has yet to ask to advance, or to join for the first time."""
-        thinking = [name for name, each in self._participants.items() if each.open is None]
-        return tuple(sorted((*thinking, *self._missing())))
-
-    def _missing(self) -> list[str]:
-        if isinstance(self._awaited, int):
-            more = self._awaited - len(self._known)
-            return [f"{more} more to join"] if more > 0 else []
-        return [name for name in self._awaited if name not in self._known]
+        thinking = [each.name for each in self._participants.thinking]
+        return tuple(sorted((*thinking, *self._participants.missing)))
 
     def join(self, command: Join, wall: float) -> None:
         """Take somebody in, from the next grant on; *wall* is the time by the watcher's clock."""
-        name = command.name
-        if name in self._participants:
+        name, participants = command.name, self._participants
+        if participants.get(name):
             self._refuse(command.reply_to, "name", name, f"participant {name!r} has joined already; take another name")
             return
-        self._participants[name] = _Participant(name, wall, token=name in self._tokens)
-        self._known[name] = None
-        self._dropped.pop(name, None)
-        self._changes.append(Participation(name, "joined"))
-        waiting = f"; waiting for {', '.join(missing)}" if (missing := self._missing()) else ""
+        participants.add(name, wall)
+        waiting = f"; waiting for {', '.join(participants.missing)}" if participants.missing else ""
         _log.info("sim %.3f | participant %s has joined%s", self._simulator.now, name, waiting)
-        answer = Joined(name, self._next, self._simulator.now, self._goals.get(name, 0))
+        answer = Joined(name, self._next, self._simulator.now, participants.goals_of(name))
         self._simulator.answer(command.reply_to, answer)
 
     def leave(self, command: Leave) -> None:
         """Let somebody go."""
         name = command.participant
-        if name not in self._participants:
-            self._refuse(command.reply_to, "participant", name, self._why_unknown(name))
+        if not self._participants.get(name):
+            self._refuse(command.reply_to, "participant", name, self._participants.why_unknown(name))
             return
         _log.info("sim %.3f | participant %s has left", self._simulator.now, name)
-        self._remove(name, Participation(name, "left"), "end")
+        self._remove(name, "left")
         self._simulator.answer(command.reply_to, HasLeft(name))
 
     def token_seen(self, name: str, *, alive: bool) -> None:
         """Note whether a participant's liveliness token is there; who had one and has it no longer is dropped."""
-        participant = self._participants.get(name)
-        if alive:
-            self._tokens[name] = None
-            if participant:
-                participant.token = True
-            return
-        self._tokens.pop(name, None)
-        if participant and participant.token:
+        if self._participants.lost_token(name, alive=alive):
             self.drop(name, "its liveliness token is gone")
 
     def overdue(self, before: float) -> list[str]:
         """Return who has been thinking since a time *before*, by the watcher's clock; nobody while time is held."""
         if self._granting or self._simulator.paused:
             return []
-        # Copied, as whoever watches does so in a thread of its own.
-        waiting = [each for each in list(self._participants.values()) if each.open is None]
-        return sorted(each.name for each in waiting if each.since < before)
+        return sorted(each.name for each in self._participants.thinking if each.since < before)
 
     def drop(self, name: str, why: str) -> None:
         """Go on without somebody; its goals go on, too, as a robot's would."""
         _log.warning("sim %.3f | participant %s is dropped: %s", self._simulator.now, name, why)
         self.lost = True
-        self._dropped[name] = f"participant {name!r} was dropped at {self._simulator.now:.3f} s: {why}; join again"
-        self._remove(name, Participation(name, "dropped", why), "end")
+        told = f"participant {name!r} was dropped at {self._simulator.now:.3f} s: {why}; join again"
+        self._remove(name, "dropped", why, told=told)
 
     def dismiss(self, why: str) -> None:
         """Let everybody go: the run is over, or time moves otherwise from now on."""
         self._granting = False
         for name in self.participants:
-            self._remove(name, Participation(name, "left", why), "end")
+            self._remove(name, "left", why)
         self._apply_changes()
         self._told = _NO_KINDS
         self._events.clear()
@@ -192,30 +134,30 @@ class Lockstep:
         """Begin with epoch 0 again; who waits for a grant is told what the reset did to its goals."""
         self._granting = False
         self.epoch = 0
-        waiting = self._asked()
-        for participant, _ in waiting:
+        thinking = self._participants.thinking
+        for participant, _ in self._participants.asking:
             self._grant(participant, "event")
-        if len(waiting) == len(self._participants):
+        if not thinking:
             self._events.clear()
 
-    def _remove(self, name: str, change: Participation, reason: str) -> None:
-        participant = self._participants.pop(name)
-        if participant.open is not None:
-            self._grant(participant, reason)
-        self._changes.append(change)
+    def _remove(self, name: str, change: str, why: str = "", *, told: str = "") -> None:
+        participant = self._participants.get(name)
+        if participant and participant.open is not None:
+            if told:
+                for reply_to in participant.askers:
+                    self._refuse(reply_to, "participant", name, told)
+            else:
+                self._grant(participant, "end")
+        self._participants.remove(name, change, why, told=told)
         if not self._participants:
             self._granting = False
-            if not self._missing():
+            if not self._participants.missing:
                 self._apply_changes()
 
     def _apply_changes(self) -> None:
-        """Tell who came and went since the last grant, in an order that is not the network's."""
-        changes, self._changes = sorted(self._changes, key=lambda change: change.participant), []
-        for change in changes:
+        """Tell who came and went since the last grant."""
+        for change in self._participants.take_changes():
             self._simulator.submit(change, change.participant)
-
-    def _why_unknown(self, name: str) -> str:
-        return self._dropped.get(name) or f"no participant {name!r}; join first"
 
     @property
     def _next(self) -> int:
@@ -229,7 +171,7 @@ class Lockstep:
         name = command.participant
         participant = self._participants.get(name)
         if participant is None:
-            self._refuse(command.reply_to, "participant", name, self._why_unknown(name))
+            self._refuse(command.reply_to, "participant", name, self._participants.why_unknown(name))
             return
         if participant.open is not None and participant.open.epoch == command.epoch:
             participant.askers.append(command.reply_to)
@@ -247,7 +189,7 @@ class Lockstep:
         """Whether a grant may begin: all who have to be there are, and every participant has asked for it."""
         if self._granting or not self._participants or self._simulator.paused:
             return False
-        return all(each.open is not None for each in self._participants.values()) and not self._missing()
+        return not self._participants.thinking and not self._participants.missing
 
     @property
     def granting(self) -> bool:
@@ -265,7 +207,7 @@ class Lockstep:
         """Begin a grant: apply the commands of this epoch."""
         self._granting, self._woken = True, False
         self._apply_changes()
-        asked = self._asked()
+        asked = self._participants.asking
         self._horizon = min(max(advance.until, self._simulator.now) for _, advance in asked)
         self._wake = frozenset().union(*(advance.wake for _, advance in asked))
         told = frozenset().union(self._wake, *(advance.report - {"feedback"} for _, advance in asked))
@@ -278,14 +220,14 @@ class Lockstep:
             self._halt()
         for participant, advance in asked:
             wakes = "result" in advance.wake
-            participant.slots = [_Slot(wakes) for _ in advance.commands]
+            participant.slots = [Slot(wakes) for _ in advance.commands]
             for command, slot in zip(advance.commands, participant.slots, strict=True):
                 self._simulator.submit(self._numbered(command, participant.name, slot), participant.name)
 
-    def _numbered(self, command: SendGoal | CancelGoal, name: str, slot: _Slot) -> SendGoal | CancelGoal:
+    def _numbered(self, command: SendGoal | CancelGoal, name: str, slot: Slot) -> SendGoal | CancelGoal:
         if not isinstance(command, SendGoal):
             return command._replace(reply_to=slot)
-        self._goals[name] = number = self._goals.get(name, 0) + 1
+        number = self._participants.next_goal(name)
         goal_id = made_goal_id(name, number) if command.goal_id is None else command.goal_id
         return command._replace(reply_to=slot, goal_id=goal_id)
 
@@ -314,7 +256,7 @@ class Lockstep:
         return False
 
     def _finish(self, reason: str, wall: float) -> None:
-        asked = [pair for pair in self._asked() if pair[1].epoch == self.epoch]
+        asked = [pair for pair in self._participants.asking if pair[1].epoch == self.epoch]
         if self.over:
             # Said now, as whoever asks once more may come too late to be told.
             reason = "end"
@@ -337,7 +279,7 @@ class Lockstep:
         return [("feedback", now, feedback) for feedback in self._simulator.dispatcher.feedback()]
 
     def _grant(
-        self, participant: _Participant, reason: str, sampled: Iterable[tuple[str, int, FeedbackSent]] = ()
+        self, participant: Participant, reason: str, sampled: Iterable[tuple[str, int, FeedbackSent]] = ()
     ) -> None:
         """Answer one participant, which thinks from now on."""
         advance = participant.open
@@ -358,11 +300,6 @@ class Lockstep:
         for reply_to in askers:
             self._simulator.answer(reply_to, granted)
 
-    def _asked(self) -> list[tuple[_Participant, Advance]]:
-        """Return who has asked to advance, in the order of names."""
-        found = [(each, each.open) for each in self._participants.values() if each.open is not None]
-        return sorted(found, key=lambda pair: pair[0].name)
-
     def _refuse(self, reply_to: Any, name: str, value: object, text: str) -> None:
         self._simulator.answer(reply_to, Refused(name, value, text))
 
@@ -380,7 +317,7 @@ class Lockstep:
         elif kind is FeedbackSent:
             if "feedback" in self._told:
                 self._note("feedback", stamp(self._simulator.now), event)  # type: ignore[arg-type]
-        elif kind is Answered and type(event.reply_to) is _Slot:  # type: ignore[union-attr]
+        elif kind is Answered and type(event.reply_to) is Slot:  # type: ignore[union-attr]
             event.reply_to.answer = event.answer  # type: ignore[union-attr]
             if event.reply_to.wakes and not _accepted(event.answer):  # type: ignore[union-attr]
                 # Its result, as it were: nothing else will come of it that could wake who sent it.

@@ -33,7 +33,7 @@ from hmrsim.participation import (
 from hmrsim.wall import wall_time
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection
+    from collections.abc import Callable, Collection, Iterator
 
     from hmrsim.gateway import AnyCommand, Inbox
     from hmrsim.participation import TimeCommand
@@ -44,6 +44,9 @@ _log = logging.getLogger(__name__)
 
 _EVENTS_BETWEEN_POLLS = 16
 """Events that are taken between two looks into the inbox: a look costs little, an event a microsecond or more."""
+
+_EVENTS_OF_A_GRANT = 64
+"""Likewise while time is granted: all who could be kept waiting wait for the grant."""
 
 _BETWEEN_WARNINGS = 5.0
 """Wall seconds from one word about lag to the next."""
@@ -75,7 +78,8 @@ class Pacing:
         participant_timeout: Wall seconds that one of them may keep the others waiting.
         end_on_loss: Whether the run ends when one of them is lost.
         on_lag: Told how many wall seconds time has lost in all, when it loses some; not more often than every 5 s.
-        on_wait: Called whenever there is nothing to do but to wait.
+        on_wait: Called, each, whenever there is nothing to do but to wait.
+        preparations: What will be of use; done bit by bit, in lockstep, while nobody lets time move.
         lag: Wall seconds that time has lost.
     """
 
@@ -90,7 +94,8 @@ class Pacing:
     participant_timeout: float = math.inf
     end_on_loss: bool = False
     on_lag: Callable[[float], None] = lambda _lag: None
-    on_wait: Callable[[], None] = lambda: None
+    on_wait: list[Callable[[], None]] = field(default_factory=list)
+    preparations: Iterator[object] = field(default_factory=lambda: iter(()))
     lag: float = 0.0
     _told: float = field(default=-math.inf, init=False)
     _anchor: float | None = field(default=None, init=False)
@@ -160,13 +165,15 @@ class Pacing:
         if self._take_commands():
             return
         if lockstep.granting:
-            if lockstep.proceed(_EVENTS_BETWEEN_POLLS, wall_time()) or not lockstep.granting:
+            if lockstep.proceed(_EVENTS_OF_A_GRANT, wall_time()) or not lockstep.granting:
                 return
         elif lockstep.over:
             self._over = True
             return
         elif lockstep.ready:
             lockstep.begin()
+            return
+        elif not lockstep.participants and next(self.preparations, self) is not self:
             return
         self._stand()
 
@@ -224,7 +231,8 @@ class Pacing:
 
     def _wait(self, timeout: float | None) -> None:
         self._tell()
-        self.on_wait()
+        for call in self.on_wait:
+            call()
         self.inbox.wait(timeout)
 
     def _wind_up(self) -> None:

@@ -65,7 +65,7 @@ class Robot:
         self._happened = happened
         self._kind = kind
         self._base = kind.base
-        self._speed = world.speed(kind.base)
+        self.speed = world.speed(kind.base)
         self._home = Pose(*world.point(spec.at), spec.yaw)
         self._rest = self._home
         self._drive: Drive | None = None
@@ -181,7 +181,7 @@ class Robot:
         Raises:
             NoRoute: The goal is outside the map, inside an obstacle, or no way leads there.
         """
-        return self._graph.plan(self.pose().point, goal, self._speed)
+        return self._graph.plan(self.pose().point, goal, self.speed)
 
     def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:
         """Return the way from where it is straight from point to point, and what stands in it; or ""."""
@@ -193,7 +193,7 @@ class Robot:
             self.pose(),
             route.legs,
             final_yaw,
-            speed=self._speed,
+            speed=self.speed,
             acceleration=self._base.acceleration,
             turning_rate=self._base.turning_rate,
         )

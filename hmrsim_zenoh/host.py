@@ -18,6 +18,7 @@ from hmrsim.participation import REALTIME, TokenSeen
 from hmrsim.retention import Retention
 from hmrsim.services import registry as all_services
 from hmrsim.simulator import Simulator
+from hmrsim_zenoh import preparation
 from hmrsim_zenoh.description import Description
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.errors import BadOptions, PrefixTaken
@@ -147,6 +148,7 @@ class Host:
             participant_timeout=settings.participant_timeout,
             end_on_loss=settings.end_on_loss,
             on_lag=_warn_of_lag,
+            preparations=preparation.of(self.simulator),
         )
         self._server.submit = self.pacing.submit
         self._server.on_roster = self._follow

@@ -8,14 +8,17 @@ import shlex
 import sys
 import traceback
 from contextlib import contextmanager
+from itertools import chain
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.actions import registry as actions
 from hmrsim.cli import numbers
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
+from hmrsim.cli.goal_summary import summary
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
-from hmrsim.cli.run_log import GoalLog, LogLines
+from hmrsim.cli.run_log import GoalLog, Later, LogLines
 from hmrsim.cli.tracing import add_trace_option, traced
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.errors import HmrsimError, printable
@@ -31,6 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from hmrsim.cli.run_table import RobotTable
+    from hmrsim.interfaces.message import Message
     from hmrsim.world import LoadedWorld
     from hmrsim_zenoh.session import SessionOptions
 
@@ -169,7 +173,7 @@ def _run(args: argparse.Namespace) -> int:
     host = Host(loaded, options, _settings(args))
     with host, traced(args.trace, host.simulator) as trace, _shown(host, loaded, log_level(args)) as table:
         if trace is not None:
-            host.pacing.on_wait = trace.flush
+            host.pacing.on_wait.append(trace.flush)
         _serve(host, table, lambda: _tell_ready(loaded, host, options, as_json=args.json))
         if isinstance(host.error, HmrsimError):
             raise host.error
@@ -222,6 +226,10 @@ def _tell_ready(loaded: LoadedWorld, host: Host, options: SessionOptions, *, as_
     show(" ".join(("ready", *where, f"world={shlex.quote(printable(world.name))}", f"robots={len(world.robots)}")))
 
 
+def _goals() -> Iterator[type[Message]]:
+    return (action.goal for action in actions().values())
+
+
 @contextmanager
 def _shown(host: Host, loaded: LoadedWorld, level: int) -> Iterator[RobotTable | None]:
     """Show what happens on stderr: a table that wants to be refreshed on a terminal, log lines elsewhere."""
@@ -234,9 +242,14 @@ def _shown(host: Host, loaded: LoadedWorld, level: int) -> Iterator[RobotTable |
             yield table
         return
     with LogLines(level=level):
-        host.attach(GoalLog(host.simulator))
+        log = Later(GoalLog())
+        if level <= logging.INFO:
+            host.attach(log)
+            host.pacing.on_wait.append(log.hand_on)
+            host.pacing.preparations = chain(host.pacing.preparations, (summary(goal()) for goal in _goals()))
         _log.info("sim %.3f | %s begins", host.simulator.now, printable(loaded.world.name))
         if awaited := host.pacing.state.waiting_for:
             _log.info("sim %.3f | time stands, waiting for %s", host.simulator.now, ", ".join(awaited))
         yield None
+        log.hand_on()
         _log.info("sim %.3f | %s ends", host.simulator.now, printable(loaded.world.name))

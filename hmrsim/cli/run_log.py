@@ -14,32 +14,26 @@ from hmrsim.cli.goal_summary import summary
 from hmrsim.errors import printable
 from hmrsim.gateway import GoalChanged, Topic
 from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.log_options import PACKAGES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.gateway import Event
-    from hmrsim.simulator import Simulator
+    from hmrsim.gateway import Event, Sink
 
 _FORMAT: Final = "[%(levelname)s] %(asctime)s | %(message)s"
 _TIME_FORMAT: Final = "%H:%M:%S"
 
 _MOST_WAITING: Final = 10_000
+_MOST_LATER: Final = 1_000
 _LAST_WORDS: Final = 0.5
 
 _log = logging.getLogger(__name__)
 
 
 class GoalLog:
-    """A sink that logs goals when they are accepted and when they end.
-
-    Args:
-        simulator: Whose events these are.
-    """
-
-    def __init__(self, simulator: Simulator) -> None:
-        self._simulator = simulator
+    """A sink that logs goals when they are accepted and when they end."""
 
     def wants(self, _topic: Topic) -> bool:
         """Return False: goals' changes come unasked."""
@@ -56,7 +50,37 @@ class GoalLog:
             why = error_of(event.result) if event.status is GoalStatus.ABORTED else ""
             text = f"{event.status.name}{f': {why}' if why else ''}"
         if text:
-            _log.info("sim %.3f | %s %s %s", self._simulator.now, event.robot, event.action, printable(text))
+            at = event.stamp / NANOSECONDS
+            _log.info("sim %.3f | %s %s %s", at, event.robot, event.action, printable(text))
+
+
+class Later:
+    """A sink that hands goals' changes on when there is time, so that nobody waits for what is told of them.
+
+    Args:
+        sink: To whom.
+    """
+
+    def __init__(self, sink: Sink) -> None:
+        self._sink = sink
+        self._events: list[Event] = []
+
+    def wants(self, _topic: Topic) -> bool:
+        """Return False: goals' changes come unasked."""
+        return False
+
+    def emit(self, event: Event) -> None:
+        """Keep a goal's change for a moment."""
+        if type(event) is GoalChanged:
+            self._events.append(event)
+            if len(self._events) >= _MOST_LATER:
+                self.hand_on()
+
+    def hand_on(self) -> None:
+        """Hand on what has been kept."""
+        events, self._events = self._events, []
+        for event in events:
+            self._sink.emit(event)
 
 
 class LogLines(logging.Handler):

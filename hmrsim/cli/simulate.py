@@ -87,7 +87,7 @@ def _simulate(args: argparse.Namespace) -> int:
     # Nobody will ask for old results.
     simulator = Simulator(loaded.world, [tally], seed=args.seed, keep_results=1)
     if log_level(args) <= logging.INFO:
-        simulator.attach(GoalLog(simulator))
+        simulator.attach(GoalLog())
     collect_rarely()
     began = time.perf_counter()
     with logging_to_stderr(args), traced(args.trace, simulator):

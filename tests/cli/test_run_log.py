@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from hmrsim.cli.run_log import GoalLog, LogLines
+from hmrsim.cli.run_log import GoalLog, Later, LogLines
 from hmrsim.gateway import GoalChanged, SendGoal, Topic
 from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.moveit_msgs import Pickup
@@ -27,7 +27,7 @@ def simulator():
 
 def test_goals_are_logged_with_target_and_end(simulator, caplog):
     """A goal that comes and one that arrives are a line each, with the simulated time."""
-    simulator.attach(GoalLog(simulator))
+    simulator.attach(GoalLog())
 
     with caplog.at_level(logging.INFO):
         simulator.submit(SendGoal("wall_e", "navigate_to_pose", MEDICINE_ROOM))
@@ -41,7 +41,7 @@ def test_goals_are_logged_with_target_and_end(simulator, caplog):
 
 def test_an_aborted_goal_is_logged_with_the_reason(simulator, caplog):
     """The reason is that of the result."""
-    simulator.attach(GoalLog(simulator))
+    simulator.attach(GoalLog())
 
     with caplog.at_level(logging.INFO):
         simulator.submit(SendGoal("wall_e", "pickup", Pickup.Goal(target_name="moon")))
@@ -50,14 +50,29 @@ def test_an_aborted_goal_is_logged_with_the_reason(simulator, caplog):
     assert "sim 0.000 | wall_e pickup ABORTED: no item 'moon'; there are: medicine" == caplog.messages[-1]
 
 
-def test_the_log_makes_the_simulation_compute_nothing(simulator):
+def test_the_log_makes_the_simulation_compute_nothing():
     """Whoever only logs wants no samples."""
-    assert not any(GoalLog(simulator).wants(topic) for topic in Topic)
+    assert not any(GoalLog().wants(topic) for topic in Topic)
 
 
-def test_other_events_are_not_logged(simulator, caplog):
+def test_goals_can_be_logged_later(simulator, caplog):
+    """Nobody waits for the words; the time is that of the goal."""
+    later = Later(GoalLog())
+    simulator.attach(later)
+
+    with caplog.at_level(logging.INFO):
+        simulator.submit(SendGoal("wall_e", "navigate_to_pose", MEDICINE_ROOM))
+        simulator.run()
+        at_once = list(caplog.messages)
+        later.hand_on()
+
+    assert [] == at_once
+    assert "sim 1.773 | wall_e navigate_to_pose SUCCEEDED" == caplog.messages[-1]
+
+
+def test_other_events_are_not_logged(caplog):
     """Executing and canceling are steps in between."""
-    log = GoalLog(simulator)
+    log = GoalLog()
 
     with caplog.at_level(logging.INFO):
         log.emit(GoalChanged(1, "wall_e", "wait", "0" * 32, GoalStatus.CANCELING))

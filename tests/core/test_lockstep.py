@@ -423,6 +423,15 @@ class TestLoss:
         assert "participant 'a' was dropped at 0.000 s: it died; join again" == steps.advance("a", 0).message
         assert Joined("a", 0, 0.0, 0) == steps.join("a")
 
+    def test_who_is_dropped_while_it_waits_is_told_so(self):
+        """Its request is answered like any other."""
+        steps = Steps()
+        steps.join("a", "b")
+        held = steps.ask("a", 0, 5.0)
+        steps.lockstep.drop("a", "its liveliness token is gone")
+
+        assert "participant 'a' was dropped at 0.000 s" in steps.answers(held).message
+
     def test_the_commands_of_one_that_is_dropped_are_not_applied(self):
         """It has asked, and dies before the others have."""
         steps = Steps()

@@ -1,0 +1,66 @@
+"""What takes its time when it is done first, done before somebody waits for it.
+
+pydantic builds what reads and writes a message when that is first used: a tenth of a second for MoveIt's large ones.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import TYPE_CHECKING
+
+from hmrsim.actions import WORLD
+from hmrsim.actions import registry as actions
+from hmrsim.errors import NoRoute
+from hmrsim_zenoh import encoding
+from hmrsim_zenoh.envelopes import GetResultResponse, SendGoalRequest, SendGoalResponse, around, plain, read
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hmrsim.actions import AnyAction
+    from hmrsim.interfaces.message import Message
+    from hmrsim.simulator import Simulator
+
+_ACCEPTED = b'{"accepted":true,"goal_id":"","stamp":{}}'
+_ENDED = b'{"status":0,"result":{}}'
+
+
+def for_client(action: AnyAction) -> None:
+    """Be ready to send goals of an action, and to read what comes of them."""
+    result: type[Message] = action.result
+    SendGoalRequest(goal_id="", goal=action.goal()).model_dump_json()
+    read(plain(SendGoalResponse), _ACCEPTED)
+    read(around(GetResultResponse, result), _ENDED)
+
+
+def for_server(action: AnyAction) -> None:
+    """Be ready to read goals of an action, and to write their results."""
+    goal: type[Message] = action.goal
+    read(plain(goal), b"{}")
+    encoding.message(action.result())
+
+
+def of(simulator: Simulator) -> Iterator[None]:
+    """Be ready for the actions that the robots of a simulation serve, and for ways to the places of its world.
+
+    Yields after each step, of which none takes longer than a tenth of a second.
+    """
+    world, servers = simulator.world, simulator.dispatcher.servers
+    served = {name for robot in (*simulator.robots, WORLD) for name in servers.actions_of(robot)}
+    for name, action in actions().items():
+        if name in served:
+            for_server(action)
+            yield
+    speeds = sorted({robot.speed for robot in simulator.robots.values()})
+    points = [*(place.at for place in world.places.values()), *(dock.at for dock in world.docks.values())]
+    for point, speed in product(points, speeds):
+        _find_ways(simulator, world.point(point), speed)
+        yield
+
+
+def _find_ways(simulator: Simulator, goal: tuple[float, float], speed: float) -> None:
+    try:
+        simulator.graph.find_ways(goal, speed)
+    except NoRoute:
+        # Whoever wants to go there is told so.
+        return
