@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Protocol
 
 from hmrsim.actions import WORLD
@@ -208,8 +209,8 @@ class ActionServers:
         return server.goals.get(goal_id) if server else None
 
     def active(self, robot: str | None = None) -> Iterator[ServedGoal]:
-        """Yield the goals that have not ended, of one robot or of all."""
-        for (name, _), server in self._servers.items():
+        """Yield the goals that have not ended, of one robot or of all; in the order of names, whoever asked first."""
+        for (name, _), server in sorted(self._servers.items(), key=itemgetter(0)):
             if robot in (None, name):
                 yield from (goal for goal in server.goals.values() if not goal.status.terminal)
 

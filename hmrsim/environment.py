@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import heapq
 import math
+from typing import TYPE_CHECKING, Final
 
 import simpy
 from simpy.events import URGENT, EventPriority
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
 _LAST = EventPriority(2)
 """Priority of what comes after all else that is due at the same time."""
+
+_NOBODY: Final[list[Callable[[simpy.Event], None]]] = []
+"""The callbacks of a timeout that was abandoned, which is known by them."""
 
 
 class Environment(simpy.Environment):
@@ -22,6 +29,8 @@ class Environment(simpy.Environment):
     """
 
     horizon = math.inf
+    _abandoned = 0
+    """How many events are in the schedule that nobody waits for any more."""
 
     def pass_until(self, to: float) -> None:
         """Let it be *to*; nothing may be due before."""
@@ -31,11 +40,31 @@ class Environment(simpy.Environment):
         """Take at most so many events that are due at the horizon or before; return how many there were."""
         queue, step = self._queue, self.step
         for taken in range(most):
+            if self._abandoned:
+                self._clear()
             # The horizon may come nearer with any event.
             if not queue or queue[0][0] > self.horizon:
                 return taken
             step()
         return most
+
+    def peek(self) -> float:
+        """Return when the next event is due that somebody waits for; infinite when there is none."""
+        if self._abandoned:
+            self._clear()
+        return super().peek()
+
+    def abandon(self, timeout: simpy.Timeout) -> None:
+        """Forget a timeout that nobody waits for any more: time does not go on for its sake."""
+        timeout.callbacks = _NOBODY
+        self._abandoned += 1
+
+    def _clear(self) -> None:
+        """Take what was abandoned from the top of the schedule; what is below it stays until it comes up."""
+        queue = self._queue
+        while queue and queue[0][3].callbacks is _NOBODY:
+            heapq.heappop(queue)
+            self._abandoned -= 1
 
     def take_urgent(self) -> None:
         """Let the processes begin that are to begin now, and stop those that are interrupted."""
@@ -50,6 +79,7 @@ class Environment(simpy.Environment):
         """Let it be 0 and forget what was to come; what is due now is due at 0."""
         self._queue[:] = [(0.0, *rest) for at, *rest in self._queue if at <= self._now]  # type: ignore[misc]
         heapq.heapify(self._queue)
+        self._abandoned = sum(event.callbacks is _NOBODY for *_, event in self._queue)
         self._now = 0.0
 
 

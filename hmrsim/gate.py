@@ -37,6 +37,7 @@ class Gate:
         stepping: Whether steps are being made.
         name: The world's, where a robot has its name.
         components: None; likewise.
+        hindrance: Tells why time does not move, whatever the gate says; empty if it does. To be set by who moves it.
     """
 
     name: Final = WORLD
@@ -51,6 +52,7 @@ class Gate:
         self.limit = math.inf
         self.state = SimulationState.STATE_PLAYING
         self.stepping = False
+        self.hindrance: Callable[[], str] = lambda: ""
         self._began = 0
         self._waiting: Callable[[str], None] | None = None
 

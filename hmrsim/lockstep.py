@@ -182,6 +182,8 @@ class Lockstep:
             participant.askers = [command.reply_to]
         else:
             text = f"epoch {command.epoch} is not the current one, which is {self._next}"
+            if participant.open is not None:
+                text = f"epoch {participant.open.epoch} is being waited for; its answer says which is next"
             self._refuse(command.reply_to, "epoch", command.epoch, text)
 
     @property
@@ -199,7 +201,7 @@ class Lockstep:
     @property
     def over(self) -> bool:
         """Whether it is the time at which the run ends."""
-        return stamp(self._simulator.now) >= stamp(self._end)
+        return self._end < math.inf and stamp(self._simulator.now) >= stamp(self._end)
 
     # --- granting -------------------------------------------------------------------------------------------------
 

@@ -55,6 +55,9 @@ _QUANTUM = 0.005
 """Wall seconds from one round of events to the next, where they are many: to wake, and to send a message that goes
 alone, costs more than to do the work. What is due in between comes as much late, a command never."""
 
+_LONGEST_WAIT = 3600.0
+"""Wall seconds that are waited at once: there is no end to what a wait of simulated seconds may take."""
+
 _MOST_LATE = 0.1
 """Wall seconds that an event may be late before time gives up catching up."""
 
@@ -75,7 +78,7 @@ class Pacing:
         duration: Simulated seconds after which to end.
         hold: Wall seconds for which time stands at most after a result, in real time.
         participants: How many have to join before time moves in lockstep, or their names.
-        participant_timeout: Wall seconds that one of them may keep the others waiting.
+        participant_timeout: Wall seconds that one of them may take from a grant to the next request.
         end_on_loss: Whether the run ends when one of them is lost.
         on_lag: Told how many wall seconds time has lost in all, when it loses some; not more often than every 5 s.
         on_wait: Called, each, whenever there is nothing to do but to wait.
@@ -107,6 +110,7 @@ class Pacing:
         self._generation = self.simulator.generation
         self._lockstep = Lockstep(self.simulator, awaited=self.participants, until=self.duration)
         self._courtesy = Courtesy(self.hold)
+        self.simulator.gate.hindrance = self._hindrance
         self.simulator.attach(self._lockstep)
         self.simulator.attach(self._courtesy)
 
@@ -132,12 +136,17 @@ class Pacing:
             now=self.simulator.now,
             clock=self.clock,
             real_time_factor=self.real_time_factor,
-            paused=self.simulator.paused,
+            paused=self.simulator.limit < math.inf,
             epoch=self._lockstep.epoch,
             participants=self._lockstep.participants,
             waiting_for=self._lockstep.waiting_for if lockstep else (),
             lag=self.lag,
         )
+
+    def _hindrance(self) -> str:
+        if self.clock == LOCKSTEP and not self._lockstep.participants:
+            return "nobody takes part in lockstep, so that time stands; let somebody join, or set the clock to realtime"
+        return ""
 
     # --- rounds ---------------------------------------------------------------------------------------------------
 
@@ -213,7 +222,7 @@ class Pacing:
             self._take_waiting(target)
         elif simulator.next_due > target:
             wake = max(min(simulator.next_due, self.duration) / factor + self._anchor, woken + _QUANTUM)
-            self._wait(None if wake == math.inf else max(0.0, wake - wall_time()))
+            self._wait(None if wake == math.inf else min(max(0.0, wake - wall_time()), _LONGEST_WAIT))
 
     def _hold(self) -> None:
         """Let time stand for a moment; what comes meanwhile comes at this instant."""
@@ -294,7 +303,7 @@ class Pacing:
                 lockstep.token_seen(name, alive=alive)
             case LookAround():
                 for name in lockstep.overdue(wall_time() - self.participant_timeout):
-                    lockstep.drop(name, f"it kept the others waiting for more than {self.participant_timeout:g} s")
+                    lockstep.drop(name, f"it has not asked to advance for more than {self.participant_timeout:g} s")
         if self.end_on_loss and lockstep.lost:
             self._over = True
 

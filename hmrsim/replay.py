@@ -90,6 +90,7 @@ class _HeaderLine(BaseModel):
     contract: int
     hmrsim: str
     seed: int
+    seed_given: bool
     step_size: float = Field(ge=1e-9)
     world: _World
 
@@ -133,7 +134,8 @@ class _Replay:
             world = world_of(dict(self._header.definition), "line 1: world")
         except WorldError as error:
             raise TraceError(str(error.problems[0])) from None
-        self._simulator = Simulator(world, seed=self._header.seed, step_size=self._header.step_size)
+        seed = self._header.seed if self._header.seed_given else None
+        self._simulator = Simulator(world, seed=seed, step_size=self._header.step_size)
         self._made: deque[str] = deque()
         self._trace = Trace(self._simulator, lambda text: self._made.extend(text.splitlines()), self._header)
         self._trace.flush()
@@ -194,7 +196,7 @@ def _header(line: str) -> Header:
     if read.contract != hmrsim.CONTRACT:
         raise TraceError(f"line 1: a trace of contract {read.contract}; this is contract {hmrsim.CONTRACT}")
     world = read.world
-    return Header(read.hmrsim, read.seed, world.name, world.hash, world.definition, read.step_size)
+    return Header(read.hmrsim, read.seed, read.seed_given, world.name, world.hash, world.definition, read.step_size)
 
 
 def _parsed(text: str, number: int) -> _Line:

@@ -18,8 +18,7 @@ from hmrsim.sim_time import stamp
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping, Sequence
 
-    import simpy
-
+    from hmrsim.environment import Environment
     from hmrsim.geometry import Point
     from hmrsim.graph import WaypointGraph
     from hmrsim.interest import Happenings
@@ -46,7 +45,7 @@ class Robot:
 
     def __init__(
         self,
-        env: simpy.Environment,
+        env: Environment,
         name: str,
         spec: RobotSpec,
         world: World,
@@ -202,6 +201,8 @@ class Robot:
                 yield self._set_out(driven)
             except BaseException:
                 self._rest = self.pose()
+                if self._piece_ends is not None:
+                    self._env.abandon(self._piece_ends)
                 self._drive = self._piece_ends = None
                 self._happened("stopped", lambda: {"robot": self.name, "at": [*self._rest.point]})
                 raise
@@ -246,7 +247,12 @@ class Robot:
 
     def hold(self, seconds: float) -> Generator[Any, Any, None]:
         """Stand still for a while."""
-        yield self._env.timeout(seconds)
+        over = self._env.timeout(seconds)
+        try:
+            yield over
+        except BaseException:
+            self._env.abandon(over)
+            raise
 
     def pick(self, item: Item) -> None:
         """Take an item, which moves with the robot from now on."""

@@ -131,6 +131,11 @@ class Simulator:
         return self.env.now
 
     @property
+    def seed_given(self) -> bool:
+        """Whether the seed was given for the run, and not by the world."""
+        return self._own_seed is not None
+
+    @property
     def seed(self) -> int:
         """The seed of the run: the world's, unless it was replaced."""
         return self.world.seed if self._own_seed is None else self._own_seed

@@ -2,7 +2,7 @@
 
 A trace says enough to run it again (`hmrsim.replay`), and the same run has the same trace, byte for byte::
 
-    {"contract":1,"hmrsim":"…","kind":"header","seed":7,"step_size":0.1,"world":{"definition":{…},"hash":"…","name":"…"}}
+    {"contract":1,"hmrsim":"…","kind":"header","seed":7,…,"world":{"definition":{…},"hash":"…","name":"…"}}
     {"after":0,"by":"nurses","command":"send_goal","goal":{…},…,"kind":"command","stamp":{"nanosec":1,"sec":0}}
     {"action":"wait","goal_id":"…","kind":"status","robot":"wall_e","stamp":{"nanosec":1,"sec":0},"status":1}
     {"after":42,"kind":"end","stamp":{…}}
@@ -59,6 +59,7 @@ class Header:
     Attributes:
         version: Of the simulator that ran it.
         seed: Of the run.
+        seed_given: Whether it was given for the run, so that it stays when another world is loaded.
         name: Of the world.
         hash: Of the world.
         definition: The world, as a native file has it.
@@ -68,6 +69,7 @@ class Header:
 
     version: str
     seed: int
+    seed_given: bool
     name: str
     hash: str
     definition: Mapping[str, Any]
@@ -79,12 +81,12 @@ class Header:
         """Return the header of a run that has not begun."""
         world = simulator.world
         said = (world.name, world_hash(world), native_data(world))
-        return cls(__version__, simulator.seed, *said, simulator.gate.step_size)
+        return cls(__version__, simulator.seed, simulator.seed_given, *said, simulator.gate.step_size)
 
     def line(self) -> str:
         """Return the line, without its end."""
         world = {"name": self.name, "hash": self.hash, "definition": self.definition}
-        run = {"seed": self.seed, "step_size": self.step_size, "world": world}
+        run = {"seed": self.seed, "seed_given": self.seed_given, "step_size": self.step_size, "world": world}
         return _encode({"kind": "header", "contract": self.contract, "hmrsim": self.version, **run})
 
 

@@ -46,7 +46,7 @@ class HostSettings:
         real_time_factor: Simulated seconds a wall second in real time; 0 for as fast as possible.
         hold: Wall seconds that time stands at most after a result, in real time.
         participants: How many have to join before time moves in lockstep, or their names.
-        participant_timeout: Wall seconds that one of them may keep the others waiting.
+        participant_timeout: Wall seconds that one of them may take from a grant to the next request.
         end_on_loss: Whether the run ends when one of them is lost.
         step_size: Simulated seconds of one step.
         duration: Simulated seconds after which to end.

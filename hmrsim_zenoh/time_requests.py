@@ -11,7 +11,7 @@ from pydantic_core import to_json
 
 from hmrsim.gateway import CancelGoal, CancelResponse, FeedbackSent, GoalResponse, SendGoal
 from hmrsim.goal import parse_goal_id
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.interfaces.builtin_interfaces import MOST_NANOSECONDS, NANOSECONDS
 from hmrsim.participation import (
     Advance,
     Granted,
@@ -86,7 +86,7 @@ class AdvanceRequest(Envelope):
 
     participant: str
     epoch: int
-    until: float | None = None
+    until: Annotated[float, Field(lt=MOST_NANOSECONDS / NANOSECONDS)] | None = None
     wake: list[_Kind] = Field(default_factory=list)
     report: list[_Kind] = Field(default_factory=list)
     commands: list[CommandRequest] = Field(default_factory=list)

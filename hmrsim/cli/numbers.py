@@ -9,6 +9,7 @@ from typing import Final
 
 _GREATEST_FACTOR: Final = 1e6
 _FOR_EVER: Final = -1
+_NANOSECOND: Final = 1e-9
 _PARTICIPANT: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
@@ -25,6 +26,19 @@ def not_negative(text: str) -> float:
     value = number(text)
     if value < 0:
         raise argparse.ArgumentTypeError(f"{text} is less than 0")
+    return value
+
+
+def positive_or_for_ever(text: str) -> float:
+    """Return a number greater than 0; infinite for -1."""
+    return math.inf if number(text) == _FOR_EVER else positive(text)
+
+
+def step(text: str) -> float:
+    """Return a number of seconds, a nanosecond at least."""
+    value = positive(text)
+    if value < _NANOSECOND:
+        raise argparse.ArgumentTypeError(f"{text} s is less than a nanosecond")
     return value
 
 

@@ -107,10 +107,10 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--participant-timeout",
-        type=numbers.positive,
+        type=numbers.positive_or_for_ever,
         default=30.0,
         metavar="S",
-        help="drop a controller that keeps the others waiting for so many wall seconds (default: %(default)g)",
+        help="drop a controller that thinks for more than so many wall seconds; -1: never (default: %(default)g)",
     )
     group.add_argument(
         "--on-participant-loss",
@@ -120,7 +120,7 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--step-size",
-        type=numbers.positive,
+        type=numbers.step,
         default=0.1,
         metavar="SIM_S",
         help="what one step is, for step_simulation and simulate_steps (default: %(default)g)",

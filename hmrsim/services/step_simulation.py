@@ -29,6 +29,14 @@ def _serve(
     return lambda answer: gate.make_steps(request.steps, lambda why_not: answer(_Response(result=of_steps(why_not))))
 
 
+def _recorded(
+    simulator: Simulator, request: StepSimulation.Request
+) -> StepSimulation.Request | StepSimulation.Response:
+    """Say at once that no step can be made, where that is not for the world to say."""
+    why = simulator.gate.hindrance()
+    return _Response(result=failed(why)) if why and request.steps else request
+
+
 SERVICE = Service(
     name="step_simulation",
     ros_type="simulation_interfaces/srv/StepSimulation",
@@ -36,6 +44,7 @@ SERVICE = Service(
     response=StepSimulation.Response,
     serve=_serve,
     changes_world=True,
+    recorded=_recorded,
     features=(
         SimulatorFeatures.STEP_SIMULATION_SINGLE,
         SimulatorFeatures.STEP_SIMULATION_MULTIPLE,

@@ -43,7 +43,7 @@ def test_it_answers_its_example_at_once_and_once(service, answer):
     """With its own response; what needs a paused simulation says that it isn't."""
     assert isinstance(answer, service.response)
     if hasattr(answer, "result"):
-        expected = Result.RESULT_INCORRECT_STATE if service.name == "step_simulation" else Result.RESULT_OK
+        expected = Result.RESULT_OPERATION_FAILED if service.name == "step_simulation" else Result.RESULT_OK
         assert expected == answer.result.result, answer.result.error_message
 
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from hmrsim.gateway import CancelGoal, FeedbackSent, GoalChanged, Happened, Refused, SendGoal, Topic
+from hmrsim.gateway import CancelGoal, FeedbackSent, GetResult, GoalChanged, Happened, Refused, SendGoal, Topic
 from hmrsim.goal import made_goal_id
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
@@ -228,6 +228,14 @@ class TestOne:
 
         assert [("feedback", "wall_e", 0.1)] == kinds(granted)
 
+    def test_feedback_is_reported_in_the_order_of_robots(self, steps):
+        """Whoever was asked about first by somebody else."""
+        steps.simulator.submit(GetResult("wall_e", "navigate_to_pose", "a" * 32, "x"))
+        goals = [go("wall_e", 9, 2), go("cart", 9, 2)]
+        granted = steps.advance("alone", 0, 1.0, *goals, report={"feedback"})
+
+        assert ["cart", "wall_e"] == [event.robot for _, _, event in granted.events]
+
     def test_feedback_is_reported_without_waking(self, steps):
         """That of the instant at which time was granted, once a goal."""
         granted = steps.advance("alone", 0, 2.0, go("wall_e", 5, 2), report={"feedback"})
@@ -244,6 +252,21 @@ class TestOne:
 
         assert (1.0, "event") == (granted.now, granted.reason)
         assert [("result", "eve", 1.0)] == kinds(granted)
+
+    def test_time_does_not_go_on_for_what_was_canceled(self, steps):
+        """Nothing is scheduled any more: neither the end of a wait, nor that of a lane."""
+        steps.advance("alone", 0, 1.0, wait("eve", 3), go("wall_e", 9, 2))
+        commands = CancelGoal("eve", "wait"), CancelGoal("wall_e", "navigate_to_pose")
+        steps.advance("alone", 1, 1.0, *commands)
+
+        assert (1.0, "idle") == (steps.advance("alone", 2).now, steps.advance("alone", 3).reason)
+
+    def test_asking_for_the_next_epoch_while_waiting_is_refused(self, steps):
+        """The answer that is still to come says which is next."""
+        steps.simulator.limit = 0.0
+        steps.ask("alone", 0, 5.0)
+
+        assert "epoch 0 is being waited for" in steps.advance("alone", 1, 5.0).message
 
 
 class TestSeveral:

@@ -147,6 +147,15 @@ def test_results_are_dropped_after_their_wall_time(wall):
     assert [4, 0] == [run.log.answer(t).status for t, _ in ask]
 
 
+def test_no_wait_is_longer_than_the_machine_can_wait(wall):
+    """A goal of 60 years at a tenth of real time; the next look is after an hour, and nobody dies of it."""
+    long = SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=2_000_000_000)), A)
+    run = simulate(topics=frozenset())
+    Pacing(run.simulator, wall.inbox([(0.0, long)], close_at=7300.0), Retention(-1), real_time_factor=0.1).run()
+
+    assert 3600.0 == max(wall.waits)
+
+
 class TestHold:
     """Time that stands for a moment after a result."""
 

@@ -7,11 +7,12 @@ import json
 import pytest
 
 from hmrsim.errors import HmrsimError, TraceError
-from hmrsim.gateway import CancelGoal, GetResult, Participation, SendGoal, Topic
+from hmrsim.gateway import CallService, CancelGoal, GetResult, Participation, SendGoal, Topic
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.interfaces.simulation_interfaces import LoadWorld
 from hmrsim.replay import replay
 from hmrsim.trace import Trace
 from tests.simulation import SMALL_WORLD, simulate
@@ -166,6 +167,26 @@ class TestReplay:
         lines = traced((0.5, SendGoal("zoe", "dance", None, A)), (0.5, SendGoal("eve", "wait", WAIT.goal, "xyz")))
 
         assert replay(lines).difference is None
+
+    @pytest.mark.parametrize("seed", [None, 7])
+    def test_goals_without_an_id_have_the_same_after_another_world_was_loaded(self, seed):
+        """The ids are made from the seed: that of the new world, unless the run has one of its own."""
+        run = simulate(seed=seed)
+        written = []
+        trace = Trace(run.simulator, written.append)
+        load = LoadWorld.Request(resource_string=json.dumps({**SMALL_WORLD, "seed": 3}))
+        run((0.5, CallService("load_world", load)), (0.5, WAIT._replace(goal_id=None)))
+        run.simulator.stop()
+        trace.close()
+
+        assert replay("".join(written).splitlines(keepends=True)).difference is None
+
+    def test_the_order_of_goals_at_the_end_is_that_of_robots(self):
+        """Whoever was asked about first by somebody else."""
+        ask = GetResult("wall_e", "wait", A, "x")
+        both = (0.0, WAIT), (0.0, WAIT._replace(robot="wall_e", goal_id=B))
+
+        assert traced((0.0, ask), *both, until=1.0) == traced(*both, until=1.0)
 
     def test_cancels_by_time_are_the_same(self):
         """The stamp of the cancel comes with it."""

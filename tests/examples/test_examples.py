@@ -50,6 +50,7 @@ def test_it_prints_what_it_should(example):
 
 
 def check_output(example, endpoint):
+    """Run an example against a simulator."""
     done = subprocess.run([sys.executable, example, endpoint], capture_output=True, text=True, timeout=100, check=False)
 
     assert (example.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)

@@ -146,6 +146,7 @@ def test_an_answer_that_was_lost_comes_again(steps, wait):
             "commands.0",
             "a command sends a goal or cancels one; it has both",
         ),
+        ("advance", {"participant": "z", "epoch": 0, "until": 1e18}, "until", "Input should be less than 2147483648"),
         ("set", {"clock": "sundial"}, "clock", "Input should be 'realtime' or 'lockstep'"),
         ("set", {"real_time_factor": -1}, "real_time_factor", "Input should be greater than or equal to 0"),
         ("state", {"x": 1}, "x", "Extra inputs are not permitted"),
@@ -232,6 +233,16 @@ class TestClocks:
         assert heard.wait(lambda bodies: any(["nurse"] == body["participants"] for body in bodies))
 
 
+def test_no_steps_are_made_while_nobody_takes_part(steps):
+    """Time stands; the answer says why, at once."""
+    steps.one("_world/set_simulation_state", {"state": {"state": 2}})
+    answer = steps.one("_world/step_simulation", {"steps": 2})
+
+    assert 4 == answer["result"]["result"]
+    assert "nobody takes part in lockstep" in answer["result"]["error_message"]
+    assert steps.one("_world/time/state")["paused"]
+
+
 def test_the_end_of_the_simulator_answers_who_waits(serve):
     """A request gets exactly one answer, always."""
     host = serve.host(clock="lockstep", participants=2)
@@ -255,7 +266,7 @@ def test_a_participant_that_stalls_is_dropped(serve):
 
     assert (5.0, "until") == (granted["now"], granted["reason"])
     assert (
-        "participant 'b' was dropped at 0.000 s: it kept the others waiting for more than 0.2 s" in late.body["error"]
+        "participant 'b' was dropped at 0.000 s: it has not asked to advance for more than 0.2 s" in late.body["error"]
     )
 
 
