@@ -21,7 +21,6 @@ from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import (
     MAX_PAYLOAD,
     CancelGoalRequest,
-    Envelope,
     GetResultRequest,
     SendGoalRequest,
     UnreadableError,
@@ -30,7 +29,7 @@ from hmrsim_zenoh.envelopes import (
     read,
 )
 from hmrsim_zenoh.keys import WORLD, ActionKey, TopicKey, Verb
-from hmrsim_zenoh.time_requests import TimeRequests
+from hmrsim_zenoh.time_requests import ReadRequest, TimeRequests
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -48,10 +47,6 @@ _KEPT_KEYS = 16_384
 
 _TOPICS = {"odom": Topic.ODOM}
 _WORLD_TOPICS = {"clock": Topic.CLOCK}
-
-
-class _ReadRequest(Envelope):
-    """The request to read what is latched: it has no fields."""
 
 
 class _Shared:
@@ -279,7 +274,7 @@ class Requests:
 
     def _check_reading(self, query: zenoh.Query) -> None:
         if query.payload:
-            self._read(plain(_ReadRequest), query)
+            self._read(plain(ReadRequest), query)
 
     def _read(self, reader: Any, query: zenoh.Query, *, empty: bytes = b"") -> Any:
         """Return what a query asks for; *empty* is what no payload stands for."""

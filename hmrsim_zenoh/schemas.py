@@ -8,21 +8,20 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic.json_schema import models_json_schema
+from pydantic import BaseModel
+from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from hmrsim.actions import registry
 from hmrsim.services import registry as services
 from hmrsim.world.schema import world_schema
-from hmrsim_zenoh import envelopes
+from hmrsim_zenoh import envelopes, time_requests
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from pydantic import BaseModel
-    from pydantic.json_schema import JsonSchemaMode
 
     from hmrsim.actions import AnyAction
     from hmrsim.services import AnyService
@@ -30,64 +29,62 @@ if TYPE_CHECKING:
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
+_Parts = Mapping[str, tuple[type[BaseModel], JsonSchemaMode]]
+
+
+def _together(title: str, parts: _Parts, **more: str) -> dict[str, Any]:
+    """Return one schema of several messages, each below its name."""
+    references, schema = models_json_schema([*parts.values()])
+    properties = {name: references[part] for name, part in parts.items()}
+    return {"$schema": _DIALECT, "title": title, **more, "type": "object", "properties": properties, **schema}
+
+
 def action_schema(action: AnyAction) -> dict[str, Any]:
     """Return the schema of all messages of an action, by the last chunk of the key that they travel on."""
-    parts: dict[str, tuple[type[BaseModel], JsonSchemaMode]] = {
+    parts: _Parts = {
         "send_goal": (envelopes.SendGoalRequest[action.goal], "validation"),  # type: ignore[name-defined]  # a type at run time
         "get_result": (envelopes.GetResultResponse[action.result], "serialization"),  # type: ignore[name-defined]
         "feedback": (envelopes.FeedbackMessage[action.feedback], "serialization"),  # type: ignore[name-defined]
     }
-    references, schema = models_json_schema([*parts.values()])
-    return {
-        "$schema": _DIALECT,
-        "title": f"{action.name} ({action.ros_type})",
-        "description": "send_goal: the request; get_result: the reply; feedback: what is published.",
-        "type": "object",
-        "properties": {name: references[part] for name, part in parts.items()},
-        **schema,
-    }
+    what = "send_goal: the request; get_result: the reply; feedback: what is published."
+    return _together(f"{action.name} ({action.ros_type})", parts, description=what)
 
 
 def service_schema(service: AnyService) -> dict[str, Any]:
     """Return the schema of a service's request and reply."""
-    parts: dict[str, tuple[type[BaseModel], JsonSchemaMode]] = {
-        "request": (service.request, "validation"),
-        "reply": (service.response, "serialization"),
-    }
-    references, schema = models_json_schema([*parts.values()])
-    return {
-        "$schema": _DIALECT,
-        "title": f"{service.name} ({service.ros_type})",
-        "type": "object",
-        "properties": {name: references[part] for name, part in parts.items()},
-        **schema,
-    }
+    parts: _Parts = {"request": (service.request, "validation"), "reply": (service.response, "serialization")}
+    return _together(f"{service.name} ({service.ros_type})", parts)
 
 
 def envelope_schema() -> dict[str, Any]:
     """Return the schema of what all actions share."""
-    parts: dict[str, tuple[type[BaseModel], JsonSchemaMode]] = {
+    parts: _Parts = {
         "send_goal_reply": (envelopes.SendGoalResponse, "serialization"),
         "cancel_goal": (envelopes.CancelGoalRequest, "validation"),
         "cancel_goal_reply": (envelopes.CancelGoalResponse, "serialization"),
         "get_result": (envelopes.GetResultRequest, "validation"),
         "status": (envelopes.GoalStatusArray, "serialization"),
     }
-    references, schema = models_json_schema([*parts.values()])
-    return {
-        "$schema": _DIALECT,
-        "title": "What all actions share",
-        "type": "object",
-        "properties": {name: references[part] for name, part in parts.items()},
-        **schema,
+    return _together("What all actions share", parts)
+
+
+def time_schema() -> dict[str, Any]:
+    """Return the schema of the requests about time, by the last chunk of their keys."""
+    parts: _Parts = {
+        "join": (time_requests.JoinRequest, "validation"),
+        "advance": (time_requests.AdvanceRequest, "validation"),
+        "leave": (time_requests.LeaveRequest, "validation"),
+        "set": (time_requests.SetRequest, "validation"),
     }
+    return _together("What is asked below _world/time", parts)
 
 
 def all_schemas() -> dict[str, dict[str, Any]]:
     """Return every schema by the name of its file below ``schemas/``."""
     actions = {f"actions/{name}.schema.json": action_schema(action) for name, action in registry().items()}
     asked = {f"services/{name}.schema.json": service_schema(service) for name, service in services().items()}
-    return {"world.schema.json": world_schema(), "envelopes.schema.json": envelope_schema(), **actions, **asked}
+    shared = {"envelopes.schema.json": envelope_schema(), "time.schema.json": time_schema()}
+    return {"world.schema.json": world_schema(), **shared, **actions, **asked}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -18,10 +18,9 @@ from hmrsim.cli.demo_turns import Turns
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import warn
 from hmrsim.cli.run_log import LogLines
-from hmrsim.cli.tracing import add_trace_option
+from hmrsim.cli.time_options import add_clock_options, add_run_options
 from hmrsim.errors import HmrsimError
 from hmrsim.log_options import add_log_options, log_level
-from hmrsim.participation import CLOCKS, REALTIME
 from hmrsim.signals import exit_code_of, on_signals
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.session import SessionOptions
@@ -71,25 +70,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "that talk over Zenoh. Shows what happens as it happens, and what was done at the end."
     )
     parser.epilog = _EXAMPLES
-    parser.add_argument(
-        "--clock",
-        choices=CLOCKS,
-        default=REALTIME,
-        help="how simulated time moves: with the wall, or as far as the controller allows, which is as fast as the "
-        "machine can, and the same each time (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--real-time-factor",
-        type=numbers.positive,
-        default=10.0,
-        metavar="X",
-        help="simulated seconds a wall second, in real time (default: %(default)g)",
-    )
-    parser.add_argument("--seed", type=int, metavar="N", help="replaces the world's")
+    add_clock_options(parser, numbers.positive, 10.0)
+    add_run_options(parser)
     parser.add_argument(
         "--json", action="store_true", help="what happens, and the sum at the end, as one JSON object a line"
     )
-    add_trace_option(parser)
     add_log_options(parser)
     parser.set_defaults(function=_demo)
 

@@ -19,11 +19,12 @@ from hmrsim.cli.goal_summary import summary
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.run_log import GoalLog, Later, LogLines
-from hmrsim.cli.tracing import add_trace_option, traced
+from hmrsim.cli.time_options import TIME_STANDS, add_run_options, add_time_options
+from hmrsim.cli.tracing import traced
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.errors import HmrsimError, printable
 from hmrsim.log_options import add_log_options, log_level
-from hmrsim.participation import CLOCKS, REALTIME
+from hmrsim.participation import REALTIME
 from hmrsim.signals import on_signals
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.host import Host, HostSettings
@@ -51,7 +52,6 @@ examples:
 _LOOK: Final = 0.1
 """Wall seconds between looks: Python sees a signal only when a wait is over."""
 
-_TIME_STANDS: Final = "time passes only while robots do something"
 
 _log = logging.getLogger(__name__)
 
@@ -64,74 +64,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.epilog = _EXAMPLES
     add_world_options(parser)
-    parser.add_argument("--seed", type=int, metavar="N", help="replaces the world's")
-    _add_time_options(parser)
+    add_run_options(parser)
+    add_time_options(parser)
     _add_server_options(parser)
-    add_trace_option(parser)
     add_session_options(parser)
     add_log_options(parser, default="info")
     parser.add_argument("--json", action="store_true", help="say that it is ready as one JSON object")
     parser.set_defaults(function=_run)
-
-
-def _add_time_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("time")
-    group.add_argument(
-        "--clock",
-        choices=CLOCKS,
-        default=REALTIME,
-        help="how simulated time moves: with the wall, or as far as the controllers that join allow "
-        "(default: %(default)s)",
-    )
-    group.add_argument(
-        "--real-time-factor",
-        type=numbers.factor,
-        default=1.0,
-        metavar="X",
-        help="simulated seconds a wall second; 0: as fast as possible (default: %(default)g)",
-    )
-    group.add_argument(
-        "--hold",
-        type=numbers.not_negative,
-        default=0.0,
-        metavar="S",
-        help="in real time, stop time for so many wall seconds at most after a result, for controllers that think "
-        "(default: %(default)g)",
-    )
-    group.add_argument(
-        "--participants",
-        type=numbers.participants,
-        default=1,
-        metavar="N|NAME,…",
-        help="in lockstep, how many controllers have to join before time moves, or their names (default: 1)",
-    )
-    group.add_argument(
-        "--participant-timeout",
-        type=numbers.positive_or_for_ever,
-        default=30.0,
-        metavar="S",
-        help="drop a controller that thinks for more than so many wall seconds; -1: never (default: %(default)g)",
-    )
-    group.add_argument(
-        "--on-participant-loss",
-        choices=["continue", "end"],
-        default="continue",
-        help="whether the run goes on when a controller was dropped (default: %(default)s)",
-    )
-    group.add_argument(
-        "--step-size",
-        type=numbers.step,
-        default=0.1,
-        metavar="SIM_S",
-        help="what one step is, for step_simulation and simulate_steps (default: %(default)g)",
-    )
-    group.add_argument(
-        "--duration",
-        type=numbers.positive,
-        default=math.inf,
-        metavar="SIM_S",
-        help=f"end after so much simulated time; with --real-time-factor 0 {_TIME_STANDS}",
-    )
 
 
 def _add_server_options(parser: argparse.ArgumentParser) -> None:
@@ -169,7 +108,7 @@ def _run(args: argparse.Namespace) -> int:
     for problem in loaded.warnings:
         warn(line_of(problem))
     if args.clock == REALTIME and args.real_time_factor == 0 and args.duration < math.inf:
-        warn(f"--duration {args.duration:g}: as fast as possible, {_TIME_STANDS}")
+        warn(f"--duration {args.duration:g}: as fast as possible, {TIME_STANDS}")
     host = Host(loaded, options, _settings(args))
     with host, traced(args.trace, host.simulator) as trace, _shown(host, loaded, log_level(args)) as table:
         if trace is not None:

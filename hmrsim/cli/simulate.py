@@ -14,7 +14,8 @@ from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.run_log import GoalLog
-from hmrsim.cli.tracing import add_trace_option, traced
+from hmrsim.cli.time_options import add_run_options
+from hmrsim.cli.tracing import traced
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.gateway import GoalChanged
 from hmrsim.log_options import add_log_options, log_level, logging_to_stderr
@@ -53,11 +54,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.epilog = _EXAMPLES
     add_world_options(parser)
-    parser.add_argument("--seed", type=int, metavar="N", help="replaces the world's")
+    add_run_options(parser)
     parser.add_argument(
         "--duration", type=numbers.positive, default=math.inf, metavar="SIM_S", help="give up after so much time"
     )
-    add_trace_option(parser)
     parser.add_argument("--json", action="store_true", help="print the summary as one JSON object")
     add_log_options(parser)
     parser.set_defaults(function=_simulate)

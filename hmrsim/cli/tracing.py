@@ -1,26 +1,18 @@
-"""``--trace FILE``, for every command that runs a world."""
+"""Writing the trace of a run to the file of ``--trace``."""
 
 from __future__ import annotations
 
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hmrsim.errors import HmrsimError, TraceError
 from hmrsim.trace import Trace
 
 if TYPE_CHECKING:
-    import argparse
     from collections.abc import Iterator
+    from pathlib import Path
 
     from hmrsim.simulator import Simulator
-
-
-def add_trace_option(parser: argparse.ArgumentParser) -> None:
-    """Give a command its ``--trace``."""
-    parser.add_argument(
-        "--trace", type=Path, metavar="FILE", help="write what happens as lines of JSON, for `hmrsim replay`"
-    )
 
 
 @contextmanager
