@@ -118,13 +118,18 @@ class Lockstep:
         _log.warning("sim %.3f | participant %s is dropped: %s", self._simulator.now, name, why)
         self.lost = True
         told = f"participant {name!r} was dropped at {self._simulator.now:.3f} s: {why}; join again"
+        participant = self._participants.get(name)
+        if participant and participant.open is not None:
+            for reply_to in participant.askers:
+                self._refuse(reply_to, "participant", name, told)
+            participant.open = None
         self._remove(name, "dropped", why, told=told)
 
     def dismiss(self, why: str) -> None:
         """Let everybody go: the run is over, or time moves otherwise from now on."""
         self._granting = False
         for name in self.participants:
-            self._remove(name, "left", why)
+            self._remove(name, "left", why, told=f"participant {name!r} was let go: {why}; join again")
         self._apply_changes()
         self._told = _NO_KINDS
         self._events.clear()
@@ -143,11 +148,7 @@ class Lockstep:
     def _remove(self, name: str, change: str, why: str = "", *, told: str = "") -> None:
         participant = self._participants.get(name)
         if participant and participant.open is not None:
-            if told:
-                for reply_to in participant.askers:
-                    self._refuse(reply_to, "participant", name, told)
-            else:
-                self._grant(participant, "end")
+            self._grant(participant, "end")
         self._participants.remove(name, change, why, told=told)
         if not self._participants:
             self._granting = False

@@ -22,6 +22,7 @@ from hmrsim.participation import (
     REALTIME,
     TIME_COMMANDS,
     Advance,
+    Granted,
     Join,
     Leave,
     LookAround,
@@ -308,7 +309,10 @@ class Pacing:
             self._over = True
 
     def _let_move(self, command: Join | Advance) -> None:
-        if self._over or self.clock != LOCKSTEP:
+        if self._over and isinstance(command, Advance):
+            # Whoever was thinking when it ended learns of it as the others have.
+            self.simulator.answer(command.reply_to, Granted(self._lockstep.epoch, self.simulator.now, "end"))
+        elif self._over or self.clock != LOCKSTEP:
             why = "the simulation has ended" if self._over else f"the clock is {self.clock}; set it to lockstep first"
             self.simulator.answer(command.reply_to, Refused("", None, why))
         elif isinstance(command, Join):

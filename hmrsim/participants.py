@@ -60,7 +60,7 @@ class Participants:
         self._awaited = awaited
         self._here: dict[str, Participant] = {}
         self._known: dict[str, None] = {}
-        self._dropped: dict[str, str] = {}
+        self._gone: dict[str, str] = {}
         self._goals: dict[str, int] = {}
         self._tokens: dict[str, None] = {}
         self._changes: list[Participation] = []
@@ -80,7 +80,7 @@ class Participants:
 
     def why_unknown(self, name: str) -> str:
         """Return why nobody of a name takes part."""
-        return self._dropped.get(name) or f"no participant {name!r}; join first"
+        return self._gone.get(name) or f"no participant {name!r}; join first"
 
     # --- coming and going -----------------------------------------------------------------------------------------
 
@@ -88,7 +88,7 @@ class Participants:
         """Take somebody in whose name is free."""
         self._here[name] = Participant(name, since, token=name in self._tokens)
         self._known[name] = None
-        self._dropped.pop(name, None)
+        self._gone.pop(name, None)
         self._changes.append(Participation(name, "joined"))
 
     def remove(self, name: str, change: str, why: str = "", *, told: str = "") -> None:
@@ -98,11 +98,11 @@ class Participants:
             name: Whom.
             change: How, as in `Participation`.
             why: Why.
-            told: What it is told if it comes back.
+            told: What it is told if it comes back; that it is to join first if empty.
         """
         del self._here[name]
         if told:
-            self._dropped[name] = told
+            self._gone[name] = told
         self._changes.append(Participation(name, change, why))
 
     def take_changes(self) -> list[Participation]:

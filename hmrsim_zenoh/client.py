@@ -94,6 +94,7 @@ class Client:
         self._owns_session = session is None
         self._link = Link(self.session, self.keys, acknowledge_timeout=acknowledge_timeout, grace=grace)
         self._timeout = options.timeout
+        self._choice = clock
         self._clock = clock
         self._name = name
         self._joining = threading.RLock()
@@ -158,13 +159,16 @@ class Client:
     def lockstep(self) -> Lockstep | None:
         """The part that we take in the simulator's time; None where that moves by itself.
 
-        Asks which it is, and joins, the first time only.
+        Asks which it is, and joins, the first time, and again when time has moved by itself or the simulator has gone.
 
         Raises:
             RequestError: The simulator does not want us to take part, as when somebody of our name does.
             NobodyThere, SimulatorGone, ClientClosed: There is nobody to take part with.
         """
         with self._joining:
+            if self._lockstep is not None and (self._lockstep.over or self._lockstep.lost):
+                self._lockstep.close()
+                self._lockstep, self._clock = None, self._choice
             if self._clock == "auto":
                 self._clock = self._simulators_clock()
             if self._clock == "lockstep" and self._lockstep is None:

@@ -10,8 +10,11 @@ import json
 import math
 import threading
 import time
+from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
+from itertools import chain
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError
@@ -29,6 +32,8 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.participant import Grant, Happening, Kind
 
 _LAST_WORDS: Final = 1.0
+_LATEST: Final = 2.0**31
+"""Seconds that ROS can state."""
 _SURE: Final = 2
 """So many times in a row nothing is scheduled: everybody knew it, and nobody did anything about it."""
 
@@ -75,7 +80,8 @@ class Lockstep:
         self._untils: list[float | None] = []
         self._queue: list[_Command] = []
         self._sent: list[_Command] = []
-        self._results: dict[str, Callable[[Answer], None]] = {}
+        self._results: dict[tuple[str, str, str], list[Callable[[Answer], None]]] = {}
+        self._undelivered: deque[Callable[[], None]] = deque()
         self._listeners: dict[str, _Listener] = {}
         self._idle = 0
         self._over = False
@@ -91,6 +97,11 @@ class Lockstep:
     def over(self) -> bool:
         """Whether time moves by itself now, or not any more."""
         return self._over
+
+    @property
+    def lost(self) -> bool:
+        """Whether time goes on without us, or the simulator has gone; whoever was told so may take part anew."""
+        return self._error is not None
 
     def next_goal_id(self) -> str:
         """Return the id of the next goal: the simulator would make the same."""
@@ -108,7 +119,8 @@ class Lockstep:
                 if not isinstance(key, ActionKey):
                     raise AssertionError
                 if key.verb is Verb.GET_RESULT:
-                    self._results[json.loads(payload)["goal_id"]] = then
+                    goal = key.robot, key.action, json.loads(payload)["goal_id"]
+                    self._results.setdefault(goal, []).append(then)
                 else:
                     self._queue.append(_Command(_command(key, payload), port, payload, then))
                 return
@@ -145,9 +157,12 @@ class Lockstep:
 
         Raises:
             Dropped, NobodyThere, SimulatorGone, ClientClosed: Time will not go on for us.
+            ValueError: There is no such time.
         """
         begin = self.now
         end = begin + seconds
+        if not 0 <= end < _LATEST:
+            raise ValueError(f"{seconds} s is no time to sleep for; it is {begin} s now")
         # Time that goes back was reset, and nobody will wait for its old course.
         return self._drive(lambda: not begin <= self.now < end, None, end)
 
@@ -199,7 +214,7 @@ class Lockstep:
             if command.port.key.endswith(Verb.CANCEL_GOAL.value):
                 calls.append(self._link.call(command.port, command.request, timeout=_LAST_WORDS))
             else:
-                command.then(RequestError("we left before the goal could be sent"))
+                command.then(RequestError("the client was closed before the goal could be sent"))
         for call in calls:
             call.wait(_LAST_WORDS)
 
@@ -234,6 +249,10 @@ class Lockstep:
 
     def _step(self, until: float | None, wake: Sequence[Kind], report: Sequence[Kind], limit: float) -> bool:
         """Ask to advance, unless that was done already, and take what is granted; return whether anything was."""
+        if self._undelivered:
+            # Whoever was at it was interrupted in a callback.
+            self._hand_out()
+            return True
         if not self._participant.asking:
             with self._lock:
                 self._sent, self._queue = self._queue, []
@@ -262,18 +281,22 @@ class Lockstep:
         with self._lock:
             # The simulation was reset before they could be applied.
             self._queue[:0] = lost
-        for command, answer in zip(applied, answers, strict=True):
-            command.then(answer)
-        for event in grant.events:
-            self._tell(event)
+        self._undelivered.extend(partial(each.then, answer) for each, answer in zip(applied, answers, strict=True))
+        self._undelivered.extend(partial(self._tell, event) for event in grant.events)
+        self._hand_out()
         if grant.reason == "end" and not self._over:
             self._end()
         if self._idle >= _SURE:
             raise Idle("nothing is scheduled in the simulation, and nobody does anything: time can't go on")
 
+    def _hand_out(self) -> None:
+        """Call back for all that was granted; what an interrupt leaves over comes with the next step."""
+        while self._undelivered:
+            self._undelivered.popleft()()
+
     def _tell(self, event: Happening) -> None:
         if event.kind == "result":
-            if then := self._results.pop(event.goal_id, None):
+            for then in self._results.pop((event.robot, event.action, event.goal_id), ()):
                 then(dump({"status": event.status, "result": event.result}))
         elif event.kind == "feedback":
             key = self._link.keys.action(event.robot, event.action, Verb.FEEDBACK)
@@ -284,7 +307,7 @@ class Lockstep:
         """Go on without lockstep: to the goals' tickets what was not answered is lost, so that they ask again."""
         with self._lock:
             self._over = True
-            unanswered = [*self._results.values(), *(command.then for command in self._queue)]
+            unanswered = [*chain.from_iterable(self._results.values()), *(command.then for command in self._queue)]
             self._results, self._queue = {}, []
         self._participant.close()
         for key, listener in self._listeners.items():

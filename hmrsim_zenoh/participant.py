@@ -142,8 +142,9 @@ class Participant:
 
     def ask(self, wish: Wish) -> None:
         """Ask to advance; `take` gets the answer."""
-        self._wish, self._resynchronised = wish, False
-        self._ask()
+        self._resynchronised = False
+        self._ask(wish)
+        self._wish = wish
 
     def take(self, timeout: float = math.inf) -> Grant | None:
         """Wait for the answer; None if it does not come in *timeout* wall seconds, and may be waited for again.
@@ -162,7 +163,7 @@ class Participant:
                 if (grant := self._ended(answer)) is not None:
                     return self._granted(grant)
                 self._resynchronised = True
-            self._ask()
+            self._ask(self._wish or Wish())
         return None
 
     def leave(self) -> None:
@@ -197,8 +198,7 @@ class Participant:
         self.epoch, self.now = grant.epoch, grant.now
         return grant
 
-    def _ask(self) -> None:
-        wish = self._wish or Wish()
+    def _ask(self, wish: Wish) -> None:
         head = {
             "participant": self.name,
             "epoch": self.epoch,

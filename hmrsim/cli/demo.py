@@ -19,6 +19,7 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import warn
 from hmrsim.cli.run_log import LogLines
 from hmrsim.cli.time_options import add_clock_options, add_run_options
+from hmrsim.cli.tracing import check_writable
 from hmrsim.errors import HmrsimError
 from hmrsim.log_options import add_log_options, log_level
 from hmrsim.signals import exit_code_of, on_signals
@@ -80,6 +81,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _demo(args: argparse.Namespace) -> int:
+    check_writable(args.trace)
     screen = JsonLines() if args.json else Screen(sys.stdout)
     demo = _Demo(args, screen)
     log = LogLines(screen.log if sys.stderr.isatty() else None, log_level(args))

@@ -14,6 +14,7 @@ from hmrsim.cli.output import indented, show, show_json, values, warn, yaml_text
 from hmrsim.cli.plain import plain
 from hmrsim.errors import HmrsimError
 from hmrsim.goal import GoalStatus, parse_goal_id
+from hmrsim.participation import LOCKSTEP
 from hmrsim.signals import exit_code_of, on_signals
 from hmrsim_zenoh.errors import GoalRejectedError, RequestError
 from hmrsim_zenoh.options import ENVIRONMENT
@@ -67,6 +68,8 @@ def _send_goal(args: argparse.Namespace) -> int:
         if args.type is not None and args.type != action.ros_type:
             raise WrongUse(f"{name.name} is a {action.ros_type}, not a {args.type}")
         goal = read_goal(data, action.goal)
+        if info.get("clock") == LOCKSTEP:
+            warn("in lockstep, time moves only as far as the controllers that take part allow")
         return _follow(client, name, goal, goal_id=goal_id, report=_Report(as_json=args.json, feedback=args.feedback))
 
 

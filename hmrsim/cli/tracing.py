@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 from hmrsim.errors import HmrsimError, TraceError
 from hmrsim.trace import Trace
@@ -13,6 +13,23 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.simulator import Simulator
+
+
+def check_writable(path: Path | None) -> None:
+    """Do nothing if a trace can be written there, or none is wanted.
+
+    Raises:
+        TraceError: It can't.
+    """
+    if path is not None:
+        _opened(path).close()
+
+
+def _opened(path: Path) -> IO[str]:
+    try:
+        return path.open("w", encoding="ascii", newline="\n")
+    except OSError as error:
+        raise TraceError(f"--trace {path}: can't be written: {(error.strerror or str(error)).lower()}") from None
 
 
 @contextmanager
@@ -25,11 +42,7 @@ def traced(path: Path | None, simulator: Simulator) -> Iterator[Trace | None]:
     if path is None:
         yield None
         return
-    try:
-        file = path.open("w", encoding="ascii", newline="\n")
-    except OSError as error:
-        raise TraceError(f"--trace {path}: can't be written: {(error.strerror or str(error)).lower()}") from None
-    with file:
+    with _opened(path) as file:
 
         def write(text: str) -> None:
             # Whole lines, and at once: whoever looks, or comes after a crash, finds them.

@@ -264,7 +264,7 @@ def test_a_name_is_taken_once(client, options):
 
 
 def test_who_thinks_for_too_long_is_dropped():
-    """All that was under way fails, and whatever comes after."""
+    """All that was under way fails, and says why."""
     with hosted(clock="lockstep", participant_timeout=0.1) as options, Client(options, name="nurse") as client:
         dropped = threading.Event()
         client.subscribe("hmrsim/_world/events", lambda _key, body: b"dropped" in body and dropped.set())
@@ -273,8 +273,6 @@ def test_who_thinks_for_too_long_is_dropped():
 
         with pytest.raises(Dropped, match=r"'nurse' was dropped at 0\.000 s: .* join again"):
             goal.result(SOON)
-        with pytest.raises(Dropped, match="join again"):
-            client.sleep(1.0)
 
 
 def test_a_clock_that_is_set_to_real_time_takes_the_goals_along(client, options):
@@ -361,3 +359,53 @@ def test_closing_fails_what_is_under_way(options):
         goal.result(SOON)
     with pytest.raises(ClientClosed, match="closed"):
         client.sleep(1.0)
+
+
+# --- what went wrong once ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("duration", [float("inf"), float("nan"), -1.0, 1e12])
+def test_there_is_no_time_to_sleep_for_ever(client, wait, duration):
+    """It is refused, and what comes after is not harmed."""
+    with pytest.raises(ValueError, match=r"is no time to sleep for; it is 0\.0 s now"):
+        client.sleep(duration)
+
+    assert wait.send_goal(seconds(3)).result(SOON).total_elapsed_time == Duration(sec=3)
+
+
+def test_a_goal_that_is_sent_twice_has_two_tickets(wait):
+    """The first gets its result, and the second is told that there is such a goal."""
+    first = wait.send_goal(seconds(3), goal_id="c" * 32)
+    second = wait.send_goal(seconds(3), goal_id="c" * 32)
+
+    assert first.result(SOON).total_elapsed_time == Duration(sec=3)
+    with pytest.raises(GoalRejectedError, match="duplicate_goal_id"):
+        second.result(SOON)
+
+
+def test_an_interrupt_in_a_callback_loses_nothing(client, wait):
+    """What else was granted with it comes with the next wait."""
+
+    def interrupt(_goal):
+        if not interrupted:
+            interrupted.append(True)
+            raise KeyboardInterrupt
+
+    interrupted = []
+    first = wait.send_goal(seconds(3), on_change=interrupt)
+    second = client.action_client("eve", WAIT).send_goal(seconds(3))
+    with pytest.raises(KeyboardInterrupt):
+        first.result(SOON)
+
+    assert second.result(SOON).total_elapsed_time == Duration(sec=3)
+
+
+def test_who_took_part_before_the_clock_was_set_may_do_so_again(client, wait):
+    """To real time and back: it is told once that it was let go, and then takes part anew."""
+    wait.send_goal(seconds(3)).result(SOON)
+    for clock in ("realtime", "lockstep"):
+        client.get(client.keys.world("time/set"), payload=b'{"clock":"%b"}' % clock.encode())
+    with pytest.raises(Dropped, match="was let go: the clock was set to realtime; join again"):
+        client.sleep(1.0)
+
+    assert wait.send_goal(seconds(3000)).result(SOON).total_elapsed_time == Duration(sec=3000)
