@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Order, Report
 from hmrsim.actions._moveit import CODES, item_ordered
 from hmrsim.components.claw import Claw
 from hmrsim.errors import GoalAborted
-from hmrsim.interfaces.moveit_msgs import Grasp, MoveItErrorCodes, Pickup
+from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, Pickup
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -28,10 +29,15 @@ def _process(robot: Robot, goal: Pickup.Goal, report: Report[Pickup.Feedback]) -
     robot.pick(item)
     claw.item = item
     report.send(Pickup.Feedback(state="IDLE"))
-    return Pickup.Result(
-        error_code=MoveItErrorCodes(val=MoveItErrorCodes.SUCCESS),
-        grasp=goal.possible_grasps[0] if goal.possible_grasps else Grasp(),
-    )
+    if not goal.possible_grasps:
+        return _done()
+    return Pickup.Result(error_code=_done().error_code, grasp=goal.possible_grasps[0])
+
+
+@cache
+def _done() -> Pickup.Result:
+    """Return the result of all goals that succeed and name no grasp: it is large."""
+    return Pickup.Result(error_code=MoveItErrorCodes(val=MoveItErrorCodes.SUCCESS))
 
 
 def _find(robot: Robot, claw: Claw, name: str) -> Item:
