@@ -20,7 +20,6 @@ from hmrsim.lockstep import Lockstep
 from hmrsim.participation import (
     LOCKSTEP,
     REALTIME,
-    TIME_COMMANDS,
     Advance,
     Granted,
     Join,
@@ -28,6 +27,7 @@ from hmrsim.participation import (
     LookAround,
     ReadTime,
     SetClock,
+    TimeCommand,
     TimeState,
     TokenSeen,
 )
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
 
     from hmrsim.gateway import AnyCommand, Inbox
-    from hmrsim.participation import TimeCommand
     from hmrsim.retention import Retention
     from hmrsim.simulator import Simulator
 
@@ -117,14 +116,19 @@ class Pacing:
 
     def run(self) -> None:
         """Run until the inbox is closed or the duration is over; goals that run then are left to `Simulator.stop`."""
-        with self._watching():
-            while not (self.inbox.closed or self._over):
-                self._round()
-        self._wind_up()
+        try:
+            with self._watching():
+                while not (self.inbox.closed or self._over):
+                    self._round()
+            self._reach_the_end()
+        finally:
+            # Whatever it is that ends it, whoever waits for time to move is answered.
+            self._over = True
+            self._lockstep.dismiss("the simulator was stopped")
 
     def submit(self, command: AnyCommand) -> None:
         """Apply a command now, in the simulation's thread."""
-        if isinstance(command, TIME_COMMANDS):
+        if isinstance(command, TimeCommand):
             self._apply(command)
         else:
             self.simulator.submit(command)
@@ -245,16 +249,14 @@ class Pacing:
             call()
         self.inbox.wait(timeout)
 
-    def _wind_up(self) -> None:
-        """Let it be the time at which the run ends, and answer whoever waits for time to move."""
+    def _reach_the_end(self) -> None:
+        """Let it be the time at which the run ends."""
         simulator = self.simulator
         if self._anchor is not None and not simulator.paused:
             # Whatever ends now ends at this time, not at that of the event before.
             target = min((wall_time() - self._anchor) * self.real_time_factor, self.duration)
             if simulator.next_due > target:
                 simulator.advance(max(target, simulator.now))
-        self._over = True
-        self._lockstep.dismiss("the simulator was stopped")
 
     # --- commands -------------------------------------------------------------------------------------------------
 

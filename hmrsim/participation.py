@@ -89,7 +89,6 @@ class LookAround(NamedTuple):
 
 
 TimeCommand = Join | Advance | Leave | TokenSeen | SetClock | ReadTime | LookAround
-TIME_COMMANDS = (Join, Advance, Leave, TokenSeen, SetClock, ReadTime, LookAround)
 
 
 class Joined(NamedTuple):

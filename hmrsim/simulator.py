@@ -255,10 +255,6 @@ class Simulator:
         """The time up to which time may move; infinite while the simulation plays."""
         return self.gate.limit
 
-    @limit.setter
-    def limit(self, limit: float) -> None:
-        self.gate.limit = limit
-
     @property
     def paused(self) -> bool:
         """Whether time may not move."""
@@ -301,7 +297,8 @@ class Simulator:
                 break
             # Each event may bring a sample that is due before the next one; each sample may halt us.
             if sample < event:
-                taken += self.telemetry.sample(event, self.env.horizon, 1, self.pass_to)
+                self.telemetry.sample(self.pass_to)
+                taken += 1
             else:
                 events = self.env.take(1 if self.interest.sampled else most - taken)
                 self.taken += events

@@ -263,7 +263,7 @@ class TestOne:
 
     def test_asking_for_the_next_epoch_while_waiting_is_refused(self, steps):
         """The answer that is still to come says which is next."""
-        steps.simulator.limit = 0.0
+        steps.simulator.gate.limit = 0.0
         steps.ask("alone", 0, 5.0)
 
         assert "epoch 0 is being waited for" in steps.advance("alone", 1, 5.0).message
@@ -471,11 +471,11 @@ class TestHeld:
 
     def test_while_paused_an_advance_is_held(self, steps):
         """It goes on when time may."""
-        steps.simulator.limit = 0.0
+        steps.simulator.gate.limit = 0.0
         held = steps.ask("alone", 0, 5.0)
         steps.move()
         before = steps.answers(held)
-        steps.simulator.limit = math.inf
+        steps.simulator.gate.limit = math.inf
         steps.move()
 
         assert (None, 5.0) == (before, steps.answers(held).now)
@@ -484,11 +484,11 @@ class TestHeld:
         """At the limit, until that is gone."""
         held = steps.ask("alone", 0, 5.0, wait("eve", 9))
         steps.lockstep.begin()
-        steps.simulator.limit = 2.0
+        steps.simulator.gate.limit = 2.0
         while steps.lockstep.proceed(16, 0.0):
             pass
         before = steps.answers(held), steps.simulator.now
-        steps.simulator.limit = math.inf
+        steps.simulator.gate.limit = math.inf
         while steps.lockstep.proceed(16, 0.0):
             pass
 

@@ -12,7 +12,7 @@ from hmrsim.gateway import GetResult, Happened, Inbox, SendGoal, Topic
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.pacing import Pacing
-from hmrsim.participation import Join
+from hmrsim.participation import Advance, Join
 from hmrsim.retention import Retention
 from tests.simulation import simulate
 
@@ -188,7 +188,7 @@ class TestPause:
     def test_nothing_moves_while_it_is_paused(self, wall):
         """Commands are taken all the same, at that time."""
         run = simulate(topics=frozenset())
-        run.simulator.limit = 0.0
+        run.simulator.gate.limit = 0.0
         Pacing(run.simulator, wall.inbox([(1.0, WAIT)], close_at=20.0), Retention(-1)).run()
 
         assert [(0.0, "ACCEPTED"), (0.0, "EXECUTING")] == run.log.changes(A)
@@ -196,6 +196,22 @@ class TestPause:
 
 class TestLockstep:
     """Participants, by the wall."""
+
+    def test_whatever_it_dies_of_answers_who_waits(self):
+        """A request gets exactly one answer, always."""
+        run = simulate(topics=frozenset())
+        inbox = Inbox()
+        for command in (Join("nurse", "x"), Advance("nurse", 0, reply_to="held")):
+            inbox.put(command)
+
+        def die():
+            raise OSError("the disk is full")
+
+        pacing = Pacing(run.simulator, inbox, Retention(-1), clock="lockstep", participants=2, on_wait=[die])
+        with pytest.raises(OSError, match="the disk is full"):
+            pacing.run()
+
+        assert "end" == run.log.answer("held").reason
 
     def test_one_that_stalls_is_dropped(self):
         """The run ends when that is wanted; the watch is a thread of its own."""
