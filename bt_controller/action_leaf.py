@@ -17,7 +17,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Access, Status
 
 from bt_controller.directory import Directory
-from hmrsim.actions import Action, F, G, R, registry
+from hmrsim.actions import Action, F, G, R, error_of, registry
 from hmrsim.errors import GoalRejected, HmrsimError
 from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
@@ -173,14 +173,8 @@ def _verdict(handle: GoalHandle[Any, Any]) -> str:
     """Return why a goal that is done has not succeeded."""
     if handle.error is not None:
         return f"rejected: {handle.error}" if isinstance(handle.error, GoalRejected) else str(handle.error)
-    why = _error_text(handle.result_message)
+    why = error_of(handle.result_message) if handle.result_message is not None else ""
     return f"{handle.status.name.lower()}: {why}" if why else handle.status.name.lower()
-
-
-def _error_text(result: Message | None) -> str:
-    """Return what a result says of an error: in Nav2's field, or in MoveIt's."""
-    text = getattr(result, "error_msg", "") or getattr(getattr(result, "error_code", None), "message", "")
-    return str(text)
 
 
 def _plain_fields(feedback: Message) -> str:

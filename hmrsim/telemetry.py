@@ -85,27 +85,13 @@ class Telemetry:
             if self._interest.in_(sampler.topic):
                 self._push(sampler, min(sampler.due_after(now), due.get(sampler, math.inf)))
 
-    def sample(self, before: float, until: float, most: int, let_it_be: Callable[[float], None]) -> int:
-        """Take samples in order of time.
-
-        Args:
-            before: When the next event is due, which comes before the samples of that instant.
-            until: The last instant to take samples of.
-            most: Do not take more than so many.
-            let_it_be: Told the time of each.
-
-        Returns:
-            How many were taken.
-        """
-        heap, taken = self._heap, 0
-        while taken < most and self.next_due < before and heap[0][0] <= until:
-            due, _, sampler = heap[0]
-            self._order += 1
-            heapq.heapreplace(heap, (sampler.due_after(due), self._order, sampler))
-            let_it_be(due)
-            sampler.take()
-            taken += 1
-        return taken
+    def sample(self, let_it_be: Callable[[float], None]) -> None:
+        """Take the sample that is due next, of which there must be one; *let_it_be* is told its time first."""
+        due, _, sampler = self._heap[0]
+        self._order += 1
+        heapq.heapreplace(self._heap, (sampler.due_after(due), self._order, sampler))
+        let_it_be(due)
+        sampler.take()
 
     def _push(self, sampler: _Sampler, due: float) -> None:
         self._order += 1

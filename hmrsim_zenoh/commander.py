@@ -14,7 +14,7 @@ import math
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from hmrsim.actions import registry
+from hmrsim.actions import error_of, registry
 from hmrsim.errors import HmrsimError
 from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
@@ -101,7 +101,6 @@ class Commander:
 
 def _why(result: Message) -> str:
     """Return what a result says went wrong: Nav2's and MoveIt's have it in different places."""
-    code = getattr(result, "error_code", None)
-    text = getattr(result, "error_msg", "") or getattr(code, "message", "")
+    code, text = getattr(result, "error_code", None), error_of(result)
     number = getattr(code, "val", code)
     return f"{text} ({number})" if text else f"error code {number}"

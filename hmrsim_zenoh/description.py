@@ -6,7 +6,6 @@ import json
 from typing import TYPE_CHECKING, Any
 
 import hmrsim
-from hmrsim.actions import WORLD as THE_WORLD
 from hmrsim.route_graph import to_geojson
 from hmrsim.services import registry as all_services
 from hmrsim.world import world_hash
@@ -79,7 +78,7 @@ class Description:
                 {"name": name, "type": robot.type, "components": list(robot.components), "actions": serves[name]}
                 for name, robot in simulator.robots.items()
             ],
-            "actions": simulator.dispatcher.servers.actions_of(THE_WORLD),
+            "actions": simulator.dispatcher.servers.actions_of(WORLD),
             "aliases": dict(world.remap),
             "services": _services(),
         }
