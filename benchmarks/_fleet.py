@@ -57,7 +57,7 @@ def loaded(world: World) -> LoadedWorld:
 
 def plan_everything(simulator: Simulator) -> None:
     """Plan a trip to every waypoint, so that no search is left to be made during a measurement."""
-    points = list(simulator.world.waypoints.values())
+    points = list(simulator.world.points.values())
     for start, goal in itertools.pairwise([*points, points[0]]):
         simulator.graph.plan(start, goal, 1.0)
 
@@ -75,7 +75,7 @@ class Wanderers:
         self._numbers = itertools.count(1)
         self._goals = [
             NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=Point(x=x, y=y))))
-            for x, y in simulator.world.waypoints.values()
+            for x, y in simulator.world.points.values()
         ]
 
     def start(self, robots: Iterable[str]) -> None:

@@ -33,7 +33,7 @@ class NullController:
     def __init__(self, session: zenoh.Session, world: World, seed: int = 1) -> None:
         self._session = session
         self._chance = random.Random(seed)
-        self._goals = [{"pose": {"pose": {"position": {"x": x, "y": y}}}} for x, y in world.waypoints.values()]
+        self._goals = [{"pose": {"pose": {"position": {"x": x, "y": y}}}} for x, y in world.points.values()]
         self._idle = list(world.robots)
         joined = self._ask("join", {"name": _NAME})
         self._epoch, self.now = joined["epoch"], joined["now"]

@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 import simpy
-from simpy.events import URGENT, EventPriority
+from simpy.events import NORMAL, URGENT, EventPriority
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,6 +31,31 @@ class Environment(simpy.Environment):
     horizon = math.inf
     _abandoned = 0
     """How many events are in the schedule that nobody waits for any more."""
+    _background = 0
+    """How many are there for whose sake time does not go on."""
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing is scheduled but what happens only if time goes on anyway."""
+        return len(self._queue) == self._abandoned + self._background
+
+    def alarm(self, delay: float, ring: Callable[[], None]) -> Alarm:
+        """Have *ring* called after a delay, if time goes on that far for other reasons; the alarm can be put off.
+
+        What would wear out by itself, such as a battery that nobody uses, would otherwise keep a simulation running
+        in which nothing happens any more.
+        """
+        alarm = Alarm(self, ring)
+        self._background += 1
+        self.schedule(alarm, NORMAL, delay)
+        return alarm
+
+    def put_off(self, alarm: Alarm) -> None:
+        """Forget an alarm; nothing happens if it has rung."""
+        if alarm.callbacks is not None and alarm.callbacks is not _NOBODY:
+            alarm.callbacks = _NOBODY
+            self._background -= 1
+            self._abandoned += 1
 
     def pass_until(self, to: float) -> None:
         """Let it be *to*; nothing may be due before."""
@@ -80,6 +105,7 @@ class Environment(simpy.Environment):
         self._queue[:] = [(0.0, *rest) for at, *rest in self._queue if at <= self._now]  # type: ignore[misc]
         heapq.heapify(self._queue)
         self._abandoned = sum(event.callbacks is _NOBODY for *_, event in self._queue)
+        self._background = sum(isinstance(event, Alarm) and event.callbacks is not _NOBODY for *_, event in self._queue)
         self._now = 0.0
 
 
@@ -90,3 +116,17 @@ class Tick(simpy.Event):
         super().__init__(env)
         self._ok, self._value = True, None
         env.schedule_last(self, at)
+
+
+class Alarm(simpy.Event):
+    """Something that happens at a time if time goes on until then, but for whose sake it does not go on."""
+
+    def __init__(self, env: Environment, ring: Callable[[], None]) -> None:
+        super().__init__(env)
+        self._ok, self._value = True, None
+
+        def rings(_event: simpy.Event) -> None:
+            env._background -= 1  # noqa: SLF001 - the other half of `Environment.alarm`
+            ring()
+
+        self.callbacks = [rings]

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import FARTHEST, SAME_PLACE, Obstacles, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.route import Leg
+from hmrsim.route import Leg, Route
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from hmrsim.world.model import World
 
 _KEPT_POINTS = 4_096
@@ -85,6 +87,9 @@ class Lanes:
         into: By waypoint, the edges that end there.
         at: The index of the waypoint at a point; one that no lane touches is a point off the lanes like any other.
         limited: Whether any lane has a speed limit.
+        names: Of the waypoints. Their indices are their slots, too, as `hmrsim.traffic` counts them.
+        tracks: The lanes whatever the direction, by the names of their ends; their slots are those that follow.
+        numbers: The numbers of edges, by the names of the waypoints where they begin and end.
     """
 
     def __init__(self, world: World) -> None:
@@ -95,13 +100,18 @@ class Lanes:
         )
         self.ways = _ways(world)
         names = sorted(world.waypoints)
-        points = [world.waypoints[name] for name in names]
+        points = [world.points[name] for name in names]
         index = {name: i for i, name in enumerate(names)}
         self.edges: list[Edge] = []
+        tracks: dict[tuple[int, int], int] = {}
         for way in sorted(self.ways, key=lambda way: (way.start, way.end)):
             start, end = index[way.start], index[way.end]
-            leg = Leg(points[start], points[end], way.length, (way.start, way.end), way.speed_limit)
+            slots = (tracks.setdefault((min(start, end), max(start, end)), len(names) + len(tracks)), end)
+            leg = Leg(points[start], points[end], way.length, (way.start, way.end), way.speed_limit, slots)
             self.edges.append(Edge(len(self.edges), start, end, way.length, way.speed_limit, leg))
+        self.names = names
+        self.tracks = [(names[a], names[b]) for a, b in tracks]
+        self.numbers = {edge.leg.lane: edge.number for edge in self.edges if edge.leg.lane}
         self.out: list[list[Edge]] = [[] for _ in names]
         self.into: list[list[Edge]] = [[] for _ in names]
         for edge in self.edges:
@@ -144,6 +154,25 @@ class Lanes:
                 return edge
         return None
 
+    def part(self, edge: Edge, a: Point, b: Point) -> Leg:
+        """Return the leg that drives a part of a lane."""
+        slots = edge.leg.slots if b == edge.leg.end else edge.leg.slots[:1]
+        return Leg(a, b, distance(a, b), edge.leg.lane, edge.speed_limit, slots)
+
+    def route(self, legs: Sequence[Leg], goal: Point | None = None) -> Route:
+        """Return the route of these legs, without those of no length.
+
+        One off the lanes takes the slot of what it ends on: a waypoint, or the lane that is driven next.
+        """
+        long = [leg for leg in legs if leg.length > 0.0]
+        for i, leg in enumerate(long):
+            if leg.lane is None:
+                at = self.at.get(leg.end)
+                after = long[i + 1].slots[:1] if i + 1 < len(long) else ()
+                slots = after if at is None else (at,)
+                long[i] = replace(leg, slots=slots) if slots else leg
+        return Route(tuple(long), goal)
+
     def _nearest(self, point: Point) -> tuple[float, set[tuple[int, int]]]:
         """Return how far the nearest lane is, and all lanes as near as that."""
         nearest = math.inf
@@ -177,7 +206,7 @@ def _ways(world: World) -> tuple[Way, ...]:
     """Return the lanes of a world in each direction; of two between the same waypoints the last one counts."""
     found: dict[str, dict[str, Way]] = {name: {} for name in world.waypoints}
     for lane in world.lanes:
-        length = distance(world.waypoints[lane.from_], world.waypoints[lane.to])
+        length = distance(world.points[lane.from_], world.points[lane.to])
         ends = [(lane.from_, lane.to)] if lane.one_way else [(lane.from_, lane.to), (lane.to, lane.from_)]
         for start, end in ends:
             found[start][end] = Way(start, end, length, lane.speed_limit or math.inf, lane.capacity)

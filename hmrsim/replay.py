@@ -21,7 +21,7 @@ from hmrsim.errors import TraceError, WorldError
 from hmrsim.gateway import CallService, CancelGoal, Participation, SendGoal, Stop
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.services import registry as services
-from hmrsim.sim_time import stamp
+from hmrsim.sim_time import end_of_instant, stamp
 from hmrsim.simulator import Simulator
 from hmrsim.trace import Header, Trace
 from hmrsim.world.loading import world_of
@@ -165,14 +165,16 @@ class _Replay:
                 if self._simulator.taken != line.after:
                     return None
                 self._repeat(line, number)
-        while not self._made and self._simulator.take(math.inf, 1, idle=False):
+        until = end_of_instant(line.stamp.to_nanoseconds() / NANOSECONDS) if line is not None else math.inf
+        while not self._made and self._simulator.take(until, 1):
             self._trace.flush()
         return self._made.popleft() if self._made else None
 
     def _let_it_be(self, line: _Line) -> None:
         """Take events until the moment at which a command came, or until one of them has something to say."""
         simulator = self._simulator
-        while not self._made and simulator.taken < line.after and simulator.take(math.inf, 1, idle=False):
+        until = end_of_instant(line.stamp.to_nanoseconds() / NANOSECONDS)
+        while not self._made and simulator.taken < line.after and simulator.take(until, 1):
             self._trace.flush()
         at = line.stamp.to_nanoseconds()
         if simulator.taken == line.after and stamp(simulator.now) < at:

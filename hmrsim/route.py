@@ -18,6 +18,8 @@ class Leg:
         length: In the world's unit.
         lane: The waypoints of the lane that it runs on, in its direction; None off the lanes.
         speed_limit: Most that may be driven there; infinite without a limit.
+        slots: What a robot occupies that drives it, and then stands at its end, as `hmrsim.traffic` counts: the lane,
+            if it is one, and the waypoint at its end, if there is one.
         first: The pose of a robot that begins to drive it.
         last: The pose of one that has driven it.
     """
@@ -27,6 +29,7 @@ class Leg:
     length: float
     lane: tuple[str, str] | None = None
     speed_limit: float = math.inf
+    slots: tuple[int, ...] = field(default=(), compare=False)
     first: Pose = field(init=False, compare=False, repr=False)
     last: Pose = field(init=False, compare=False, repr=False)
 
@@ -39,9 +42,15 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """The way from one point to another: legs in order, none when they are the same place."""
+    """The way from one point to another: legs in order, none when they are the same place.
+
+    Attributes:
+        legs: In order.
+        goal: Where it leads, if whoever drives it may take another way there; None if it has to be this one.
+    """
 
     legs: tuple[Leg, ...]
+    goal: Point | None = None
 
     @property
     def length(self) -> float:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 from hmrsim.geometry import Point, distance
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from hmrsim.lanes import Edge, Lanes
 
 _TIE = 1e-9
@@ -49,10 +51,14 @@ class Trees:
 
     Args:
         lanes: Where to search.
+        closed: The numbers of the edges that are not to be taken.
     """
 
-    def __init__(self, lanes: Lanes) -> None:
+    def __init__(self, lanes: Lanes, closed: Collection[int] = ()) -> None:
         self._lanes = lanes
+        self._closed = closed
+        self._into = _without(lanes.into, closed)
+        self._out = _without(lanes.out, closed)
         self._trees: OrderedDict[tuple[Point, float], Tree] = OrderedDict()
         self._most = max(64, _KEPT_NODES // max(1, len(lanes.out)))
 
@@ -82,7 +88,7 @@ class Trees:
         else:
             on_lane, feet = self._lanes.feet(goal)
             tree = replace(tree, on_lanes=on_lane)
-            heap = [self._leaving(edge, point, goal, speed) for edge, point in feet]
+            heap = [self._leaving(edge, point, goal, speed) for edge, point in feet if edge.number not in self._closed]
             heapq.heapify(heap)
         while heap:
             seconds, node, _, number, leave = heapq.heappop(heap)
@@ -97,7 +103,7 @@ class Trees:
                     continue
                 tree.leave[node] = leave
             cost[node], tree.step[node] = seconds, number
-            for edge in self._lanes.into[node]:
+            for edge in self._into[node]:
                 total = seconds + edge.length / min(speed, edge.speed_limit)
                 if total < found[edge.start]:
                     found[edge.start] = total
@@ -117,9 +123,15 @@ class Trees:
             if number < 0 or node in tree.leave:
                 continue
             most, taken = cost[node] * (1 + _TIE), self._lanes.edges[number].end
-            for edge in self._lanes.out[node]:
+            for edge in self._out[node]:
                 if edge.end >= taken:
                     break
                 if cost[edge.end] < cost[node] and cost[edge.end] + edge.length / min(speed, edge.speed_limit) <= most:
                     step[node] = edge.number
                     break
+
+
+def _without(edges: list[list[Edge]], closed: Collection[int]) -> list[list[Edge]]:
+    if not closed:
+        return edges
+    return [[edge for edge in some if edge.number not in closed] for some in edges]

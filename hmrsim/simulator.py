@@ -262,8 +262,8 @@ class Simulator:
 
     @property
     def next_event(self) -> float:
-        """When the next event is due; infinite when nothing is scheduled."""
-        return self.env.peek()
+        """When the next event is due; infinite when nothing is scheduled for whose sake time goes on."""
+        return math.inf if self.env.idle else self.env.peek()
 
     @property
     def next_due(self) -> float:
@@ -292,7 +292,7 @@ class Simulator:
         self.env.horizon = min(until, self.gate.limit)
         while taken < most:
             sample, event = self.telemetry.next_due, self.env.peek()
-            due = min(sample, event) if idle or event < math.inf else math.inf
+            due = min(sample, event) if idle or not self.env.idle else math.inf
             if due > self.env.horizon or due == math.inf:
                 break
             # Each event may bring a sample that is due before the next one; each sample may halt us.

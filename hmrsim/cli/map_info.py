@@ -72,7 +72,7 @@ def facts(loaded: LoadedWorld) -> dict[str, Any]:
         "counts": {key: len(getattr(world, key)) for key in _COUNTED},
         "one_way_lanes": sum(lane.one_way for lane in world.lanes),
         "lane_length": math.fsum(
-            distance(world.waypoints[lane.from_], world.waypoints[lane.to]) for lane in world.lanes
+            distance(world.points[lane.from_], world.points[lane.to]) for lane in world.lanes
         ),
         "parts": [len(part) for part in parts],
         "robots": [_robot(world, name) for name in world.robots],
@@ -108,7 +108,7 @@ def _extent(world: World) -> tuple[float, float, float, float] | None:
 
 
 def _points(world: World) -> Iterator[Point]:
-    yield from world.waypoints.values()
+    yield from world.points.values()
     for wall in world.walls:
         yield from wall if isinstance(wall, tuple) else wall.solid
     named = (world.places, world.docks, world.robots, world.items)

@@ -96,7 +96,7 @@ def _plan(args: argparse.Namespace) -> int:
         trip = _trip(graph.plan(start, goal, world.speed(base)), base, yaw)
     except NoRoute as error:
         raise HmrsimError(f"{error} (error_code {error.code})") from None
-    names = {point: name for name, point in world.waypoints.items()}
+    names = {point: name for name, point in world.points.items()}
     if args.json:
         ends_told = {"from": {"name": args.start, "point": start}, "to": {"name": args.goal, "point": goal}}
         show_json({**ends_told, "robot": driver, "units": world.units, **_values(trip, names)})

@@ -84,7 +84,7 @@ def _check_bounds(world: World) -> Iterator[Finding]:
 
 
 def _named_points(world: World) -> Iterator[tuple[Path, str, Point]]:
-    for name, point in world.waypoints.items():
+    for name, point in world.points.items():
         yield ("waypoints", name), name, point
     for name, place in world.places.items():
         yield ("places", name, "at"), name, place.at
@@ -206,7 +206,7 @@ def _check_start(world: World, path: Path, point: Point, solids: Obstacles) -> I
 
 
 def _on_lane(world: World, point: Point) -> bool:
-    ends = [(world.waypoints.get(lane.from_), world.waypoints.get(lane.to)) for lane in world.lanes]
+    ends = [(world.points.get(lane.from_), world.points.get(lane.to)) for lane in world.lanes]
     return any(a and b and distance(point, foot(point, a, b)) <= SAME_PLACE for a, b in ends)
 
 

@@ -41,7 +41,7 @@ def check_lanes(world: World, lost: Lost) -> Iterator[Finding]:
         driven.update(dict.fromkeys(ways, i))
         if unknown:
             continue
-        if distance(world.waypoints[lane.from_], world.waypoints[lane.to]) <= SAME_PLACE:
+        if distance(world.points[lane.from_], world.points[lane.to]) <= SAME_PLACE:
             message = f"has no length: {lane.from_!r} and {lane.to!r} are the same point"
             yield Finding(("lanes", i), message, [lane.from_, lane.to])
             continue
@@ -53,7 +53,7 @@ def check_lanes(world: World, lost: Lost) -> Iterator[Finding]:
 
 def _segment(world: World, i: int) -> tuple[Point, Point]:
     lane = world.lanes[i]
-    return world.waypoints[lane.from_], world.waypoints[lane.to]
+    return world.points[lane.from_], world.points[lane.to]
 
 
 def _check_walls(world: World, good: list[int]) -> Iterator[Finding]:

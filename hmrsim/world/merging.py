@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from hmrsim.world.finding import Path
     from hmrsim.world.formats import Document
 
-_MAPS = ("waypoints", "places", "docks", "items", "robot_types", "robots", "remap")
+_MAPS = ("waypoints", "places", "docks", "doors", "lifts", "items", "robot_types", "robots", "remap")
 _LISTS = ("lanes", "walls", "faults")
 
 

@@ -7,6 +7,7 @@ radians; in pixels y points down and yaw runs from +x to +y. Nothing is ever fli
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -39,6 +40,8 @@ Point = Annotated[tuple[Coordinate, Coordinate], Field(description="x, y in the 
 Name = Annotated[str, Field(min_length=1, max_length=100)]
 RosName = Annotated[str, Field(pattern=ROS_NAME, max_length=100)]
 Positive = Annotated[float, Field(strict=True, gt=0, le=1e9)]
+NotNegative = Annotated[float, Field(strict=True, ge=0, le=1e9)]
+Capacity = Annotated[int, Field(strict=True, ge=1)]
 
 
 def _point_or_name(value: Any) -> str:
@@ -63,6 +66,27 @@ Outline = Annotated[
 ]
 
 
+class Waypoint(Model):
+    """A waypoint of which more is to be said than where it is.
+
+    Attributes:
+        at: Where it is.
+        capacity: How many robots may be there at once, where traffic counts; None for what traffic says of all.
+    """
+
+    at: Point
+    capacity: Capacity | None = None
+
+
+def _waypoint_or_point(value: Any) -> str:
+    return "waypoint" if isinstance(value, (dict, Waypoint)) else "point"
+
+
+PointOrWaypoint = Annotated[
+    Annotated[Point, Tag("point")] | Annotated[Waypoint, Tag("waypoint")], Discriminator(_waypoint_or_point)
+]
+
+
 class Lane(Model):
     """A straight way between two waypoints; in a file also ``[from, to]``.
 
@@ -71,7 +95,7 @@ class Lane(Model):
         to: Name of the waypoint where it ends.
         one_way: Whether it can't be driven from *to* to *from*.
         speed_limit: Most that any robot drives here; None for no limit.
-        capacity: How many robots may be on it at once; None for any number.
+        capacity: How many robots may be on it at once, where traffic counts; None for what traffic says of all.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
@@ -80,7 +104,7 @@ class Lane(Model):
     to: Name
     one_way: bool = Field(default=False, strict=True)
     speed_limit: Positive | None = None
-    capacity: Annotated[int, Field(strict=True, ge=1)] | None = None
+    capacity: Capacity | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -121,7 +145,31 @@ class Dock(Model):
 
     at: Point
     type: Name = "dock"
-    capacity: Annotated[int, Field(strict=True, ge=1)] = 1
+    capacity: Capacity = 1
+
+
+class Door(Model):
+    """A door: what crosses its segment waits until it is open.
+
+    Attributes:
+        at: Where it is, from one jamb to the other.
+        type: What it is, such as ``sliding``.
+        open: Whether it stands open in the beginning.
+    """
+
+    at: tuple[Point, Point]
+    type: Name = "door"
+    open: Annotated[bool, Field(strict=True)] = False
+
+
+class Lift(Model):
+    """A lift, in which robots ride between waypoints, one a level.
+
+    Attributes:
+        stops: The waypoints where it stops, in order.
+    """
+
+    stops: Annotated[tuple[Name, ...], Field(min_length=2)]
 
 
 class Item(Model):
@@ -139,12 +187,14 @@ class Base(Model):
         acceleration: Speeding up and slowing down; None for no delay.
         turning_rate: Radians a second, turning in place; None for no delay.
         radius: Of the footprint, used between robots only.
+        flies: Whether it goes straight from anywhere to anywhere, over lanes, walls and other robots.
     """
 
     speed: Positive | None = None
     acceleration: Positive | None = None
     turning_rate: Positive | None = None
     radius: Positive | None = None
+    flies: Annotated[bool, Field(strict=True)] = False
 
 
 class RobotType(Model):
@@ -223,11 +273,13 @@ class World(Model):
         Field(description="Least x, least y, greatest x, greatest y; without it nothing is outside the map."),
     ] = None
     include: tuple[str, ...] = Field(default=(), description="Other files of any format, beside or below this one.")
-    waypoints: dict[Name, Point] = {}
+    waypoints: dict[Name, PointOrWaypoint] = {}
     lanes: tuple[Lane, ...] = ()
     walls: tuple[Wall, ...] = ()
     places: dict[Name, Place] = {}
     docks: dict[Name, Dock] = {}
+    doors: dict[Name, Door] = {}
+    lifts: dict[Name, Lift] = {}
     items: dict[Name, Item] = {}
     robot_types: dict[Name, RobotType] = {}
     robots: dict[RosName, RobotSpec] = {}
@@ -235,6 +287,11 @@ class World(Model):
     faults: tuple[Fault, ...] = ()
     remap: dict[str, str] = Field(default={}, description="Further names of actions: alias to <robot>/<action>.")
     seed: Annotated[int, Field(strict=True)] = 0
+
+    @cached_property
+    def points(self) -> dict[str, Point]:
+        """Where each waypoint is, by name."""
+        return {name: at.at if isinstance(at, Waypoint) else at for name, at in self.waypoints.items()}
 
     def point(self, at: Point | str) -> Point:
         """Return the coordinates of a point or of a named waypoint, place or dock.
@@ -244,8 +301,8 @@ class World(Model):
         """
         if not isinstance(at, str):
             return at
-        if at in self.waypoints:
-            return self.waypoints[at]
+        if at in self.points:
+            return self.points[at]
         return (self.places.get(at) or self.docks[at]).at
 
     def robot_type(self, robot: RobotSpec) -> RobotType:

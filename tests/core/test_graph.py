@@ -241,7 +241,7 @@ def test_plans_are_kept_for_each_destination():
     square = graph(**SQUARE)
     square.plan((0, 0), (4, 4), 1.0)
     searched = []
-    square._trees._search = lambda *args: searched.append(args)
+    square._planner._trees._search = lambda *args: searched.append(args)
 
     square.plan((0, 4), (4, 4), 1.0)
 

@@ -1,0 +1,171 @@
+"""The quickest routes on the lanes of a world, of which some may be closed."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import count
+from typing import TYPE_CHECKING
+
+from hmrsim.errors import NoRoute
+from hmrsim.geometry import SAME_PLACE, Point, distance
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+from hmrsim.route import Leg, Route
+from hmrsim.search import Trees
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from hmrsim.lanes import Edge, Lanes
+    from hmrsim.search import Tree
+
+_KEPT_ROUTES = 4_096
+"""Ways on to the lanes that are kept."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """What to do next on the way to a destination.
+
+    Attributes:
+        edge: The lane to take.
+        leave: Where to leave it for the destination; None to drive it to its end.
+    """
+
+    edge: Edge
+    leave: Point | None = None
+
+
+class Planner:
+    """Plans routes.
+
+    Args:
+        lanes: Where to drive.
+        closed: The numbers of the edges that nobody may enter; whoever is on one may leave it.
+    """
+
+    def __init__(self, lanes: Lanes, closed: Collection[int] = ()) -> None:
+        self._lanes = lanes
+        self._closed = closed
+        self._trees = Trees(lanes, closed)
+        self._entrance = lru_cache(_KEPT_ROUTES)(self._enter)
+
+    def find_ways(self, goal: Point, speed: float) -> None:
+        """Find the quickest ways to a destination from everywhere, so that to plan one takes no time.
+
+        Raises:
+            NoRoute: The goal is outside the map (204), or inside an obstacle (206).
+        """
+        self._lanes.check(goal)
+        self._trees.to(goal, speed if self._lanes.limited else 1.0)
+
+    def plan(self, start: Point, goal: Point, speed: float) -> Route:
+        """Return the quickest route for a robot of this greatest *speed*.
+
+        A point off the lanes is reached by the point of each lane that is nearest to it of those from which a clear
+        straight line leads there; the lane that gives the quickest trip is taken. Equal trips are ordered by the
+        names of their waypoints. Turning and acceleration are not counted.
+
+        Raises:
+            NoRoute: The goal is outside the map (204), inside an obstacle (206), or no way leads there (208).
+        """
+        if distance(start, goal) <= SAME_PLACE:
+            return Route(())
+        speed = speed if self._lanes.limited else 1.0
+        if (goal, speed) not in self._trees:
+            self._lanes.check(goal)
+        at = self._lanes.at.get(start)
+        if (at is None or goal not in self._lanes.at) and self._straight(start, goal):
+            return self._lanes.route([Leg(start, goal, distance(start, goal))], goal)
+        if at is not None:
+            tree = self._trees.to(goal, speed)
+            legs = self._follow(at, tree) if tree.cost[at] < math.inf else None
+        else:
+            legs = self._entrance(start, goal, speed)
+        if legs is None:
+            raise NoRoute(
+                ComputePathToPose.Result.NO_VALID_PATH,
+                f"no route from ({start[0]:g}, {start[1]:g}) to ({goal[0]:g}, {goal[1]:g})",
+            )
+        return self._lanes.route(legs, goal)
+
+    def _straight(self, start: Point, goal: Point) -> bool:
+        """Return whether both see each other and have a nearest lane in common, one of them being off the lanes."""
+        away, lanes = self._lanes.nearest(start)
+        goal_away, goal_lanes = self._lanes.nearest(goal)
+        if away <= SAME_PLACE and goal_away <= SAME_PLACE:
+            return False
+        return (not self._lanes.edges or not lanes.isdisjoint(goal_lanes)) and self._lanes.clear(start, goal)
+
+    # --- legs -----------------------------------------------------------------------------------------------------
+
+    def _enter(self, start: Point, goal: Point, speed: float) -> list[Leg] | None:
+        """Return the legs from a point that is no waypoint; None when no way leads to the destination."""
+        tree = self._trees.to(goal, speed)
+        on_lanes, feet = self._lanes.feet(start)
+        ways: list[tuple[float, int, Point, _Step]] = []
+        order = count()
+
+        def offer(point: Point, how: _Step) -> None:
+            seconds = self._seconds(start, point, how, tree, speed)
+            if seconds < math.inf:
+                heapq.heappush(ways, (seconds, next(order), point, how))
+
+        for edge, point in feet:
+            if edge.number in self._closed and not on_lanes:
+                continue
+            offer(point, _Step(edge))
+            offer(point, _Step(edge, self._lanes.foot(tree.goal, edge)))
+        while ways:
+            _, _, point, how = heapq.heappop(ways)
+            if not (on_lanes or self._lanes.clear(start, point)):
+                for seen in self._lanes.seen(start, how.edge, point):
+                    offer(seen, how)
+            elif not (how.leave is None or tree.on_lanes or self._lanes.clear(how.leave, tree.goal)):
+                for seen in self._lanes.seen(tree.goal, how.edge, how.leave):
+                    offer(point, _Step(how.edge, seen))
+            else:
+                return [Leg(start, point, distance(start, point)), *self._take(point, how, tree)]
+        return None
+
+    def _seconds(self, start: Point, point: Point, how: _Step, tree: Tree, speed: float) -> float:
+        """Return how long it takes by way of *point* on a lane; infinite if that leads nowhere, or backwards."""
+        edge, leave = how.edge, how.leave
+        to_lane, lane_speed = distance(start, point) / speed, min(speed, edge.speed_limit)
+        if leave is None:
+            return to_lane + distance(point, edge.leg.end) / lane_speed + tree.cost[edge.end]
+        last = distance(leave, tree.goal)
+        begin = edge.leg.start
+        if distance(begin, leave) < distance(begin, point) or (tree.on_lanes and last > SAME_PLACE):
+            return math.inf
+        return to_lane + distance(point, leave) / lane_speed + last / speed
+
+    def _take(self, start: Point, how: _Step, tree: Tree) -> list[Leg]:
+        """Return the legs from a point of a lane to the destination, when *how* is what to do there."""
+        legs = [self._leg(start, how, tree)]
+        if how.leave is None:
+            return legs + self._follow(how.edge.end, tree)
+        return [*legs, Leg(how.leave, tree.goal, distance(how.leave, tree.goal))]
+
+    def _follow(self, node: int, tree: Tree) -> list[Leg]:
+        """Return the legs from a waypoint to the destination."""
+        legs: list[Leg] = []
+        edges, step, leave = self._lanes.edges, tree.step, tree.leave
+        while (number := step[node]) >= 0:
+            edge = edges[number]
+            if node in leave:
+                return legs + self._take(edge.leg.start, _Step(edge, leave[node]), tree)
+            legs.append(edge.leg)
+            node = edge.end
+        return legs
+
+    def _leg(self, start: Point, how: _Step, tree: Tree) -> Leg:
+        """Return the leg that a step drives on its lane; it ends exactly at a destination on the lane."""
+        edge = how.edge
+        if how.leave is None and start == edge.leg.start:
+            return edge.leg
+        end = edge.leg.end if how.leave is None else (tree.goal if tree.on_lanes else how.leave)
+        slots = edge.leg.slots if how.leave is None else edge.leg.slots[:1]
+        return Leg(start, end, distance(start, end), edge.leg.lane, edge.speed_limit, slots)
