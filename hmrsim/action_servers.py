@@ -38,6 +38,10 @@ class Owner(Protocol):
     def components(self) -> Mapping[str, Any]:
         """What it carries, on which some actions depend."""
 
+    @property
+    def unfit(self) -> str:
+        """Why it can do nothing now; empty while it is well."""
+
 
 @dataclass(eq=False, slots=True)
 class ServedGoal:
@@ -192,7 +196,7 @@ class ActionServers:
         flaw = action.flaw(command.goal)
         if flaw:
             raise GoalRejected("invalid_goal", flaw)
-        reason = action.not_ready(server.robot)
+        reason = (server.robot.unfit if action.holds_base else "") or action.not_ready(server.robot)
         if reason:
             raise GoalRejected("not_ready", reason)
         goal: Message = command.goal

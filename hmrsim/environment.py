@@ -84,6 +84,13 @@ class Environment(simpy.Environment):
         timeout.callbacks = _NOBODY
         self._abandoned += 1
 
+    def soon(self, call: Callable[[], None]) -> None:
+        """Have something called at this instant, before all else that is due."""
+        event = simpy.Event(self)
+        event._ok, event._value = True, None  # noqa: SLF001 - as simpy's own events do
+        event.callbacks = [lambda _event: call()]
+        self.schedule(event, URGENT)
+
     def _clear(self) -> None:
         """Take what was abandoned from the top of the schedule; what is below it stays until it comes up."""
         queue = self._queue

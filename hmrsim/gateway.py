@@ -87,6 +87,8 @@ class Topic(Enum):
     STATUS = "status"
     FEEDBACK = "feedback"
     ODOM = "odom"
+    BATTERY_STATE = "battery_state"
+    DETECTIONS = "detections"
     CLOCK = "clock"
     EVENTS = "events"
     MOTION = "motion"

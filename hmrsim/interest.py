@@ -25,6 +25,8 @@ class Interest:
         status: Whether anybody wants `Topic.STATUS`.
         feedback: Likewise.
         odom: Likewise.
+        battery_state: Likewise.
+        detections: Likewise.
         clock: Likewise.
         events: Likewise.
         motion: Likewise.
@@ -33,6 +35,8 @@ class Interest:
     status: bool
     feedback: bool
     odom: bool
+    battery_state: bool
+    detections: bool
     clock: bool
     events: bool
     motion: bool
@@ -54,7 +58,7 @@ class Interest:
     @property
     def sampled(self) -> bool:
         """Whether anybody wants what is sampled between events."""
-        return self.feedback or self.odom or self.clock
+        return self.feedback or self.odom or self.clock or self.battery_state or self.detections
 
 
 class Happenings:

@@ -87,6 +87,7 @@ class Lanes:
         into: By waypoint, the edges that end there.
         at: The index of the waypoint at a point; one that no lane touches is a point off the lanes like any other.
         limited: Whether any lane has a speed limit.
+        points: Where each waypoint is.
         names: Of the waypoints. Their indices are their slots, too, as `hmrsim.traffic` counts them.
         tracks: The lanes whatever the direction, by the names of their ends; their slots are those that follow.
         numbers: The numbers of edges, by the names of the waypoints where they begin and end.
@@ -109,7 +110,7 @@ class Lanes:
             slots = (tracks.setdefault((min(start, end), max(start, end)), len(names) + len(tracks)), end)
             leg = Leg(points[start], points[end], way.length, (way.start, way.end), way.speed_limit, slots)
             self.edges.append(Edge(len(self.edges), start, end, way.length, way.speed_limit, leg))
-        self.names = names
+        self.names, self.points = names, points
         self.tracks = [(names[a], names[b]) for a, b in tracks]
         self.numbers = {edge.leg.lane: edge.number for edge in self.edges if edge.leg.lane}
         self.out: list[list[Edge]] = [[] for _ in names]
@@ -153,6 +154,10 @@ class Lanes:
             if on_it and distance(begin, a) < distance(begin, b):
                 return edge
         return None
+
+    def leading_to(self, slot: int) -> list[Edge]:
+        """Return the lanes, in each direction, of which a slot is a part."""
+        return [edge for edge in self.edges if slot in edge.leg.slots]
 
     def part(self, edge: Edge, a: Point, b: Point) -> Leg:
         """Return the leg that drives a part of a lane."""

@@ -10,12 +10,13 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from hmrsim.geometry import Pose, between, turn
+from hmrsim.geometry import Pose, between, distance, turn
+from hmrsim.route import Leg
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.route import Leg
+    from hmrsim.geometry import Point
 
 _SAME_HEADING = 1e-9
 
@@ -75,6 +76,7 @@ class Piece(NamedTuple):
         leg: The leg that is driven; None for a turn.
         profile: Speed over the stretch of which this is a part; None for a constant speed.
         driven_before: How much of that stretch comes before this piece.
+        turned: Radians of a turn, counter-clockwise where y is up; more than half a turn leads the long way round.
     """
 
     start: Pose
@@ -84,6 +86,15 @@ class Piece(NamedTuple):
     leg: Leg | None = None
     profile: Trapezoid | None = None
     driven_before: float = 0.0
+    turned: float = 0.0
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """The mean speed ahead, negative if backwards, and the turning rate."""
+        if not self.duration:
+            return 0.0, 0.0
+        backwards = self.leg is not None and abs(turn(self.leg.first.yaw, self.start.yaw)) > math.pi / 2
+        return (-self.length if backwards else self.length) / self.duration, self.turned / self.duration
 
     def describe(self) -> dict[str, Any]:
         """Return what an observer needs to draw the piece, as JSON values."""
@@ -108,10 +119,15 @@ class Piece(NamedTuple):
         if elapsed >= self.duration:
             return self.end
         if self.leg is None:
-            return Pose(
-                *self.start.point, self.start.yaw + turn(self.start.yaw, self.end.yaw) * elapsed / self.duration
-            )
+            return Pose(*self.start.point, self.start.yaw + self.turned * elapsed / self.duration)
         return Pose(*between(self.start.point, self.end.point, self.driven(elapsed) / self.length), self.start.yaw)
+
+    def first(self, seconds: float) -> Piece:
+        """Return what is done of it in so many seconds, which ends in the middle of the motion."""
+        if seconds >= self.duration:
+            return self
+        turned = self.turned * seconds / self.duration
+        return self._replace(end=self.pose(seconds), length=self.driven(seconds), duration=seconds, turned=turned)
 
 
 class Progress(NamedTuple):
@@ -135,6 +151,10 @@ class Drive(Protocol):
     def seconds(self) -> Sequence[float]:
         """How long each piece takes."""
 
+    @property
+    def legs(self) -> Sequence[Leg | None]:
+        """Which leg each piece drives; None for a turn."""
+
     def piece(self, number: int) -> Piece:
         """Return the piece of this index."""
 
@@ -145,22 +165,22 @@ class Drive(Protocol):
 class _Steady:
     """A drive at constant speeds: each leg is a piece, which is made when somebody asks where the robot is."""
 
-    __slots__ = ("_after", "_legs", "seconds")
+    __slots__ = ("_after", "legs", "seconds")
 
     def __init__(self, legs: Sequence[Leg], speed: float) -> None:
-        self._legs = legs
+        self.legs = legs
         self._after: list[tuple[float, float]] = []
         self.seconds = [leg.length / min(speed, leg.speed_limit) for leg in legs]
 
     def piece(self, number: int) -> Piece:
-        leg = self._legs[number]
+        leg = self.legs[number]
         return Piece(leg.first, leg.last, leg.length, self.seconds[number], leg)
 
     def progress(self, number: int, elapsed: float) -> Progress:
         # Asked with every feedback, if with any.
-        self._after = self._after or _sums_behind([leg.length for leg in self._legs], self.seconds)
+        self._after = self._after or _sums_behind([leg.length for leg in self.legs], self.seconds)
         length, seconds = self._after[number]
-        leg, duration = self._legs[number], self.seconds[number]
+        leg, duration = self.legs[number], self.seconds[number]
         if elapsed >= duration:
             return Progress(leg.last, length, seconds)
         share = elapsed / duration
@@ -172,10 +192,11 @@ class _Steady:
 class _Profiled:
     """A drive whose pieces depend on each other."""
 
-    __slots__ = ("_after", "_pieces", "seconds")
+    __slots__ = ("_after", "_pieces", "legs", "seconds")
 
     def __init__(self, pieces: Sequence[Piece]) -> None:
         self._pieces = pieces
+        self.legs = [piece.leg for piece in pieces]
         self.seconds = [piece.duration for piece in pieces]
         self._after = _sums_behind([piece.length for piece in pieces], self.seconds)
 
@@ -236,12 +257,31 @@ def drive(
     return _Profiled(made)
 
 
+def spin(start: Pose, angle: float, turning_rate: float | None) -> Piece:
+    """Return the turn by so many radians, in no time without a turning rate; whole turns stay in its last yaw."""
+    seconds = abs(angle) / turning_rate if turning_rate else 0.0
+    return Piece(start, Pose(*start.point, start.yaw + angle), 0.0, seconds, turned=angle)
+
+
+def straight(start: Pose, end: Point, *, speed: float, acceleration: float | None = None) -> Piece:
+    """Return the way straight to a point without turning, backwards if it lies behind; not the one where it stands."""
+    leg = Leg(start.point, end, distance(start.point, end))
+    profile = Trapezoid(leg.length, speed, acceleration) if acceleration else None
+    seconds = profile.duration if profile else leg.length / speed
+    return Piece(start, Pose(*end, start.yaw), leg.length, seconds, leg, profile)
+
+
+def drive_of(piece: Piece) -> Drive:
+    """Return the drive that is one piece and no more."""
+    return _Profiled([piece])
+
+
 def _turn(made: list[Piece], pose: Pose, yaw: float, turning_rate: float | None) -> Pose:
     """Add the turn from *pose* to *yaw*, if it takes time; return the pose after it."""
     after = Pose(*pose.point, yaw)
-    angle = abs(turn(pose.yaw, yaw))
-    if turning_rate and angle > _SAME_HEADING:
-        made.append(Piece(pose, after, 0.0, angle / turning_rate))
+    angle = turn(pose.yaw, yaw)
+    if turning_rate and abs(angle) > _SAME_HEADING:
+        made.append(Piece(pose, after, 0.0, abs(angle) / turning_rate, turned=angle))
     return after
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hmrsim.fixtures import Fixture, Site, install_all
 from hmrsim.gateway import RosterChanged
 from hmrsim.items import Item
+from hmrsim.passage import Passage
 from hmrsim.robot import Robot
 from hmrsim.world.model import RobotSpec
 
@@ -36,8 +38,13 @@ class Roster:
         robots: In order; replaced when robots come or go, so that other threads may read it.
         items: In order.
         spawned: The names of those that are not of the world file.
+        passage: What is in their way.
+        fixtures: What belongs to the building, by name.
     """
 
+    fixtures: dict[str, Fixture]
+
+    passage: Passage
     robots: dict[str, Robot]
     items: dict[str, Item]
     _world: World
@@ -59,23 +66,27 @@ class Roster:
         self._emit = emit
         self.spawned: set[str] = set()
 
-    def __iter__(self) -> Iterator[Robot | Item]:
-        """Yield all robots, then all items."""
+    def __iter__(self) -> Iterator[Robot | Item | Fixture]:
+        """Yield all robots, then all items, then all fixtures."""
         yield from self.robots.values()
         yield from self.items.values()
+        yield from self.fixtures.values()
 
-    def find(self, name: str) -> Robot | Item | None:
+    def find(self, name: str) -> Robot | Item | Fixture | None:
         """Return who or what has a name; None if nobody does."""
-        return self.robots.get(name) or self.items.get(name)
+        return self.robots.get(name) or self.items.get(name) or self.fixtures.get(name)
 
     # --- all of them ----------------------------------------------------------------------------------------------
 
     def fill(self, world: World, graph: WaypointGraph) -> None:
         """Begin with all that is in a world, and nothing else."""
         self._world, self._graph = world, graph
+        self.passage = Passage(self._env, world, graph, happened=self._happened, changed=self._ways_changed)
         self.spawned.clear()
         self.robots, self.items = {}, {}
         self.items |= self._own_items()
+        site = Site(self._env, world, self.passage, lambda: self.robots, self._happened)
+        self.fixtures = install_all(site)
         self._serve(self._own_robots())
 
     def restore(self) -> None:
@@ -83,6 +94,8 @@ class Roster:
 
         No goal may be running. A name that was given to somebody else meanwhile stays theirs.
         """
+        for fixture in self.fixtures.values():
+            fixture.begin_anew()
         for robot in self.robots.values():
             robot.begin_anew()
         for item in self.items.values():
@@ -139,6 +152,7 @@ class Roster:
         if name in self.robots:
             self.abort(why, name)
             self.robots[name].let_go()
+            self.passage.remove(self.robots[name])
             self._happened("deleted", lambda: {"entity": name})
             self._change({other: robot for other, robot in self.robots.items() if other != name})
         elif item is not None:
@@ -162,7 +176,22 @@ class Roster:
         self._happened("teleported", lambda: where)
 
     def _robot(self, name: str, spec: RobotSpec) -> Robot:
-        return Robot(self._env, name, spec, self._world, self._graph, self.items, self._happened)
+        robot = Robot(
+            self._env,
+            name,
+            spec,
+            world=self._world,
+            graph=self._graph,
+            items=self.items,
+            passage=self.passage,
+            happened=self._happened,
+            abort=self._dispatcher.free,
+        )
+        self.passage.place(robot)
+        return robot
+
+    def _ways_changed(self) -> None:
+        self._emit(RosterChanged())
 
     def _serve(self, robots: dict[str, Robot]) -> None:
         self.robots = robots

@@ -37,7 +37,7 @@ class Interest:
         patterns = {
             Topic.STATUS: keys.any_action(Verb.STATUS),
             Topic.FEEDBACK: keys.any_action(Verb.FEEDBACK),
-            Topic.ODOM: keys.any_topic("odom"),
+            **{topic: keys.any_topic(topic.value) for topic in (Topic.ODOM, Topic.BATTERY_STATE, Topic.DETECTIONS)},
             Topic.CLOCK: keys.world("clock"),
             Topic.EVENTS: keys.world("events"),
             Topic.MOTION: keys.world("events"),

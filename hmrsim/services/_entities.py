@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from hmrsim.fixtures import Fixture
 from hmrsim.geometry import SAME_PLACE, Pose, yaw_of
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.geometry_msgs import Point, Quaternion, Twist, Vector3
@@ -18,6 +19,7 @@ from hmrsim.interfaces.simulation_interfaces import (
     TagsFilter,
 )
 from hmrsim.interfaces.std_msgs import Header
+from hmrsim.items import Item
 from hmrsim.robot import Robot
 from hmrsim.services._pattern import PatternError, compiled
 from hmrsim.services._results import failed
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
     from collections.abc import Collection
 
     from hmrsim.interfaces.simulation_interfaces import EntityFilters
-    from hmrsim.items import Item
     from hmrsim.simulator import Simulator
 
 _FRAMES = ("", "map", "world")
@@ -50,10 +51,10 @@ def pose_message(pose: Pose) -> PoseMessage:
     return PoseMessage(position=Point(x=pose.x, y=pose.y), orientation=facing)
 
 
-def state_of(simulator: Simulator, entity: Robot | Item) -> EntityState:
+def state_of(simulator: Simulator, entity: Robot | Item | Fixture) -> EntityState:
     """Return where an entity is and how it moves; an item that is carried moves as its robot does."""
-    robot = entity if isinstance(entity, Robot) else entity.carrier
-    pose = robot.pose() if robot is not None else Pose(*entity.point)  # type: ignore[union-attr]  # an item then
+    robot = entity if isinstance(entity, Robot) else entity.carrier if isinstance(entity, Item) else None
+    pose = robot.pose() if robot is not None else _pose(entity)
     ahead, turning = robot.velocity() if robot is not None else (0.0, 0.0)
     return EntityState(
         header=Header(stamp=Time.from_nanoseconds(nanoseconds(simulator.now)), frame_id="map"),
@@ -64,13 +65,22 @@ def state_of(simulator: Simulator, entity: Robot | Item) -> EntityState:
     )
 
 
-def info_of(simulator: Simulator, entity: Robot | Item) -> EntityInfo:
+def _pose(entity: Robot | Item | Fixture) -> Pose:
+    if isinstance(entity, Fixture):
+        return entity.pose
+    return entity.pose() if isinstance(entity, Robot) else Pose(*entity.position)
+
+
+def info_of(simulator: Simulator, entity: Robot | Item | Fixture) -> EntityInfo:
     """Return what an entity is."""
     spawned = ["spawned"] if entity.name in simulator.roster.spawned else []
     if isinstance(entity, Robot):
         carried = list(entity.components)
         description = f"{entity.type} with {', '.join(carried)}" if carried else entity.type
-        category, tags = EntityCategory.CATEGORY_ROBOT, ["robot", entity.type, *carried]
+        state = ["waiting"] if entity.waits else []
+        category, tags = EntityCategory.CATEGORY_ROBOT, ["robot", entity.type, *carried, *state, *entity.ailments]
+    elif isinstance(entity, Fixture):
+        category, tags, description = EntityCategory.CATEGORY_STATIC_OBJECT, entity.tags, entity.description
     else:
         category, tags = EntityCategory.CATEGORY_DYNAMIC_OBJECT, ["item"]
         description = f"item of {entity.weight:g} kg"
@@ -83,7 +93,7 @@ def has_tags(tags: Collection[str], wanted: TagsFilter) -> bool:
     return not wanted.tags or how(tag in tags for tag in wanted.tags)
 
 
-def matching(simulator: Simulator, filters: EntityFilters) -> list[Robot | Item] | Result:
+def matching(simulator: Simulator, filters: EntityFilters) -> list[Robot | Item | Fixture] | Result:
     """Return the entities that pass all filters, or what is wrong with the filters."""
     categories = {one.category for one in filters.categories}
     found = []
@@ -111,7 +121,7 @@ class _NoBounds(ValueError):
         super().__init__(message)
 
 
-def _is_inside(entity: Robot | Item, bounds: Bounds) -> bool:
+def _is_inside(entity: Robot | Item | Fixture, bounds: Bounds) -> bool:
     """Return whether an entity is inside of bounds; entities are points of the plane here."""
     if bounds.type == Bounds.TYPE_EMPTY:
         return True
@@ -120,7 +130,7 @@ def _is_inside(entity: Robot | Item, bounds: Bounds) -> bool:
         raise _NoBounds(message, Result.RESULT_FEATURE_UNSUPPORTED)
     if len(bounds.points) != _CORNERS:
         raise _NoBounds(f"a box or a sphere has 2 points, got {len(bounds.points)}")
-    x, y = entity.pose().point if isinstance(entity, Robot) else entity.position
+    x, y = _pose(entity).point
     a, b = bounds.points
     if bounds.type == Bounds.TYPE_SPHERE:
         return math.dist((a.x, a.y, a.z), (x, y, 0.0)) <= b.x

@@ -5,12 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hmrsim.errors import NoRoute
+from hmrsim.geometry import SAME_PLACE
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.services._entities import BadPose
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.graph import WaypointGraph
+    from hmrsim.simulator import Simulator
+    from hmrsim.world.model import Base
 
 
 def check(graph: WaypointGraph, point: Point, *, robot: bool) -> None:
@@ -24,3 +27,16 @@ def check(graph: WaypointGraph, point: Point, *, robot: bool) -> None:
     except NoRoute as error:
         if robot or error.code != ComputePathToPose.Result.START_OCCUPIED:
             raise BadPose(str(error).removeprefix("start ")) from None
+
+
+def check_room(simulator: Simulator, point: Point, base: Base, name: str = "") -> None:
+    """Do nothing if no other robot's footprint is where that of a robot with this base would be.
+
+    Raises:
+        BadPose: One is.
+    """
+    for other in simulator.robots.values():
+        room = max(SAME_PLACE, (base.radius or 0.0) + other.radius)
+        if other.name != name and not (other.flies or base.flies) and other.distance_to(point) < room:
+            x, y = point
+            raise BadPose(f"({x:g}, {y:g}) is {other.distance_to(point):.3g} from {other.name}; keep {room:g} away")

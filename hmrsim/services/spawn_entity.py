@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.interfaces.simulation_interfaces import Result, SimulatorFeatures, SpawnEntity
 from hmrsim.services import Service
 from hmrsim.services._entities import BadPose, read_pose
-from hmrsim.services._placing import check
+from hmrsim.services._placing import check, check_room
 from hmrsim.services._results import OK, failed
 from hmrsim.services._spawnables import LIKE, ROBOT, Kind, kinds
-from hmrsim.world.model import ROS_NAME
+from hmrsim.world.model import ROS_NAME, RobotSpec
 
 if TYPE_CHECKING:
     from hmrsim.simulator import Simulator
@@ -40,6 +40,9 @@ def _serve(simulator: Simulator, request: SpawnEntity.Request) -> SpawnEntity.Re
         asked = request.initial_pose
         pose = read_pose(asked.header, asked.pose)
         check(simulator.graph, pose.point, robot=kind.robot_type is not None)
+        if kind.robot_type is not None:
+            spec = RobotSpec(type=kind.robot_type, at=pose.point)
+            check_room(simulator, pose.point, simulator.world.robot_type(spec).base)
     except _CanNotSpawn as error:
         return _Response(result=failed(str(error), error.code))
     except BadPose as error:

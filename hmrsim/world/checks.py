@@ -12,6 +12,7 @@ from hmrsim.actions import registry
 from hmrsim.components import registry as components
 from hmrsim.errors import Problem
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
+from hmrsim.traffic import registry as policies
 from hmrsim.world.explain import explain
 from hmrsim.world.finding import MOST_FINDINGS, Finding, Path, dotted, instead, warning
 from hmrsim.world.lane_checks import check_lanes
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
 _CHUNKS = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]*/[A-Za-z0-9_]+")
 
-_POLICIES = ("free",)
 _FAULTS: tuple[str, ...] = ()
 
 
@@ -221,10 +221,17 @@ def _check_items(world: World, lost: Lost) -> Iterator[Finding]:
 
 
 def _check_traffic(world: World) -> Iterator[Finding]:
-    policy = world.traffic.policy
-    if policy not in _POLICIES:
-        message = f"no traffic policy {policy!r}, traffic is free{instead(policy, _POLICIES)}"
-        yield warning(("traffic", "policy"), message, policy)
+    policy = policies().get(world.traffic.policy)
+    if policy is None:
+        message = f"no traffic policy {world.traffic.policy!r}{instead(world.traffic.policy, policies())}"
+        yield Finding(("traffic", "policy"), message, world.traffic.policy)
+        return
+    settings = world.traffic.model_dump()
+    try:
+        policy.settings.model_validate(settings)
+    except ValidationError as error:
+        for finding in explain(error, settings, policy.settings):
+            yield Finding(("traffic", *finding.path), finding.message, finding.value)
 
 
 def _check_faults(world: World) -> Iterator[Finding]:

@@ -157,18 +157,19 @@ class TestSpawn:
 
     def test_made_names_are_counted(self, run):
         """The next one is another."""
-        assert ["nurse_1", "nurse_2"] == [spawn(run, "", allow_renaming=True).entity_name for _ in range(2)]
+        assert ["nurse_1", "nurse_2"] == [spawn(run, "", x=x, allow_renaming=True).entity_name for x in (3.0, 4.0)]
 
     def test_long_names_are_cut_to_be_told_apart(self, run):
         """They stay names."""
-        names = [spawn(run, "e" * 100, allow_renaming=True).entity_name for _ in range(2)]
+        names = [spawn(run, "e" * 100, x=x, allow_renaming=True).entity_name for x in (3.0, 4.0)]
 
         assert ["e" * 100, f"{'e' * 98}_1"] == names
 
     def test_a_name_that_is_made_is_a_name(self, make_run):
         """Whatever a type or an item is called in the world."""
         run = make_run({"robot_types": {"2nd nurse!": {}, "¿?": {}}})
-        names = [spawn(run, "", f"robot_type:{kind}", allow_renaming=True).entity_name for kind in ("2nd nurse!", "¿?")]
+        kinds = ((3.0, "2nd nurse!"), (4.0, "¿?"))
+        names = [spawn(run, "", f"robot_type:{kind}", x=x, allow_renaming=True).entity_name for x, kind in kinds]
 
         assert ["ndnurse_1", "entity_1"] == names
 
@@ -279,10 +280,10 @@ class TestMove:
 
     def test_it_drives_from_there(self, run):
         """At the next goal."""
-        put(run, "wall_e", 5.0, 2.0)
+        put(run, "wall_e", 6.0, 2.0)
         log = run((0.0, go()))
 
-        assert (4.0, "SUCCEEDED") == log.changes(GOAL)[-1]
+        assert (3.0, "SUCCEEDED") == log.changes(GOAL)[-1]
 
     def test_what_it_holds_comes_along(self, run):
         """As it would if it drove."""

@@ -62,6 +62,9 @@ ERRORS = [
         "remap.wall_e/place",
         "is the name of an action already",
     ),
+    ({"traffic": {"policy": "reserves"}}, "traffic.policy", "no traffic policy 'reserves'; did you mean 'reserve'?"),
+    ({"traffic": {"policy": "reserve", "patience": 0}}, "traffic.patience", "must be greater than 0, got 0"),
+    ({"traffic": {"colour": "red"}}, "traffic.colour", "unknown key 'colour'"),
 ]
 
 
@@ -78,7 +81,6 @@ WARNINGS = [
     ({"items": {"cup": {"at": [-1, 2]}}}, "items.cup.at", "(-1, 2) is outside the map"),
     ({"docks": {"charger": {"at": [5, -2]}}}, "docks.charger.at", "(5, -2) is outside the map"),
     ({"waypoints": {"far": [50, 1]}, "lanes": [*MAP["lanes"], ["shelf", "far"]]}, "waypoints.far", "outside"),
-    ({"traffic": {"policy": "reserve"}}, "traffic.policy", "no traffic policy 'reserve', traffic is free"),
     ({"walls": [[[7, 0], [7, 2]]]}, "lanes.1", "'door'-'shelf' crosses walls.0; a drawn lane is open all the same"),
     ({"waypoints": {"alone": [5, 5]}}, "waypoints.alone", "no lane leads here"),
     (

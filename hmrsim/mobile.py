@@ -1,0 +1,340 @@
+"""Something that moves: where it is, and how it gets from place to place.
+
+A place is a formula of time while it moves: there is one event a lane, none in between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from simpy import Event, Timeout
+from simpy.events import NORMAL
+
+from hmrsim.errors import NoRoute
+from hmrsim.geometry import Pose, distance
+from hmrsim.motion import Progress, drive
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Generator, Sequence
+
+    from hmrsim.environment import Environment
+    from hmrsim.errors import GoalAborted
+    from hmrsim.geometry import Point
+    from hmrsim.graph import Lane, WaypointGraph
+    from hmrsim.interest import Happenings
+    from hmrsim.motion import Drive, Piece
+    from hmrsim.passage import Passage
+    from hmrsim.route import Leg, Route
+    from hmrsim.world.model import Base
+
+
+class Mobile:
+    """A base that drives, or flies.
+
+    Args:
+        env: The simulation's clock and events.
+        name: Its name.
+        base: What moves it.
+        speed: How fast, in the world's unit a second.
+        home: Where it stands in the beginning.
+        graph: The ways open to it.
+        passage: Says what is in its way.
+        happened: Tells what it does.
+
+    Attributes:
+        name: Its name.
+        base: What moves it.
+        radius: Of its footprint; 0 if it has none.
+        flies: Whether nothing on the ground is in its way.
+        home: Where it stands in the beginning.
+        slots: What it occupies, where traffic counts; the rules of traffic keep it.
+        recoveries: How often it had to wait or to take another way, since the beginning.
+        rerouted: How often it has taken another way on this trip.
+        set_out: When it began this trip, in simulated seconds.
+        slowness: What its speed is multiplied with; see `retime`.
+        changed: Called whenever it begins or ceases to move, or moves at another speed; None to call nobody.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        name: str,
+        base: Base,
+        *,
+        speed: float,
+        home: Pose,
+        graph: WaypointGraph,
+        passage: Passage,
+        happened: Happenings,
+    ) -> None:
+        self.name = name
+        self.radius = base.radius or 0.0
+        self.flies = base.flies
+        self.home = home
+        self.slots: tuple[int, ...] = ()
+        self.recoveries = self.rerouted = 0
+        self.set_out = 0.0
+        self.slowness = 1.0
+        self.changed: Callable[[], None] | None = None
+        self._env = env
+        self.base = base
+        self._speed = speed
+        self._graph = graph
+        self._passage = passage
+        self._happened = happened
+        self._rest = home
+        self._drive: Drive | None = None
+        self._way: tuple[Route, float | None] | None = None
+        self._number = 0
+        self._seconds: Sequence[float] = ()
+        self._waits = False
+        self._heeds = False
+        self._piece_ends: Timeout | None = None
+        self._arrived: Event | None = None
+        self._on_piece_end: list[Callable[[Any], None]] = [self._begin_next]
+        self._began = 0.0
+
+    @property
+    def now(self) -> float:
+        """The simulated time, in seconds."""
+        return self._env.now
+
+    # --- where it is ----------------------------------------------------------------------------------------------
+
+    def progress(self) -> Progress:
+        """Return where it is now, and how far it still has to go; nothing is left when it stands."""
+        if self._drive is None:
+            return Progress(self._rest)
+        return self._drive.progress(self._number, 0.0 if self._waits else self._env.now - self._began)
+
+    def pose(self) -> Pose:
+        """Return where its centre is now and which way it faces."""
+        return self.progress().pose
+
+    @property
+    def piece(self) -> Piece | None:
+        """The lane or the turn that it drives just now; None when it stands, or has to wait."""
+        return None if self._drive is None or self._waits else self._drive.piece(self._number)
+
+    @property
+    def next_leg(self) -> Leg | None:
+        """The leg that it drives just now, or waits for; None when it stands, or turns."""
+        return None if self._drive is None else self._drive.legs[self._number]
+
+    @property
+    def waits(self) -> bool:
+        """Whether something is in its way, so that it stands on its way."""
+        return self._waits
+
+    @property
+    def stands(self) -> bool:
+        """Whether it stands, and wants to go nowhere."""
+        return self._drive is None
+
+    @property
+    def speed(self) -> float:
+        """The greatest speed that it can go now, in the world's unit a second."""
+        return self._speed * self.slowness
+
+    def velocity(self) -> tuple[float, float]:
+        """Return the speed ahead and the turning rate, now; of a constant-speed piece, or its mean."""
+        piece = self.piece
+        return (0.0, 0.0) if piece is None else piece.velocity
+
+    @property
+    def distance_remaining(self) -> float:
+        """What is left of the route that it drives; 0 when it stands."""
+        return self.progress().length
+
+    def distance_to(self, point: Point) -> float:
+        """Return how far its centre is from *point*."""
+        return distance(self.pose().point, point)
+
+    # --- what is done to it ---------------------------------------------------------------------------------------
+
+    def move_to(self, pose: Pose) -> None:
+        """Stand somewhere else at once; no goal that holds the base may be running."""
+        self.halt()
+        self._rest = pose
+        self._passage.place(self)
+
+    def halt(self) -> None:
+        """Stand still here, wherever it was going; nothing happens if it stands."""
+        if self._drive is None:
+            return
+        begun = not self._waits and self._env.now > self._began
+        leg = self.next_leg if begun else None
+        self._rest = self.pose()
+        if self._piece_ends is not None:
+            self._env.abandon(self._piece_ends)
+        self._drive = self._piece_ends = None
+        self._waits = False
+        self._passage.stopped(self, leg, arrived=False)
+        if self.changed is not None:
+            self.changed()
+        self._happened("stopped", lambda: {"robot": self.name, "at": [*self._rest.point]})
+
+    def give_up(self, why: GoalAborted) -> None:
+        """Stop on its way, and end what it drives for."""
+        arrived = self._arrived
+        self.halt()
+        if arrived is not None and not arrived.triggered:
+            arrived.fail(why)
+            # It may be on its way for nobody's sake.
+            arrived.defused = True
+
+    # --- what it does ---------------------------------------------------------------------------------------------
+
+    def plan_to(self, goal: Point, start: Point | None = None) -> Route:
+        """Return the quickest route from where it is, or from *start*.
+
+        Raises:
+            NoRoute: The goal is outside the map, inside an obstacle, or no way leads there.
+        """
+        start = self.pose().point if start is None else start
+        return self._graph.fly(start, goal) if self.flies else self._passage.plan(self, start, goal)
+
+    def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:
+        """Return the way from where it is straight from point to point, and what stands in it; or ""."""
+        return self._graph.straight_through([self.pose().point, *points])
+
+    def drive(self, route: Route, final_yaw: float | None) -> Generator[Any, Any, None]:
+        """Drive a route that begins here, then face *final_yaw*, if any; an interrupt stops it where it is.
+
+        Raises:
+            GoalAborted: Something is in its way for too long, or it can go no further.
+        """
+        self.halt()
+        self._way = route, final_yaw
+        self.rerouted, self.set_out = 0, self._env.now
+        yield from self._carry_out(self._driven(route.legs), heeds=not self.flies)
+        if final_yaw is not None:
+            self._rest = Pose(*self._rest.point, final_yaw)
+
+    def perform(self, driven: Drive) -> Generator[Any, Any, None]:
+        """Carry out a motion that begins here, whatever is in its way; an interrupt stops it where it is."""
+        self.halt()
+        self._way = None
+        yield from self._carry_out(driven, heeds=False)
+
+    def _driven(self, legs: Sequence[Leg]) -> Drive:
+        """Return how it drives legs from where it is, and then turns to the final yaw of its way, if any."""
+        return drive(
+            self.pose(),
+            legs,
+            self._way[1] if self._way else None,
+            speed=self.speed,
+            acceleration=self.base.acceleration,
+            turning_rate=self.base.turning_rate,
+        )
+
+    def _carry_out(self, driven: Drive, *, heeds: bool) -> Generator[Any, Any, None]:
+        if not driven.seconds:
+            return
+        self._heeds = heeds
+        arrived = self._arrived = Event(self._env)
+        self._begin(driven)
+        try:
+            yield arrived
+        except BaseException:
+            self.halt()
+            raise
+
+    def _begin(self, driven: Drive, *, admitted: bool = False) -> None:
+        """Begin a drive from where it is, or wait; nothing may be scheduled for the one before."""
+        self._drive, self._seconds, self._number, self._waits = driven, driven.seconds, 0, False
+        if not (admitted or self._may_begin(0)):
+            return
+        # One timeout is scheduled anew for each piece, past the process that drives: with many robots that is half
+        # the work of the whole simulation.
+        self._began = self._env.now
+        self._piece_ends = Timeout(self._env, self._seconds[0])
+        self._piece_ends.callbacks = self._on_piece_end
+        self._moves()
+
+    def _begin_next(self, piece_end: Event) -> None:
+        if piece_end is not self._piece_ends:
+            # It was stopped on that way.
+            return
+        number = self._number + 1
+        if number == len(self._seconds):
+            self._arrive()
+        elif not self._passage.needed or self._may_begin(number):
+            self._number, self._began = number, self._env.now
+            piece_end.callbacks = self._on_piece_end
+            self._env.schedule(piece_end, NORMAL, self._seconds[number])
+            self._moves()
+
+    def _moves(self) -> None:
+        if self.changed is not None:
+            self.changed()
+        if self._happened.interest.motion:
+            self._happened.moved(self._motion)
+
+    def _may_begin(self, number: int) -> bool:
+        """Return whether nothing is in the way of a piece of its drive; if something is, it waits here."""
+        leg = self._drive.legs[number] if self._drive and self._heeds else None
+        if leg is None or self._passage.admit(self, leg):
+            return True
+        self._number, self._piece_ends, self._waits = number, None, True
+        self.recoveries += 1
+        if self.changed is not None:
+            self.changed()
+        return False
+
+    def _arrive(self) -> None:
+        driven, arrived = self._drive, self._arrived
+        if driven is None or arrived is None:
+            raise AssertionError
+        last = driven.piece(len(self._seconds) - 1)
+        leg = driven.legs[-1] or next((leg for leg in reversed(driven.legs) if leg), None)
+        self._rest, self._drive, self._piece_ends = last.end, None, None
+        self._passage.stopped(self, leg, arrived=True)
+        if self.changed is not None:
+            self.changed()
+        arrived.succeed()
+
+    def _motion(self) -> dict[str, Any]:
+        """Return the piece that is being driven, as an observer sees it."""
+        piece = self.piece
+        return {"robot": self.name, **(piece.describe() if piece else {})}
+
+    # --- when something is in its way -----------------------------------------------------------------------------
+
+    def go_on(self) -> None:
+        """Drive on from where it waits: what was in its way has let it pass."""
+        if self._drive is not None and self._waits:
+            self._begin(self._driven([leg for leg in self._drive.legs[self._number :] if leg]), admitted=True)
+
+    def reroute(self, avoid: Collection[Lane]) -> bool:
+        """Take another way from where it waits, without these lanes; return whether there is one."""
+        way = self._way
+        if way is None or way[0].goal is None or not self._waits:
+            return False
+        try:
+            route = self._passage.plan(self, self.pose().point, way[0].goal, avoid)
+        except NoRoute:
+            return False
+        self._way = route, way[1]
+        self.recoveries += 1
+        self.rerouted += 1
+        self._happened("rerouted", lambda: {"robot": self.name, "at": [*self.pose().point]})
+        self._begin(self._driven(route.legs))
+        return True
+
+    def retime(self) -> None:
+        """Go on at the speed that it can go now."""
+        if self._drive is None or self._waits or not self._heeds:
+            return
+        leg, here = self.next_leg, self.pose().point
+        rest = [leg for leg in self._drive.legs[self._number :] if leg]
+        if leg is not None and distance(here, leg.end) > 0.0:
+            rest[0] = replace(leg, start=here, length=distance(here, leg.end))
+        self._rest = self.pose()
+        if self._piece_ends is not None:
+            self._env.abandon(self._piece_ends)
+        self._drive = None
+        driven = self._driven(rest)
+        if driven.seconds:
+            self._begin(driven, admitted=True)

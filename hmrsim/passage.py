@@ -1,0 +1,346 @@
+"""What robots have to pass on their way: closed lanes, what stands on lanes and opens, and the rules of traffic.
+
+A robot asks before it begins a leg. What does not let it pass makes it wait where it is; when that may have changed,
+it asks again. Where nothing can be in the way, nobody asks.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
+
+from hmrsim.errors import GoalAborted, NoRoute
+from hmrsim.geometry import SAME_PLACE, distance
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
+from hmrsim.traffic import registry as policies
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterable, Sequence
+
+    from simpy import Timeout
+
+    from hmrsim.environment import Environment
+    from hmrsim.geometry import Point
+    from hmrsim.graph import Lane, WaypointGraph
+    from hmrsim.interest import Happenings
+    from hmrsim.mobile import Mobile
+    from hmrsim.route import Leg, Route
+    from hmrsim.world.model import World
+
+
+class Barrier(Protocol):
+    """Something on lanes that may have to open first, such as a door."""
+
+    @property
+    def lanes(self) -> Collection[Lane]:
+        """The lanes that lead through it, in each direction in which they can be driven."""
+
+    def may_pass(self, robot: Mobile) -> bool:
+        """Return whether it ever lets a robot pass; if not, routes avoid it."""
+
+    def why_not(self, robot: Mobile, leg: Leg) -> str:
+        """Return why a robot can't begin a leg now, or "".
+
+        What opens for robots begins to, and has the passage `look_again` when it is open.
+        """
+
+    def enter(self, robot: Mobile, leg: Leg) -> None:
+        """Take note that a robot begins to drive through."""
+
+    def leave(self, robot: Mobile) -> None:
+        """Take note that it has driven through, or has stopped on its way."""
+
+
+@dataclass(eq=False)
+class Wait:
+    """A robot that waits.
+
+    Attributes:
+        robot: Which.
+        leg: What it wants to drive.
+        since: Simulated seconds.
+        why: What is in the way, for people.
+        patience: Ends when it has none any more; None while it has.
+    """
+
+    robot: Mobile
+    leg: Leg
+    since: float
+    why: str = ""
+    patience: Timeout | None = field(default=None)
+
+
+class Passage:
+    """The ways of one world, and what is on them.
+
+    Args:
+        env: The simulation's clock and events.
+        world: Its traffic must have been checked.
+        graph: Its ways.
+        happened: Tells who waits for whom.
+        changed: Called when lanes have been closed or opened.
+
+    Attributes:
+        world: Likewise.
+        graph: Likewise.
+        happened: Likewise.
+        needed: Whether anything can be in anybody's way.
+        waits: Who waits, in the order in which they began to.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        world: World,
+        graph: WaypointGraph,
+        *,
+        happened: Happenings,
+        changed: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.world = world
+        self.graph = graph
+        self.happened = happened
+        self.waits: dict[Mobile, Wait] = {}
+        self._env = env
+        self._changed = changed
+        self._barriers: dict[Lane, list[Barrier]] = {}
+        self._inside: dict[Mobile, list[Barrier]] = {}
+        self._closed: dict[Lane, dict[str, str]] = {}
+        self._asking: deque[Mobile] = deque()
+        policy = policies()[world.traffic.policy]
+        settings = policy.settings.model_validate(world.traffic.model_dump())
+        self._patience = settings.patience
+        self._rules = policy.rule(self, settings) if policy.rule else None
+        self.needed = self._rules is not None
+
+    # --- planning -------------------------------------------------------------------------------------------------
+
+    def plan(self, robot: Mobile, start: Point, goal: Point, avoid: Collection[Lane] = ()) -> Route:
+        """Return the quickest route for a robot, without what it can never pass, nor the lanes that it is to *avoid*.
+
+        Raises:
+            NoRoute: As `WaypointGraph.plan` says; the text names the lanes that are closed.
+        """
+        kept_off = [
+            lane
+            for lane, barriers in self._barriers.items()
+            if not all(barrier.may_pass(robot) for barrier in barriers)
+        ]
+        try:
+            return self.graph.plan(start, goal, robot.speed, [*kept_off, *avoid])
+        except NoRoute as error:
+            if error.code != ComputePathToPose.Result.NO_VALID_PATH or not (kept_off or self._closed):
+                raise
+            closed = [f"{a}-{b} is closed ({next(iter(why.values()))})" for (a, b), why in self._closed.items()]
+            closed += [f"{a}-{b} may not be driven by {robot.name}" for a, b in kept_off]
+            raise NoRoute(error.code, f"{error}; {', '.join(closed)}") from None
+
+    # --- lanes that are closed ------------------------------------------------------------------------------------
+
+    def close(self, lanes: Iterable[Lane], cause: str, why: str) -> None:
+        """Let nobody enter some lanes, because of a *cause* by which they can be opened again; who is there goes on."""
+        for lane in lanes:
+            self._closed.setdefault(lane, {})[cause] = why
+        self._close()
+
+    def open(self, cause: str) -> None:
+        """Open the lanes again that were closed because of a *cause*, if nothing else keeps them closed."""
+        for lane, causes in [*self._closed.items()]:
+            causes.pop(cause, None)
+            if not causes:
+                del self._closed[lane]
+        self._close()
+
+    def _close(self) -> None:
+        before, now = self.graph.closed, frozenset(self._closed)
+        if before == now:
+            return
+        self.graph.closed = now
+        for kind, lanes in (("lane_closed", now - before), ("lane_opened", before - now)):
+            for lane in sorted(lanes):
+                self.happened(kind, partial(self._closure, lane))
+        self._update_needed()
+        self._changed()
+        self.look_again([*self.waits])
+
+    def _closure(self, lane: Lane) -> dict[str, Any]:
+        fields: dict[str, Any] = {"lane": [*lane]}
+        return fields | ({"why": next(iter(self._closed[lane].values()))} if lane in self._closed else {})
+
+    def add_barrier(self, barrier: Barrier) -> None:
+        """Have robots pass something on its lanes."""
+        for lane in barrier.lanes:
+            self._barriers.setdefault(lane, []).append(barrier)
+        self._update_needed()
+
+    def _update_needed(self) -> None:
+        self.needed = self._rules is not None or bool(self._barriers) or bool(self._closed)
+
+    # --- who is where ---------------------------------------------------------------------------------------------
+
+    def place(self, robot: Mobile) -> None:
+        """Take note that a robot stands where it has not driven to, or begins to be there."""
+        self._forget(robot)
+        self._leave_barriers(robot)
+        if self._rules is not None and not robot.flies:
+            self._rules.stand(robot, self._slots_at(robot.pose().point))
+
+    def remove(self, robot: Mobile) -> None:
+        """Take note that a robot is there no longer."""
+        self._forget(robot)
+        self._leave_barriers(robot)
+        if self._rules is not None and not robot.flies:
+            self._rules.leave(robot)
+
+    def stopped(self, robot: Mobile, leg: Leg | None, *, arrived: bool) -> None:
+        """Take note that a robot stands, at the end of a leg or on its way; *leg* is None if it has not begun one."""
+        self._forget(robot)
+        self._leave_barriers(robot)
+        if self._rules is None or robot.flies:
+            return
+        if arrived:
+            slots = robot.slots[-1:]
+        elif leg is not None:
+            slots = leg.slots[:1] if leg.lane else ()
+        else:
+            slots = tuple(s for s in self._slots_at(robot.pose().point) if s in robot.slots or not self._rules.full(s))
+            slots = slots or robot.slots[:1]
+        self._rules.stand(robot, slots)
+
+    def _slots_at(self, point: Point) -> tuple[int, ...]:
+        """Return the slots of whoever stands at a point: the waypoint, or the lane."""
+        lanes = self.graph.lanes
+        at = lanes.at.get(point)
+        if at is not None:
+            return (at,)
+        on_lane, feet = lanes.feet(point)
+        if not on_lane:
+            return ()
+        edge = feet[0][0]
+        for node in (edge.start, edge.end):
+            if distance(point, lanes.points[node]) <= SAME_PLACE:
+                return (node,)
+        return edge.leg.slots[:1]
+
+    # --- asking ---------------------------------------------------------------------------------------------------
+
+    def admit(self, robot: Mobile, leg: Leg) -> bool:
+        """Return whether a robot may begin a leg now; if not, it waits, and will be told to go on."""
+        if robot in self.waits:
+            # It has taken another way.
+            self._forget(robot)
+        why = self._in_the_way(robot, leg)
+        if not why and (self._rules is None or self._rules.take(robot, leg)):
+            self._enter_barriers(robot, leg)
+            return True
+        self._wait(robot, leg, why)
+        return False
+
+    def look_again(self, robots: Sequence[Mobile]) -> None:
+        """Have robots that wait ask again, at this instant but after what happens just now."""
+        if robots and not self._asking:
+            # In between, whoever made room has not left yet.
+            self._env.soon(self._ask)
+        self._asking.extend(robots)
+
+    def _ask(self) -> None:
+        while self._asking:
+            wait = self.waits.get(self._asking.popleft())
+            if wait is not None:
+                self._ask_again(wait)
+
+    def _ask_again(self, wait: Wait) -> None:
+        robot, leg = wait.robot, wait.leg
+        if leg.lane in self.graph.closed and robot.reroute(()):
+            return
+        wait.why = self._in_the_way(robot, leg)
+        if not wait.why and (self._rules is None or self._rules.take(robot, leg)):
+            self._forget(robot)
+            self._enter_barriers(robot, leg)
+            waited = self._env.now - wait.since
+            self.happened("went_on", lambda: {"robot": robot.name, "waited": waited})
+            robot.go_on()
+        else:
+            self._decide(wait)
+
+    def _in_the_way(self, robot: Mobile, leg: Leg) -> str:
+        """Return what is in the way of a leg, but for traffic, or ""."""
+        lane = leg.lane
+        if lane is None:
+            return ""
+        if lane in self._closed:
+            return f"{lane[0]}-{lane[1]} is closed: {next(iter(self._closed[lane].values()))}"
+        return next((why for barrier in self._barriers.get(lane, ()) if (why := barrier.why_not(robot, leg))), "")
+
+    def _enter_barriers(self, robot: Mobile, leg: Leg) -> None:
+        self._leave_barriers(robot)
+        barriers = self._barriers.get(leg.lane) if leg.lane else None
+        if barriers:
+            self._inside[robot] = [*barriers]
+            for barrier in barriers:
+                barrier.enter(robot, leg)
+
+    def _leave_barriers(self, robot: Mobile) -> None:
+        for barrier in self._inside.pop(robot, ()):
+            barrier.leave(robot)
+
+    # --- waiting --------------------------------------------------------------------------------------------------
+
+    def blockers(self, robot: Mobile) -> Sequence[Mobile]:
+        """Return for whom a robot waits, in order of name; nobody if it does not wait, or for something else."""
+        wait = self.waits.get(robot)
+        return self._rules.blockers(robot, wait.leg) if wait and not wait.why and self._rules else ()
+
+    def _wait(self, robot: Mobile, leg: Leg, why: str) -> None:
+        self._leave_barriers(robot)
+        wait = self.waits[robot] = Wait(robot, leg, self._env.now, why)
+        if self._rules is not None:
+            self._rules.stand(robot, robot.slots[-1:])
+        if self._patience is not None:
+            wait.patience = self._env.timeout(self._patience)
+            wait.patience.callbacks = [lambda _event: self._lose_patience(wait)]
+        self.happened("waiting", lambda: self._described(wait))
+        # Whoever asks has not noted yet that it waits.
+        self._env.soon(lambda: self._decide(wait))
+
+    def _decide(self, wait: Wait) -> None:
+        robot = wait.robot
+        if self.waits.get(robot) is not wait:
+            return
+        if wait.why:
+            if wait.leg.lane in self._closed:
+                robot.reroute(())
+        elif self._rules is not None:
+            self._rules.blocked(robot)
+
+    def _described(self, wait: Wait) -> dict[str, Any]:
+        robot, leg = wait.robot, wait.leg
+        fields: dict[str, Any] = {"robot": robot.name, "at": [*robot.pose().point]}
+        if leg.lane:
+            fields["lane"] = [*leg.lane]
+        if wait.why:
+            return fields | {"why": wait.why}
+        return fields | {"for": [other.name for other in self.blockers(robot)]}
+
+    def _lose_patience(self, wait: Wait) -> None:
+        robot = wait.robot
+        if self.waits.get(robot) is not wait:
+            return
+        wait.patience = None
+        by = " and ".join(other.name for other in self.blockers(robot))
+        why = wait.why or (f"by {by}" if by else "by somebody")
+        x, y = robot.pose().point
+        text = f"blocked for {self._env.now - wait.since:g} s at ({x:g}, {y:g}): {why}"
+        robot.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text))
+
+    def _forget(self, robot: Mobile) -> None:
+        """Let a robot wait no longer."""
+        wait = self.waits.pop(robot, None)
+        if wait is None:
+            return
+        if wait.patience is not None:
+            self._env.abandon(wait.patience)
+        if self._rules is not None:
+            self._rules.forget(robot, wait.leg)

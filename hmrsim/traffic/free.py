@@ -1,0 +1,7 @@
+"""Robots pass through each other: nobody ever waits."""
+
+from __future__ import annotations
+
+from hmrsim.traffic import Policy, Settings
+
+POLICY = Policy(name="free", settings=Settings, rule=None)

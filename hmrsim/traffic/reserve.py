@@ -1,0 +1,132 @@
+"""A robot holds what it occupies and what comes next; whoever comes later waits.
+
+A slot that nobody says anything else of takes one robot. A robot that is blocked by one that stands for good takes
+another way if there is one. Robots that wait for each other in a circle never go on by themselves: as soon as the
+circle is closed it is told as a ``deadlock``; then one of them takes another way, the one whose goal came last first,
+or, where none can, the goal of that one is aborted.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from hmrsim.errors import GoalAborted
+from hmrsim.interfaces.nav2_msgs import FollowPath
+from hmrsim.traffic import Policy, Settings
+from hmrsim.traffic._knots import circle_of
+from hmrsim.traffic._slots import Slots
+from hmrsim.world.model import Waypoint
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from hmrsim.graph import Lane
+    from hmrsim.lanes import Lanes
+    from hmrsim.mobile import Mobile
+    from hmrsim.passage import Passage
+    from hmrsim.route import Leg
+    from hmrsim.world.model import World
+
+_Capacity = Annotated[int, Field(strict=True, ge=1)] | None
+
+
+class ReserveSettings(Settings):
+    """How many robots go where nothing is said of it, beside what every policy has.
+
+    Attributes:
+        waypoint_capacity: How many may be at a waypoint; None for any number.
+        lane_capacity: How many may be on a lane, whatever their direction; None for any number.
+        reroutes: How often a robot takes another way on one trip before it only waits.
+    """
+
+    waypoint_capacity: _Capacity = 1
+    lane_capacity: _Capacity = 1
+    reroutes: Annotated[int, Field(strict=True, ge=0)] = 8
+
+
+class Reserve:
+    """Reservations at work in one world.
+
+    Args:
+        passage: The ways of the world.
+        settings: How many robots go where.
+    """
+
+    def __init__(self, passage: Passage, settings: ReserveSettings) -> None:
+        self.passage = passage
+        self.settings = settings
+        self.slots = Slots(_capacities(passage.world, passage.graph.lanes, settings), passage.look_again)
+        self.take, self.leave = self.slots.take, self.slots.leave
+        self.forget, self.full = self.slots.forget, self.slots.full
+        self.stand = self.slots.stand
+
+    def blockers(self, robot: Mobile, leg: Leg) -> Sequence[Mobile]:
+        """Return who occupies what a robot would need for a leg, in order of name."""
+        found = {
+            other
+            for slot in self.slots.missing(robot, leg.slots)
+            for other in self.slots.inside(slot)
+            if other is not robot
+        }
+        if not leg.slots:
+            found.update(self.slots.on_spot(robot, leg.end))
+        return sorted(found, key=lambda other: other.name)
+
+    def blocked(self, robot: Mobile) -> None:
+        """Look whether this closes a circle, and whether another way leads around those who stand for good."""
+        circle = circle_of(self.passage, robot)
+        if circle:
+            self._tell(circle)
+            self.untie(circle)
+        elif any(other.stands for other in self.passage.blockers(robot)):
+            self.go_around(robot)
+
+    def untie(self, circle: Sequence[Mobile]) -> None:
+        """Have one robot of a circle take another way, or give up."""
+        last_first = sorted(circle, key=lambda robot: (robot.set_out, robot.name), reverse=True)
+        if any(self.go_around(robot) for robot in last_first):
+            return
+        names = " for ".join(robot.name for robot in circle)
+        text = f"deadlock: {names} for {circle[0].name}, and no other way"
+        last_first[0].give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text))
+
+    def go_around(self, robot: Mobile) -> bool:
+        """Have a robot that waits take a way that it can set out on now, if there is one."""
+        wait = self.passage.waits.get(robot)
+        if wait is None or robot.rerouted >= self.settings.reroutes:
+            return False
+        return robot.reroute([*self._lanes_into(robot, wait.leg), *self._not_now(robot)])
+
+    def _lanes_into(self, robot: Mobile, leg: Leg) -> Iterator[Lane]:
+        """Yield the lanes that lead to what a robot waits for."""
+        for slot in self.slots.missing(robot, leg.slots):
+            for edge in self.passage.graph.lanes.leading_to(slot):
+                if edge.leg.lane:
+                    yield edge.leg.lane
+
+    def _not_now(self, robot: Mobile) -> Iterator[Lane]:
+        """Yield the lanes on which a robot can't set out from where it stands."""
+        lanes = self.passage.graph.lanes
+        for slot in robot.slots:
+            for edge in lanes.out[slot] if slot < len(lanes.out) else ():
+                if edge.leg.lane and next(self.slots.missing(robot, edge.leg.slots), None) is not None:
+                    yield edge.leg.lane
+
+    def _tell(self, circle: Sequence[Mobile]) -> None:
+        lanes = [[*leg.lane] for robot in circle if (leg := robot.next_leg) and leg.lane]
+        self.passage.happened("deadlock", lambda: {"robots": [robot.name for robot in circle], "lanes": lanes})
+
+
+def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[float]:
+    """Return how many robots may be in each slot."""
+    of_waypoints = {name: at.capacity for name, at in world.waypoints.items() if isinstance(at, Waypoint)}
+    of_lanes = {frozenset((lane.from_, lane.to)): lane.capacity for lane in world.lanes}
+    capacities = [of_waypoints.get(name) or settings.waypoint_capacity for name in lanes.names]
+    capacities += [of_lanes.get(frozenset(track)) or settings.lane_capacity for track in lanes.tracks]
+    return [capacity or math.inf for capacity in capacities]
+
+
+POLICY = Policy(name="reserve", settings=ReserveSettings, rule=Reserve)
