@@ -99,7 +99,12 @@ class GoalAborted(HmrsimError):
 
     def __init__(self, code: int, message: str) -> None:
         self.code = code
-        super().__init__(message)
+        # simpy makes the error that an event fails with anew, of these.
+        super().__init__(code, message)
+
+    def __str__(self) -> str:
+        """Return what can't be done, and why."""
+        return str(self.args[1])
 
 
 class NoRoute(GoalAborted):

@@ -53,6 +53,7 @@ class Mobile:
         rerouted: How often it has taken another way on this trip.
         set_out: When it began this trip, in simulated seconds.
         slowness: What its speed is multiplied with; see `retime`.
+        busy: Whether it has something to do where it stands, so that it can't make room for anybody.
         changed: Called whenever it begins or ceases to move, or moves at another speed; None to call nobody.
     """
 
@@ -76,6 +77,7 @@ class Mobile:
         self.recoveries = self.rerouted = 0
         self.set_out = 0.0
         self.slowness = 1.0
+        self.busy = False
         self.changed: Callable[[], None] | None = None
         self._env = env
         self.base = base
@@ -90,6 +92,7 @@ class Mobile:
         self._seconds: Sequence[float] = ()
         self._waits = False
         self._heeds = False
+        self._aside = False
         self._piece_ends: Timeout | None = None
         self._arrived: Event | None = None
         self._on_piece_end: list[Callable[[Any], None]] = [self._begin_next]
@@ -133,6 +136,11 @@ class Mobile:
         return self._drive is None
 
     @property
+    def sets_out(self) -> bool:
+        """Whether it begins to drive a leg or to turn at this very instant."""
+        return self._drive is not None and not self._waits and self._began == self._env.now
+
+    @property
     def speed(self) -> float:
         """The greatest speed that it can go now, in the world's unit a second."""
         return self._speed * self.slowness
@@ -163,13 +171,12 @@ class Mobile:
         """Stand still here, wherever it was going; nothing happens if it stands."""
         if self._drive is None:
             return
-        begun = not self._waits and self._env.now > self._began
-        leg = self.next_leg if begun else None
+        leg = None if self._waits or self.sets_out else self.next_leg
         self._rest = self.pose()
         if self._piece_ends is not None:
             self._env.abandon(self._piece_ends)
         self._drive = self._piece_ends = None
-        self._waits = False
+        self._waits = self._aside = False
         self._passage.stopped(self, leg, arrived=False)
         if self.changed is not None:
             self.changed()
@@ -205,10 +212,14 @@ class Mobile:
         Raises:
             GoalAborted: Something is in its way for too long, or it can go no further.
         """
-        self.halt()
-        self._way = route, final_yaw
-        self.rerouted, self.set_out = 0, self._env.now
-        yield from self._carry_out(self._driven(route.legs), heeds=not self.flies)
+        if self._aside and route.goal is not None:
+            # It makes room for somebody who counts on it; then it plans anew.
+            yield from self._finish(route, final_yaw)
+        else:
+            self.halt()
+            self._way = route, final_yaw
+            self.rerouted, self.set_out = 0, self._env.now
+            yield from self._carry_out(self._driven(route.legs), heeds=not self.flies)
         if final_yaw is not None:
             self._rest = Pose(*self._rest.point, final_yaw)
 
@@ -233,10 +244,20 @@ class Mobile:
         if not driven.seconds:
             return
         self._heeds = heeds
-        arrived = self._arrived = Event(self._env)
+        self._arrived = Event(self._env)
         self._begin(driven)
+        yield from self._arrival()
+
+    def _finish(self, route: Route, final_yaw: float | None) -> Generator[Any, Any, None]:
+        """Go on where a route leads after what it drives just now."""
+        self._way = route, final_yaw
+        self.rerouted, self.set_out = 0, self._env.now
+        self._arrived = Event(self._env)
+        yield from self._arrival()
+
+    def _arrival(self) -> Generator[Any, Any, None]:
         try:
-            yield arrived
+            yield self._arrived
         except BaseException:
             self.halt()
             raise
@@ -244,11 +265,11 @@ class Mobile:
     def _begin(self, driven: Drive, *, admitted: bool = False) -> None:
         """Begin a drive from where it is, or wait; nothing may be scheduled for the one before."""
         self._drive, self._seconds, self._number, self._waits = driven, driven.seconds, 0, False
+        self._began = self._env.now
         if not (admitted or self._may_begin(0)):
             return
         # One timeout is scheduled anew for each piece, past the process that drives: with many robots that is half
         # the work of the whole simulation.
-        self._began = self._env.now
         self._piece_ends = Timeout(self._env, self._seconds[0])
         self._piece_ends.callbacks = self._on_piece_end
         self._moves()
@@ -293,7 +314,11 @@ class Mobile:
         self._passage.stopped(self, leg, arrived=True)
         if self.changed is not None:
             self.changed()
-        arrived.succeed()
+        if self._aside:
+            self._aside = False
+            self._stay_aside()
+        else:
+            arrived.succeed()
 
     def _motion(self) -> dict[str, Any]:
         """Return the piece that is being driven, as an observer sees it."""
@@ -306,6 +331,15 @@ class Mobile:
         """Drive on from where it waits: what was in its way has let it pass."""
         if self._drive is not None and self._waits:
             self._begin(self._driven([leg for leg in self._drive.legs[self._number :] if leg]), admitted=True)
+
+    def step_back(self) -> None:
+        """Not have set out at this instant after all, and wait."""
+        if self._piece_ends is not None:
+            self._env.abandon(self._piece_ends)
+        self._piece_ends, self._waits = None, True
+        self.recoveries += 1
+        if self.changed is not None:
+            self.changed()
 
     def reroute(self, avoid: Collection[Lane]) -> bool:
         """Take another way from where it waits, without these lanes; return whether there is one."""
@@ -322,6 +356,46 @@ class Mobile:
         self._happened("rerouted", lambda: {"robot": self.name, "at": [*self.pose().point]})
         self._begin(self._driven(route.legs))
         return True
+
+    def sidestep(self, leg: Leg) -> None:
+        """Make room for somebody by driving a leg that begins here; it is admitted already.
+
+        Then it goes on to where it was going, if anywhere, when the rules of traffic say so.
+        """
+        if self._drive is None:
+            self._way, self._arrived, self._heeds = None, Event(self._env), True
+        self._drive, self._aside = None, True
+        self._begin(drive(self.pose(), [leg], None, speed=self.speed), admitted=True)
+
+    def _stay_aside(self) -> None:
+        """Wait until it may go on, having made room for somebody."""
+        way = self._way
+        if way is not None and way[0].goal is not None:
+            try:
+                route = self._passage.plan(self, self._rest.point, way[0].goal)
+            except NoRoute as error:
+                self.give_up(error)
+                return
+            self._way = route, way[1]
+            driven = self._driven(route.legs)
+            if driven.seconds:
+                self._drive, self._seconds, self._number, self._waits = driven, driven.seconds, 0, True
+            elif self._arrived is not None:
+                # Where it has made room is where it was going.
+                self._arrived.succeed()
+        self._passage.made_room(self)
+
+    @property
+    def may_make_room(self) -> bool:
+        """Whether it stands, and could go somewhere else for a while."""
+        if self._drive is None:
+            return not self.busy
+        return self._waits and self._way is not None and self._way[0].goal is not None
+
+    def ask_again(self) -> None:
+        """Drive on from where it has made room, or wait there."""
+        if self._drive is not None and self._waits:
+            self._begin(self._drive)
 
     def retime(self) -> None:
         """Go on at the speed that it can go now."""

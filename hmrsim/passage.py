@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from hmrsim.interest import Happenings
     from hmrsim.mobile import Mobile
     from hmrsim.route import Leg, Route
+    from hmrsim.traffic import Rules
     from hmrsim.world.model import World
 
 
@@ -115,6 +116,11 @@ class Passage:
         self._rules = policy.rule(self, settings) if policy.rule else None
         self.needed = self._rules is not None
 
+    @property
+    def now(self) -> float:
+        """The simulated time, in seconds."""
+        return self._env.now
+
     # --- planning -------------------------------------------------------------------------------------------------
 
     def plan(self, robot: Mobile, start: Point, goal: Point, avoid: Collection[Lane] = ()) -> Route:
@@ -192,6 +198,7 @@ class Passage:
         self._forget(robot)
         self._leave_barriers(robot)
         if self._rules is not None and not robot.flies:
+            self._rules.halted(robot)
             self._rules.leave(robot)
 
     def stopped(self, robot: Mobile, leg: Leg | None, *, arrived: bool) -> None:
@@ -200,14 +207,28 @@ class Passage:
         self._leave_barriers(robot)
         if self._rules is None or robot.flies:
             return
+        if not arrived:
+            self._rules.halted(robot)
         if arrived:
             slots = robot.slots[-1:]
         elif leg is not None:
             slots = leg.slots[:1] if leg.lane else ()
         else:
-            slots = tuple(s for s in self._slots_at(robot.pose().point) if s in robot.slots or not self._rules.full(s))
-            slots = slots or robot.slots[:1]
+            self._stand_back(robot, self._rules)
+            return
         self._rules.stand(robot, slots)
+
+    def _stand_back(self, robot: Mobile, rules: Rules) -> None:
+        """Have a robot stand where it was before it set out at this instant; whoever set out to be there steps back."""
+        slots = self._slots_at(robot.pose().point)
+        for slot in slots:
+            for other in [*rules.inside(slot)] if rules.full(slot) else ():
+                if other is not robot and other.sets_out and (leg := other.next_leg):
+                    other.step_back()
+                    self._stand_back(other, rules)
+                    self._wait(other, leg, "")
+                    self.look_again([other])
+        rules.stand(robot, slots)
 
     def _slots_at(self, point: Point) -> tuple[int, ...]:
         """Return the slots of whoever stands at a point: the waypoint, or the lane."""
@@ -257,11 +278,7 @@ class Passage:
             return
         wait.why = self._in_the_way(robot, leg)
         if not wait.why and (self._rules is None or self._rules.take(robot, leg)):
-            self._forget(robot)
-            self._enter_barriers(robot, leg)
-            waited = self._env.now - wait.since
-            self.happened("went_on", lambda: {"robot": robot.name, "waited": waited})
-            robot.go_on()
+            self.release(robot)
         else:
             self._decide(wait)
 
@@ -285,6 +302,44 @@ class Passage:
     def _leave_barriers(self, robot: Mobile) -> None:
         for barrier in self._inside.pop(robot, ()):
             barrier.leave(robot)
+
+    def is_open(self, lane: Lane) -> bool:
+        """Return whether nothing but traffic can be in the way on a lane."""
+        return lane not in self._closed and lane not in self._barriers
+
+    def push(self, robot: Mobile, leg: Leg, by: Mobile) -> None:
+        """Have a robot make room for another by driving a leg, whose slots it has been given."""
+        self._forget(robot)
+        start = [*robot.pose().point]
+        told = {"robot": robot.name, "by": by.name, "from": start, "to": [*leg.end]}
+        self.happened("made_room", lambda: told)
+        robot.sidestep(leg)
+
+    def release(self, robot: Mobile) -> None:
+        """Let a robot go on that has been given the slots of the leg for which it waits."""
+        wait = self.waits[robot]
+        self._forget(robot)
+        self._enter_barriers(robot, wait.leg)
+        waited = self._env.now - wait.since
+        self.happened("went_on", lambda: {"robot": robot.name, "waited": waited})
+        robot.go_on()
+
+    def try_again(self, robot: Mobile) -> None:
+        """Have a robot ask again, soon, whether it waits or has made room."""
+        if robot in self.waits:
+            self.look_again([robot])
+        elif robot.waits:
+            self._env.soon(robot.ask_again)
+
+    def may_make_room(self, robot: Mobile) -> None:
+        """Take note that a robot has nothing to do any more where it stands."""
+        if self._rules is not None and not robot.flies:
+            self._rules.stand(robot, robot.slots)
+
+    def made_room(self, robot: Mobile) -> None:
+        """Take note that a robot has made room for somebody; it goes on if the rules of traffic let it."""
+        if self._rules is None or not self._rules.keeps_aside(robot):
+            robot.ask_again()
 
     # --- waiting --------------------------------------------------------------------------------------------------
 

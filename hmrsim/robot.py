@@ -155,11 +155,15 @@ class Robot(Mobile):
         """Stand still for a while."""
         self.halt()
         over = self._env.timeout(seconds)
+        self.busy = True
         try:
             yield over
         except BaseException:
             self._env.abandon(over)
             raise
+        finally:
+            self.busy = False
+            self._passage.may_make_room(self)
 
     def pick(self, item: Item) -> None:
         """Take an item, which moves with the robot from now on."""

@@ -56,8 +56,17 @@ class Rules(Protocol):
     def full(self, slot: int) -> bool:
         """Return whether nobody else may come into a slot now."""
 
+    def inside(self, slot: int) -> Sequence[Mobile]:
+        """Return who occupies a slot."""
+
     def blockers(self, robot: Mobile, leg: Leg) -> Sequence[Mobile]:
         """Return who occupies what a robot would need for a leg, in order of name."""
+
+    def halted(self, robot: Mobile) -> None:
+        """Take note that a robot has been stopped on its way, so that it will not arrive."""
+
+    def keeps_aside(self, robot: Mobile) -> bool:
+        """Return whether a robot that has made room is to stay there; if so, it will be told to go on."""
 
     def blocked(self, robot: Mobile) -> None:
         """Do something about a robot that has begun to wait, if there is anything to be done."""

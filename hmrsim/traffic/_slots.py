@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 from hmrsim.geometry import SAME_PLACE, distance
@@ -76,6 +77,29 @@ class Slots:
         for slot in held:
             if slot not in wanted:
                 self._leave(robot, slot)
+        return True
+
+    def exchange(self, moves: Sequence[tuple[Mobile, Leg]]) -> bool:
+        """Have robots that stand occupy the slots of their legs, all at once; return whether there is room for all."""
+        free = self._free
+        gone = Counter(slot for robot, _ in moves for slot in robot.slots)
+        come = Counter(slot for _, leg in moves for slot in leg.slots)
+        if any(free[slot] + gone[slot] < number for slot, number in come.items()):
+            return False
+        left = []
+        for robot, leg in moves:
+            for slot in robot.slots:
+                free[slot] += 1
+                self._inside[slot].remove(robot)
+                left.append(slot)
+            robot.slots = leg.slots
+        for robot, leg in moves:
+            for slot in leg.slots:
+                free[slot] -= 1
+                self._inside[slot].append(robot)
+        for slot in left:
+            if waiting := self._wanted.pop(slot, None):
+                self._freed([*waiting])
         return True
 
     def stand(self, robot: Mobile, slots: tuple[int, ...]) -> None:

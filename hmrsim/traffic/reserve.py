@@ -2,14 +2,14 @@
 
 A slot that nobody says anything else of takes one robot. A robot that is blocked by one that stands for good takes
 another way if there is one. Robots that wait for each other in a circle never go on by themselves: as soon as the
-circle is closed it is told as a ``deadlock``; then one of them takes another way, the one whose goal came last first,
-or, where none can, the goal of that one is aborted.
+circle is closed it is told as a ``deadlock``; then one of them takes another way, the one that set out last first, or
+backs off to a free waypoint beside it; where none can, the goal of that one is aborted.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from pydantic import Field
 
@@ -58,10 +58,11 @@ class Reserve:
     def __init__(self, passage: Passage, settings: ReserveSettings) -> None:
         self.passage = passage
         self.settings = settings
+        self._told: tuple[float, frozenset[Mobile]] | None = None
         self.slots = Slots(_capacities(passage.world, passage.graph.lanes, settings), passage.look_again)
         self.take, self.leave = self.slots.take, self.slots.leave
         self.forget, self.full = self.slots.forget, self.slots.full
-        self.stand = self.slots.stand
+        self.stand, self.inside = self.slots.stand, self.slots.inside
 
     def blockers(self, robot: Mobile, leg: Leg) -> Sequence[Mobile]:
         """Return who occupies what a robot would need for a leg, in order of name."""
@@ -84,17 +85,40 @@ class Reserve:
         elif any(other.stands for other in self.passage.blockers(robot)):
             self.go_around(robot)
 
+    def halted(self, robot: Mobile) -> None:
+        """Do nothing: nobody counts on its arrival."""
+
+    def keeps_aside(self, _robot: Mobile) -> bool:
+        """Return False: who has made room goes on when it can."""
+        return False
+
     def untie(self, circle: Sequence[Mobile]) -> None:
-        """Have one robot of a circle take another way, or give up."""
-        last_first = sorted(circle, key=lambda robot: (robot.set_out, robot.name), reverse=True)
-        if any(self.go_around(robot) for robot in last_first):
-            return
-        names = " for ".join(robot.name for robot in circle)
-        text = f"deadlock: {names} for {circle[0].name}, and no other way"
+        """Have one robot of a circle take another way, or make room, or give up; the one that set out last first."""
+        last_first = sorted(circle, key=rank, reverse=True)
+        for solve in (self._turn_off, self._back_off):
+            if any(solve(robot, circle) for robot in last_first):
+                return
+        text = f"deadlock: {' waits for '.join(robot.name for robot in (*circle, circle[0]))}; there is no other way"
         last_first[0].give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text))
 
+    def _turn_off(self, robot: Mobile, _circle: Sequence[Mobile]) -> bool:
+        """Have a robot take a way that begins with a lane that it can have now, if there is one."""
+        return robot.rerouted < self.settings.reroutes and robot.reroute([*self._not_now(robot)])
+
+    def _back_off(self, robot: Mobile, circle: Sequence[Mobile]) -> bool:
+        """Have a robot drive to a free waypoint beside it that nobody of the circle is about to need, if any."""
+        if robot.rerouted >= self.settings.reroutes or not robot.may_make_room:
+            return False
+        wanted = {slot for other in circle if (leg := other.next_leg) for slot in leg.slots}
+        for way in exits(self.passage, robot):
+            if way.end not in wanted and self.slots.exchange([(robot, way.leg)]):
+                robot.rerouted += 1
+                self.passage.push(robot, way.leg, circle[(circle.index(robot) - 1) % len(circle)])
+                return True
+        return False
+
     def go_around(self, robot: Mobile) -> bool:
-        """Have a robot that waits take a way that it can set out on now, if there is one."""
+        """Have a robot that waits take a way around those who are in its way, if there is one."""
         wait = self.passage.waits.get(robot)
         if wait is None or robot.rerouted >= self.settings.reroutes:
             return False
@@ -109,15 +133,48 @@ class Reserve:
 
     def _not_now(self, robot: Mobile) -> Iterator[Lane]:
         """Yield the lanes on which a robot can't set out from where it stands."""
-        lanes = self.passage.graph.lanes
-        for slot in robot.slots:
-            for edge in lanes.out[slot] if slot < len(lanes.out) else ():
-                if edge.leg.lane and next(self.slots.missing(robot, edge.leg.slots), None) is not None:
-                    yield edge.leg.lane
+        for leg, _ in exits(self.passage, robot):
+            if leg.lane and next(self.slots.missing(robot, leg.slots), None) is not None:
+                yield leg.lane
 
     def _tell(self, circle: Sequence[Mobile]) -> None:
+        """Tell of a deadlock, once, whichever of its robots it is found by."""
+        instant = (self.passage.now, frozenset(circle))
+        if instant == self._told:
+            return
+        self._told = instant
         lanes = [[*leg.lane] for robot in circle if (leg := robot.next_leg) and leg.lane]
         self.passage.happened("deadlock", lambda: {"robots": [robot.name for robot in circle], "lanes": lanes})
+
+
+def rank(robot: Mobile) -> tuple[float, str]:
+    """Return what orders robots: whoever has set out earlier comes first, and whoever wants to go nowhere last."""
+    return (math.inf if robot.stands else robot.set_out, robot.name)
+
+
+class Exit(NamedTuple):
+    """A way to leave where a robot stands.
+
+    Attributes:
+        leg: To be driven.
+        end: The slot of the waypoint at its end.
+    """
+
+    leg: Leg
+    end: int
+
+
+def exits(passage: Passage, robot: Mobile) -> list[Exit]:
+    """Return the open lanes that begin where a robot stands, or what is left of the one on which it stands."""
+    lanes = passage.graph.lanes
+    found = []
+    for slot in robot.slots:
+        if slot < len(lanes.out):
+            found += [Exit(edge.leg, edge.end) for edge in lanes.out[slot]]
+        else:
+            here = robot.pose().point
+            found += [Exit(lanes.part(edge, here, edge.leg.end), edge.end) for edge in lanes.leading_to(slot)]
+    return [way for way in found if way.leg.lane and passage.is_open(way.leg.lane)]
 
 
 def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[float]:
