@@ -2,34 +2,78 @@
 
 from __future__ import annotations
 
-import math
+from itertools import permutations
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.geometry import distance
+from hmrsim.world.model import Waypoint
+
 if TYPE_CHECKING:
-    from hmrsim.graph import WaypointGraph
+    from collections.abc import Collection, Iterator
+
+    from hmrsim.world.model import Lane, World
 
 
-def to_geojson(graph: WaypointGraph) -> dict[str, Any]:
-    """Return a waypoint graph as a GeoJSON feature collection.
+def to_geojson(world: World, *, closed: Collection[tuple[str, str]] = (), lifts: bool = False) -> dict[str, Any]:
+    """Return the waypoints and lanes of a world as a GeoJSON feature collection, which `hmrsim.world` reads again.
 
     Nodes are points and lanes are MultiLineStrings, one for each direction, with the properties ``id``,
-    ``startid`` and ``endid`` of Nav2's graph files; names, lengths, limits and capacities are metadata.
+    ``startid``, ``endid`` and ``cost`` of Nav2's graph files; names, lengths, limits and capacities are metadata, and
+    that a way is no part of a lane that leads both ways.
+
+    Args:
+        world: The world.
+        closed: Lanes that nobody may enter, by the waypoints where they begin and end; they are left out.
+        lifts: Whether to tell of rides in lifts, too, which are edges that cost their seconds.
     """
-    ids = {name: number for number, name in enumerate(graph.waypoints)}
-    features = [
-        _feature("Point", [*graph.waypoints[name]], {"id": number, "frame": "map", "metadata": {"name": name}})
-        for name, number in ids.items()
-    ]
-    for number, way in enumerate(graph.ways, start=len(ids)):
-        metadata: dict[str, float] = {"length": way.length}
-        if way.speed_limit < math.inf:
-            metadata["abs_speed_limit"] = way.speed_limit
-        if way.capacity is not None:
-            metadata["capacity"] = way.capacity
-        line = [[*graph.waypoints[way.start]], [*graph.waypoints[way.end]]]
-        properties = {"id": number, "startid": ids[way.start], "endid": ids[way.end], "metadata": metadata}
-        features.append(_feature("MultiLineString", [line], properties))
-    return {"type": "FeatureCollection", "name": graph.name, "features": features}
+    ids = {name: number for number, name in enumerate(world.waypoints)}
+    features = [_node(world, name, number) for name, number in ids.items()]
+    for lane, start, end in _ways(world):
+        if (start, end) in closed:
+            continue
+        a, b = world.points[start], world.points[end]
+        length = distance(a, b)
+        # Nav2 takes a limit for one only if it is written as a float.
+        metadata: dict[str, Any] = {"length": length}
+        if lane.speed_limit is not None:
+            metadata["abs_speed_limit"] = float(lane.speed_limit)
+        if lane.capacity is not None:
+            metadata["capacity"] = lane.capacity
+        if lane.one_way:
+            metadata["one_way"] = True
+        ends = {"startid": ids[start], "endid": ids[end]}
+        properties = {"id": len(features), **ends, "cost": length, "metadata": metadata}
+        features.append(_feature("MultiLineString", [[[*a], [*b]]], properties))
+    rides = [ride for ride in _rides(world) if ride[:2] not in closed] if lifts else []
+    for start, end, metadata in rides:
+        line = [[[*world.points[start]], [*world.points[end]]]]
+        ends = {"startid": ids[start], "endid": ids[end]}
+        properties = {"id": len(features), **ends, "cost": metadata["ride"], "metadata": metadata}
+        features.append(_feature("MultiLineString", line, properties))
+    return {"type": "FeatureCollection", "name": world.name, "features": features}
+
+
+def _node(world: World, name: str, number: int) -> dict[str, Any]:
+    at = world.waypoints[name]
+    metadata: dict[str, Any] = {"name": name}
+    if isinstance(at, Waypoint) and at.capacity is not None:
+        metadata["capacity"] = at.capacity
+    return _feature("Point", [*world.points[name]], {"id": number, "frame": "map", "metadata": metadata})
+
+
+def _ways(world: World) -> Iterator[tuple[Lane, str, str]]:
+    """Yield the lanes in each direction in which they can be driven."""
+    for lane in world.lanes:
+        yield lane, lane.from_, lane.to
+        if not lane.one_way:
+            yield lane, lane.to, lane.from_
+
+
+def _rides(world: World) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Yield between which stops lifts go, and what there is to say of it."""
+    for name, lift in world.lifts.items():
+        for (i, start), (j, end) in permutations(enumerate(lift.stops), 2):
+            yield start, end, {"length": 0.0, "lift": name, "ride": lift.seconds(i, j)}
 
 
 def _feature(kind: str, coordinates: list[Any], properties: dict[str, Any]) -> dict[str, Any]:

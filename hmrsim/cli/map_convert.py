@@ -12,8 +12,8 @@ from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.command_line import ENVIRONMENT
-from hmrsim.graph import WaypointGraph
 from hmrsim.route_graph import to_geojson
+from hmrsim.world import World
 from hmrsim.world.formats import choose
 from hmrsim.world.writing import to_json, to_yaml
 
@@ -21,14 +21,15 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable, Mapping
 
-    from hmrsim.world import World
-
 _EXAMPLES: Final = f"""\
 OUT's suffix says the format: .yaml or .json is a native world, which holds everything; .geojson is the route graph
-of Nav2's Route Server. What a format can't hold is said on stderr. Files that IN includes are merged in.
+of Nav2's Route Server. What IN has and a world can't hold is said on stderr, and what OUT can't hold. Files that IN
+includes are merged in.
 
 examples:
   hmrsim map convert drawing.drawio world.yaml
+  hmrsim map convert office.building.yaml office.geojson
+  hmrsim map convert arena.map arena.yaml --neighbours 4
   hmrsim map convert hospital hospital.geojson --force
   hmrsim map convert scenario1 - --to geojson | jq '.features | length'
 
@@ -36,16 +37,8 @@ examples:
 
 _STDOUT: Final = "-"
 _SCHEMA: Final = Path("schemas", "world.schema.json")
-_NOT_IN_GEOJSON: Final = (
-    "walls",
-    "places",
-    "docks",
-    "items",
-    "robot_types",
-    "robots",
-    "faults",
-    "remap",
-)
+_IN_GEOJSON: Final = ("name", "units", "include", "waypoints", "lanes")
+"""The keys of a world that a route graph holds, or that mean nothing without the rest."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -81,7 +74,8 @@ def _convert(args: argparse.Namespace) -> int:
         return ExitCode.DONE
     _write(out, text)
     if args.json:
-        show_json({"file": args.out, "format": to, "world": loaded.world.name, "hash": loaded.hash, "left_out": left})
+        told = {"file": args.out, "format": to, "world": loaded.world.name, "hash": loaded.hash, "left_out": left}
+        show_json({**told, "warnings": [str(problem) for problem in loaded.warnings]})
     else:
         show(f"{args.out}: {loaded.world.name!r} as {to}")
     return ExitCode.DONE
@@ -125,7 +119,12 @@ def _write(out: Path, text: str) -> None:
 
 def _left_out(world: World) -> dict[str, int]:
     """Return how many of what a route graph doesn't hold."""
-    return {kind: len(getattr(world, kind)) for kind in _NOT_IN_GEOJSON if getattr(world, kind)}
+    kept = {kind: getattr(world, kind) for kind in World.model_fields if kind not in _IN_GEOJSON}
+    return {
+        kind: 1 if kind == "bounds" or not isinstance(value, (dict, tuple)) else len(value)
+        for kind, value in kept.items()
+        if value != World.model_fields[kind].default
+    }
 
 
 def _as_yaml(world: World, out: Path) -> str:
@@ -137,7 +136,7 @@ def _as_yaml(world: World, out: Path) -> str:
 
 
 def _as_geojson(world: World, _out: Path) -> str:
-    graph = to_geojson(WaypointGraph(world))
+    graph = to_geojson(world)
     features = ",\n".join(f"    {json.dumps(feature)}" for feature in graph.pop("features"))
     return f'{json.dumps(graph)[:-1]}, "features": [\n{features}\n]}}\n'
 

@@ -30,7 +30,19 @@ examples:
 
 {ENVIRONMENT}"""
 
-_COUNTED: Final = ("waypoints", "lanes", "walls", "places", "docks", "items", "robot_types", "robots", "faults")
+_COUNTED: Final = (
+    "waypoints",
+    "lanes",
+    "walls",
+    "places",
+    "docks",
+    "doors",
+    "lifts",
+    "items",
+    "robot_types",
+    "robots",
+    "faults",
+)
 _MOST: Final = 10
 """So many lines of a kind are shown."""
 
@@ -71,14 +83,14 @@ def facts(loaded: LoadedWorld) -> dict[str, Any]:
         "warnings": len(loaded.warnings),
         "counts": {key: len(getattr(world, key)) for key in _COUNTED},
         "one_way_lanes": sum(lane.one_way for lane in world.lanes),
-        "lane_length": math.fsum(
-            distance(world.points[lane.from_], world.points[lane.to]) for lane in world.lanes
-        ),
+        "lane_length": math.fsum(distance(world.points[lane.from_], world.points[lane.to]) for lane in world.lanes),
         "parts": [len(part) for part in parts],
         "robots": [_robot(world, name) for name in world.robots],
         "items": [{"name": name, "at": world.point(one.at), "weight": one.weight} for name, one in world.items.items()],
         "places": [{"name": name, "at": one.at} for name, one in world.places.items()],
-        "docks": [{"name": name, **one.model_dump()} for name, one in world.docks.items()],
+        "docks": [
+            {"name": name, **one.model_dump(), "at": world.dock_point(name)} for name, one in world.docks.items()
+        ],
         "remap": world.remap,
         "not_acted_on": list(_not_acted_on(world)),
     }
@@ -118,12 +130,8 @@ def _points(world: World) -> Iterator[Point]:
 def _not_acted_on(world: World) -> Iterator[str]:
     """Yield what a simulation keeps and does not act on; a line goes when the simulation learns it."""
     kept = {
-        "docks": bool(world.docks),
-        "faults": bool(world.faults),
         "traffic": world.traffic.policy != "free",
         "lanes' capacity": any(lane.capacity is not None for lane in world.lanes),
-        "planner: external": any(robot.planner == "external" for robot in world.robots.values()),
-        "battery": any("battery" in world.robot_type(robot).components for robot in world.robots.values()),
     }
     return (name for name, there in kept.items() if there)
 

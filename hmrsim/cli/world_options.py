@@ -29,12 +29,18 @@ def add_world_options(parser: argparse.ArgumentParser, *, argument: str = "world
     )
     group.add_argument("--item", action="append", default=[], metavar="NAME@X,Y[:KG]", help="add an item; repeatable")
     group.add_argument(
-        "--page", metavar="PAGE", help="the page of a drawing: its name, or its number from 1 (the first)"
+        "--page",
+        metavar="PAGE",
+        help="the page of a drawing, the level of a building or the layout of a LIF file:"
+        " its name, or its number from 1 (the first page; all levels, all layouts)",
     )
     group.add_argument(
         "--rename", action="append", default=[], metavar="OLD=NEW", help="rename a robot of a drawing; repeatable"
     )
     group.add_argument("--lenient", action="store_true", help="leave out objects of a drawing that have no known type")
+    group.add_argument(
+        "--neighbours", type=int, choices=(4, 8), help="whether cells of a grid touch at their corners, too (8)"
+    )
 
 
 def read_world(args: argparse.Namespace, *, argument: str = "world") -> LoadedWorld:
@@ -43,5 +49,5 @@ def read_world(args: argparse.Namespace, *, argument: str = "world") -> LoadedWo
     Raises:
         WorldError: Something is wrong with it.
     """
-    options = ReadOptions(page=args.page, rename=renames(args.rename), lenient=args.lenient)
+    options = ReadOptions(args.page, renames(args.rename), args.lenient, args.neighbours)
     return load_world(getattr(args, argument), add_robots=args.robot, add_items=args.item, options=options)

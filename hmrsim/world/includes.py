@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world.files import read_text
 from hmrsim.world.finding import Finding, instead, shown
-from hmrsim.world.formats import choose, not_read_yet, registry
+from hmrsim.world.formats import choose, registry
 from hmrsim.world.merging import Merged, Source
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 
@@ -41,12 +41,10 @@ def read_document(path: Path, file: str, options: ReadOptions = AS_IT_IS) -> Doc
     if path.suffix.lower() in _PICTURES and path.is_file():
         raise WorldError([Problem(file, "", "is a picture; open the drawing in draw.io and save it as .drawio")])
     text = read_text(path, file)
-    foreign = not_read_yet(text)
     kind = choose(path.name, text)
-    if kind is None or foreign:
+    if kind is None:
         suffixes = ", ".join(sorted(suffix for kind in registry().values() for suffix in kind.suffixes))
-        what = f"{foreign}, which is not read yet" if foreign else "of no known format"
-        raise WorldError([Problem(file, "", f"is {what}; expected one of {suffixes}")])
+        raise WorldError([Problem(file, "", f"is of no known format; expected one of {suffixes}")])
     return kind.read(text, file, options)
 
 
@@ -71,11 +69,15 @@ def _real(path: Path) -> Path:
 def _not_taken(options: ReadOptions, documents: Sequence[Document], *, complete: bool) -> Iterator[Problem]:
     """Yield the options that no file had a use for; what could not be read might have had one."""
     if options.page is not None and complete and not any(document.pages for document in documents):
-        yield Problem(f"--page {options.page}", "", "there are no pages; only drawings have them")
+        yield Problem(
+            f"--page {options.page}", "", "there are no pages; drawings have them, and levels and layouts count"
+        )
+    if options.neighbours is not None and complete and not any(document.grid for document in documents):
+        yield Problem(f"--neighbours {options.neighbours}", "", "there is no grid; only MovingAI maps are grids")
     robots = [robot for document in documents for robot in document.robots]
     for old, new in options.rename.items():
         if complete and old not in robots:
-            yield Problem(f"--rename {old}={new}", "", f"no robot {old!r} in a drawing{instead(old, robots)}")
+            yield Problem(f"--rename {old}={new}", "", f"no robot {old!r} to rename{instead(old, robots)}")
 
 
 @dataclass

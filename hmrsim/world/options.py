@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world.model import ROS_NAME
@@ -16,17 +16,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """How to read drawings; other files are not asked.
+    """How to read files that can be read in more than one way.
 
     Attributes:
-        page: The page of a drawing, by its name or its number from 1; None for the first.
-        rename: New names of the drawings' robots, by the names that they have there.
+        page: The page of a drawing, the level of a building or the layout of a LIF file, by its name or its number
+            from 1; None for the first page, and for all levels and layouts.
+        rename: New names of the robots of drawings and buildings, by the names that they have there.
         lenient: Whether objects of unknown types are left out instead of being errors.
+        neighbours: How many neighbours a cell of a grid has, 4 or 8; None for 8.
     """
 
     page: str | None = None
     rename: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     lenient: bool = False
+    neighbours: Literal[4, 8] | None = None
 
 
 AS_IT_IS = ReadOptions()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -51,7 +52,13 @@ def test_a_route_graph_for_nav2(tmp_path, capsys):
     assert f"{out}: GeoJSON holds no walls: 2 left out\n" == capsys.readouterr().err
     assert {
         "type": "Feature",
-        "properties": {"id": 2, "startid": 0, "endid": 1, "metadata": {"length": 3.0, "abs_speed_limit": 0.5}},
+        "properties": {
+            "id": 2,
+            "startid": 0,
+            "endid": 1,
+            "cost": 3.0,
+            "metadata": {"length": 3.0, "abs_speed_limit": 0.5, "one_way": True},
+        },
         "geometry": {"type": "MultiLineString", "coordinates": [[[0.0, 0.0], [3.0, 0.0]]]},
     } == graph["features"][2]
 
@@ -77,7 +84,7 @@ def test_what_was_written_as_json(tmp_path, capsys):
 
     told = json.loads(capsys.readouterr().out)
     assert (str(out), "geojson", load_world("scenario1").hash) == (told["file"], told["format"], told["hash"])
-    assert {"walls": 8, "places": 2, "items": 1, "robots": 1, "remap": 3} == told["left_out"]
+    assert {"bounds": 1, "walls": 8, "places": 2, "items": 1, "robots": 1, "remap": 3} == told["left_out"]
 
 
 def test_the_schema_is_named_where_it_is(tmp_path):
@@ -151,3 +158,53 @@ def test_a_broken_world_is_not_converted(tmp_path, capsys):
     code = main(["map", "convert", str(source), str(out)])
     assert (2, False) == (code, out.exists())
     assert capsys.readouterr().err.startswith(f"{source}:2: lanes.0.to: ")
+
+
+DATA = Path(__file__).parents[1] / "world" / "data"
+
+
+@pytest.mark.parametrize(
+    "source", ["ward.drawio", "crossing.geojson", "clinic.building.yaml", "depot.lif.json", "arena.map"]
+)
+@pytest.mark.parametrize("out", ["out.yaml", "out.json"])
+def test_every_format_becomes_a_native_world(source, out, tmp_path):
+    """With everything that the reader took from it."""
+    code = main(["map", "convert", str(DATA / source), str(tmp_path / out)])
+
+    assert (0, load_world(DATA / source).hash) == (code, load_world(tmp_path / out).hash)
+
+
+@pytest.mark.parametrize("source", ["crossing.geojson", "clinic.building.yaml", "depot.lif.json", "arena.map"])
+def test_every_format_becomes_a_route_graph(source, tmp_path):
+    """With its waypoints and lanes."""
+    out = tmp_path / "out.geojson"
+    main(["map", "convert", str(DATA / source), str(out)])
+
+    before, after = load_world(DATA / source).world, load_world(out).world
+    assert (before.waypoints, before.lanes) == (after.waypoints, after.lanes)
+
+
+def test_what_the_reader_left_out_is_told(tmp_path, capsys):
+    """On stderr with its line, before what the other format can't hold; to programs, too."""
+    out = tmp_path / "clinic.geojson"
+    main(["map", "convert", str(DATA / "clinic.building.yaml"), str(out), "--json"])
+
+    told = capsys.readouterr()
+    expected = "clinic.building.yaml:22: warning: levels.L1.models: models: 1 left out"
+    assert expected in told.err
+    assert any(expected.replace(" warning:", "") in warning for warning in json.loads(told.out)["warnings"])
+    assert f"{out}: GeoJSON holds no lifts: 1 left out\n" in told.err
+
+
+@pytest.mark.parametrize("name", ["out.lif.json", "out.building.yaml", "out.map"])
+def test_what_is_only_read_is_not_written(name, tmp_path):
+    """Though the last part of its suffix could be."""
+    assert 2 == main(["map", "convert", "scenario1", str(tmp_path / name)])
+
+
+def test_neighbours_of_a_grid(tmp_path):
+    """Four, on request."""
+    out = tmp_path / "arena.json"
+    main(["map", "convert", str(DATA / "arena.map"), str(out), "--neighbours", "4"])
+
+    assert 23 == len(load_world(out).world.lanes)

@@ -45,6 +45,8 @@ def test_counts(info):
         "walls": 0,
         "places": 0,
         "docks": 1,
+        "doors": 0,
+        "lifts": 0,
         "items": 1,
         "robot_types": 0,
         "robots": 1,

@@ -62,6 +62,41 @@ ERRORS = [
         "remap.wall_e/place",
         "is the name of an action already",
     ),
+    ({"docks": {"charger": {"at": [5, -2]}}}, "docks.charger.at", "(5, -2) is outside the map, which spans (0, 0)"),
+    ({"docks": {"charger": {"at": "hme"}}}, "docks.charger.at", "no waypoint or place 'hme'; did you mean 'home'?"),
+    ({"docks": {"charger": {"at": "pad"}, "pad": {"at": [1, 2]}}}, "docks.charger.at", "no waypoint or place 'pad'"),
+    (
+        {"docks": {"charger": {"at": "home", "reserved_for": ["walle"]}}},
+        "docks.charger.reserved_for.0",
+        "no robot or robot type 'walle'; did you mean 'wall_e'?",
+    ),
+    (
+        {"robots": {"eve": {"at": "home", "components": {"battery": {"drain": {"actions": {"wat": 1}}}}}}},
+        "robots.eve.components.battery.drain.actions.wat",
+        "no action 'wat'; did you mean 'wait'?",
+    ),
+    (
+        {"robots": {"eve": {"at": "home", "components": {"battery": {"low": 0.1, "critical": 0.5}}}}},
+        "robots.eve.components.battery",
+        "critical 0.5 is more than low 0.1",
+    ),
+    ({"doors": {"gate": {"at": [[5, 1], [5, 1]]}}}, "doors.gate.at", "has no length: name both its jambs"),
+    (
+        {"doors": {"gate": {"at": [[3, 0], [3, 2]], "opens_for": ["fetcher", "walle"]}}},
+        "doors.gate.opens_for.1",
+        "no robot or robot type 'walle'; did you mean 'wall_e'?",
+    ),
+    ({"doors": {"gate": {"at": [[1, 0], [1, 2]]}}}, "robots.wall_e.at", "(1, 1) is in the closed door 'gate'; start"),
+    ({"doors": {"wall_e": {"at": [[3, 0], [3, 2]]}}}, "doors.wall_e", "robots.wall_e has this name already"),
+    ({"lifts": {"lift": {"stops": ["home", "shlf"]}}}, "lifts.lift.stops.1", "no waypoint 'shlf'; did you mean"),
+    ({"lifts": {"lift": {"stops": ["home", "shelf", "home"]}}}, "lifts.lift.stops", "'home' is there 2 times"),
+    ({"lifts": {"lift": {"stops": ["home", "door"]}}}, "lifts.lift.stops", "'door' and 'home' are joined by lanes.0"),
+    ({"lifts": {"lift": {"stops": ["home", "shelf"], "at": "door"}}}, "lifts.lift.at", "'door' is no stop of it"),
+    (
+        {"waypoints": {"attic": [9, 1]}, "lifts": {"lift": {"stops": ["shelf", "attic"]}}},
+        "lifts.lift.stops",
+        "'shelf' and 'attic' are the same point; draw levels beside each other",
+    ),
     ({"traffic": {"policy": "reserves"}}, "traffic.policy", "no traffic policy 'reserves'; did you mean 'reserve'?"),
     ({"traffic": {"policy": "reserve", "patience": 0}}, "traffic.patience", "must be greater than 0, got 0"),
     ({"traffic": {"colour": "red"}}, "traffic.colour", "unknown key 'colour'"),
@@ -79,7 +114,6 @@ def test_error_names_the_field_the_value_and_the_remedy(fields, path, message):
 WARNINGS = [
     ({"places": {"yard": {"at": [50, 2]}}}, "places.yard.at", "(50, 2) is outside the map"),
     ({"items": {"cup": {"at": [-1, 2]}}}, "items.cup.at", "(-1, 2) is outside the map"),
-    ({"docks": {"charger": {"at": [5, -2]}}}, "docks.charger.at", "(5, -2) is outside the map"),
     ({"waypoints": {"far": [50, 1]}, "lanes": [*MAP["lanes"], ["shelf", "far"]]}, "waypoints.far", "outside"),
     ({"walls": [[[7, 0], [7, 2]]]}, "lanes.1", "'door'-'shelf' crosses walls.0; a drawn lane is open all the same"),
     ({"waypoints": {"alone": [5, 5]}}, "waypoints.alone", "no lane leads here"),
@@ -88,6 +122,12 @@ WARNINGS = [
         "lanes",
         "are 2 parts that no lane connects, with 'home', 'a'",
     ),
+    (
+        {"docks": {"charger": {"at": [5, 5]}}, "walls": [[[0, 3], [20, 3]]]},
+        "docks.charger.at",
+        "no way leads to 'charger' at (5, 5) for wall_e; join it with their lanes",
+    ),
+    ({"doors": {"gate": {"at": [[3, 4], [3, 5]]}}}, "doors.gate.at", "no lane leads through it"),
     ({"walls": [BOX]}, "robots.wall_e.at", "is inside an obstacle; only its lane leads out"),
 ]
 
@@ -101,13 +141,6 @@ def test_what_can_be_run_but_is_odd_is_a_warning(fields, path, message):
     assert (path, True) in [(where, message in text) for _, where, text in found]
 
 
-def test_a_fault_type_that_is_none_is_told_once():
-    """Whoever writes it would wait for what never comes."""
-    told = problems(faults=[{"type": "storm"}, {"type": "storm", "at": 3}])
-
-    assert told == [("warning", "faults.0.type", "no fault type 'storm', nothing will happen; there are none")]
-
-
 def test_lanes_in_opposite_directions_are_no_duplicates():
     """Two one-way lanes make one lane that goes both ways."""
     lanes = [
@@ -117,6 +150,13 @@ def test_lanes_in_opposite_directions_are_no_duplicates():
     ]
 
     assert problems(lanes=lanes) == []
+
+
+def test_lifts_join_what_lanes_do_not():
+    """Levels are no parts that nothing connects."""
+    attic = {"waypoints": {"attic": [5, 9]}, "lifts": {"lift": {"stops": ["shelf", "attic"]}}}
+
+    assert problems(**attic) == []
 
 
 def test_robots_bad_setting_is_told_once():

@@ -48,7 +48,7 @@ def test_page_of_an_included_drawing_is_chosen(write):
 
 def test_page_without_a_drawing_is_an_error(write):
     """A native world has no pages."""
-    with pytest.raises(WorldError, match="--page 2: there are no pages; only drawings have them"):
+    with pytest.raises(WorldError, match="--page 2: there are no pages; drawings have them, and levels and"):
         load(write("name: x\n"), page="2")
 
 
@@ -72,8 +72,8 @@ def test_robots_of_an_included_drawing_are_renamed(write):
 @pytest.mark.parametrize(
     ("rename", "message"),
     [
-        ({"robot_3": "x"}, "--rename robot_3=x: no robot 'robot_3' in a drawing; did you mean 'robot_2'"),
-        ({"nobody": "x"}, "--rename nobody=x: no robot 'nobody' in a drawing; there are eve, robot_1, robot_2"),
+        ({"robot_3": "x"}, "--rename robot_3=x: no robot 'robot_3' to rename; did you mean 'robot_2'"),
+        ({"nobody": "x"}, "--rename nobody=x: no robot 'nobody' to rename; there are eve, robot_1, robot_2"),
         ({"robot_1": "eve"}, "robot cell 'r': can't be renamed to 'eve', which another robot is called"),
         ({"eve": "robot_1"}, "robot cell 'r': is another one named 'robot_1'; give it a name of its own"),
         ({"eve": "9"}, "robots.9: "),

@@ -21,7 +21,7 @@ walls: [[[100, 100], [200, 100]], {solid: [[300, 300], [310, 300], [310, 310]]}]
 items: {crate: {at: "no", weight: -0.0}}
 robot_types: {t: {base: {speed: 3.0}, components: {claw: {reach: 80.0, max_weight: 1}}}}
 robots: {r: {type: t, at: "1e3", yaw: -0.0, base: {speed: null}, components: {claw: {reach: 80}}}, q: {at: [1, 1]}}
-faults: [{type: lane_closed, lane: ["1e3", "0x1F"], at: 30.0, until: 60, deep: {a: [1.0, 2, "no", null, true]}}]
+faults: [{type: lane_closed, lane: ["1e3", "0x1F"], at: 30.0, until: 60, name: "null"}]
 traffic: {policy: free, patience: 1.0}
 """
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from dataclasses import dataclass
 from functools import cache
@@ -26,8 +25,9 @@ class Document:
         line: Tells the line of a path in *data*, as near as it is known.
         findings: What the reader itself found wrong or odd.
         complete: Whether all that the file names is in *data*, so that what is missing is really missing.
-        pages: The names of its pages; none of a file that has no such thing.
+        pages: The names of its pages, levels or layouts; none of a file that has no such thing.
         robots: What its robots are called there, before anything is renamed; none where they can't be.
+        grid: Whether it is a grid, whose cells have neighbours.
     """
 
     data: dict[str, Any]
@@ -36,6 +36,7 @@ class Document:
     complete: bool = True
     pages: tuple[str, ...] = ()
     robots: tuple[str, ...] = ()
+    grid: bool = False
 
 
 @dataclass(frozen=True)
@@ -48,21 +49,14 @@ class Format:
         matches: Tells from the text whether this is such a file.
         read: Makes a document of the text, as the options say. The second argument is the name of the file, for
             the :class:`~hmrsim.errors.WorldError` that it raises when there is nothing to read at all.
+        general: Whether files of other formats look like it, too, so that those come first.
     """
 
     name: str
     suffixes: tuple[str, ...]
     matches: Callable[[str], bool]
     read: Callable[[str, str, ReadOptions], Document]
-
-
-_NOT_READ_YET = {
-    "GeoJSON": re.compile(r'\A\s*\{.*"type"\s*:\s*"FeatureCollection"', re.DOTALL),
-    "LIF": re.compile(r'\A\s*\{.*"(lifVersion|layouts)"\s*:', re.DOTALL),
-    "an RMF building": re.compile(r"^levels[ ]*:", re.MULTILINE),
-    "a MovingAI map": re.compile(r"\A\s*type \w+\s+height \d+\s+width \d+\s+map"),
-}
-"""What is told apart from a world, by what is in the text; each is to become a format of its own."""
+    general: bool = False
 
 
 @cache
@@ -75,21 +69,15 @@ def choose(name: str, text: str) -> Format | None:
     """Return the format of a file, by the end of its *name* and by what is in it; None for none.
 
     The suffix is a hint only: what the text looks like decides, and the suffix decides between two that fit.
+    A general format is that of files that look like no other.
     """
     by_suffix = sorted(
         ((len(suffix), kind) for kind in registry().values() for suffix in kind.suffixes if _ends(name, suffix)),
         key=lambda found: (-found[0], found[1].name),
     )
     candidates = [kind for _, kind in by_suffix]
-    for kind in [*candidates, *registry().values()]:
-        if kind.matches(text):
-            return kind
-    return candidates[0] if candidates else None
-
-
-def not_read_yet(text: str) -> str:
-    """Return which known format the text of a file is in that can't be read yet; empty for none."""
-    return next((name for name, looks in _NOT_READ_YET.items() if looks.search(text)), "")
+    fits = [kind for kind in [*candidates, *registry().values()] if kind.matches(text)]
+    return min(fits, key=lambda kind: kind.general, default=candidates[0] if candidates else None)
 
 
 def _ends(name: str, suffix: str) -> bool:

@@ -9,6 +9,7 @@ import zlib
 from dataclasses import dataclass
 from urllib.parse import unquote
 
+from hmrsim.world.formats._pages import NoPage, choose_page
 from hmrsim.world.formats._xml import Element, Refused, parse
 
 MOST_INFLATED = 32 * 1024 * 1024
@@ -18,8 +19,6 @@ _SVG = re.compile(r"<(!DOCTYPE\s+)?svg[\s/>]")
 
 _UNNAMED = "Window 1"
 """What the original calls a page without a name."""
-
-_LISTED = 20
 
 
 @dataclass(frozen=True)
@@ -68,14 +67,10 @@ def _choose(names: list[str], wanted: str | None, root: Element) -> int:
     """Return the index of the page that is wanted; a name goes before a number."""
     if wanted is None:
         return 0
-    if wanted in names:
-        return names.index(wanted)
-    numbers = [str(i + 1) for i in range(len(names))]
-    if wanted in numbers:
-        return numbers.index(wanted)
-    pages = ", ".join(f"{i} ({name[:40]})" for i, name in enumerate(names[:_LISTED], 1))
-    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-    raise Refused(f"has no page {wanted[:40]!r}; there are {pages}{more}", root.line)
+    try:
+        return choose_page(names, wanted)
+    except NoPage as error:
+        raise Refused(str(error), root.line) from None
 
 
 def _model(diagram: Element) -> Element:

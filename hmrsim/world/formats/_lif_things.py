@@ -1,0 +1,220 @@
+"""What the nodes, edges and stations of LIF layouts mean: waypoints, lanes, lifts, docks and places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.world.formats._levels import side_by_side
+from hmrsim.world.formats._part import BadPart, Part
+from hmrsim.world.formats._ways import Ways
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hmrsim.world.formats._reading import Reading
+
+_CHARGING = "startCharging"
+"""The action of VDA 5050 that a node of a charger offers."""
+
+_OF_NODES = frozenset(("vehicleTypeId", "actions"))
+_OF_EDGES = frozenset(("vehicleTypeId", "maxSpeed", "rotationAllowed", "orientationType"))
+"""Properties of vehicle types that mean something here, or that mean nothing by themselves."""
+
+_SAYS_NOTHING: tuple[object, ...] = (None, "", [], {}, "BOTH", 0, True)
+"""Values of other properties that restrict nobody."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """A layout.
+
+    Attributes:
+        name: Its name.
+        level: The level that it is on.
+        part: What is in it.
+    """
+
+    name: str
+    level: str
+    part: Part
+
+
+@dataclass(frozen=True)
+class _Node:
+    part: Part
+    layout: Layout
+    at: complex
+    charges: bool
+
+
+class Things:
+    """What becomes of the layouts.
+
+    Args:
+        reading: The file.
+        chosen: The layouts that are read.
+
+    Attributes:
+        data: The keys of a world.
+    """
+
+    def __init__(self, reading: Reading, chosen: Sequence[Layout]) -> None:
+        self.data: dict[str, Any] = {"waypoints": {}, "places": {}, "docks": {}}
+        self._reading = reading
+        self._chosen = chosen
+        self._nodes: dict[str, _Node] = {}
+        self._ways = Ways(reading)
+        self._rides: list[tuple[str, str, Part]] = []
+        self._stations: set[str] = set()
+
+    def read(self, layouts: Sequence[Layout]) -> None:
+        """Read those of *layouts* that are chosen; edges may lead to the others."""
+        for layout in layouts:
+            for part in self._parts(layout, "nodes"):
+                self._reading.attempt(partial(self._node, layout, part))
+        self._waypoints()
+        for layout in self._chosen:
+            for part in self._parts(layout, "edges"):
+                self._reading.attempt(partial(self._edge, part))
+            for part in self._parts(layout, "stations"):
+                self._reading.attempt(partial(self._station, part))
+        self.data["lanes"] = self._ways.lanes()
+        self.data["lifts"] = self._lifts()
+
+    def _parts(self, layout: Layout, key: str) -> list[Part]:
+        return self._reading.attempt(partial(layout.part.parts, key)) or []
+
+    def _keep(self, key: str, name: str, value: object, part: Part) -> None:
+        self.data[key][name] = value
+        self._reading.origin((key, name), part)
+
+    def _node(self, layout: Layout, part: Part) -> None:
+        """Read a node.
+
+        Raises:
+            BadPart: It has no id, or that of another, or is nowhere.
+        """
+        identifier = part.want("nodeId")
+        name = identifier.name()
+        if name in self._nodes:
+            raise BadPart(identifier, f"{name!r} is the id of another node, too; ids are unique in a file")
+        position = part.want("nodePosition")
+        at = complex(position.want("x").number(), position.want("y").number())
+        properties = part.parts("vehicleTypeNodeProperties")
+        actions = [action for one in properties for action in one.parts("actions")]
+        self._nodes[name] = _Node(part, layout, at, any(_type_of(action) == _CHARGING for action in actions))
+        if layout in self._chosen:
+            self._leave_out(properties, _OF_NODES)
+            for action in actions:
+                if _type_of(action) not in (_CHARGING, "stopCharging"):
+                    self._reading.leave_out("actions of nodes", action)
+
+    def _waypoints(self) -> None:
+        """Put the levels side by side; layouts of one level stay as they are to each other."""
+        nodes = {name: node for name, node in self._nodes.items() if node.layout in self._chosen}
+        levels: dict[str, list[complex]] = {layout.level: [] for layout in self._chosen}
+        for node in nodes.values():
+            levels[node.layout.level].append(node.at)
+        shifts = dict(zip(levels, side_by_side([*levels.values()]), strict=True))
+        for name, node in nodes.items():
+            at = node.at + shifts[node.layout.level]
+            self._keep("waypoints", name, [at.real, at.imag], node.part)
+
+    def _edge(self, part: Part) -> None:
+        """Read an edge: a lane, or what a lift does if it leads to another level.
+
+        Raises:
+            BadPart: An end is no node.
+        """
+        start, end = (self._known(part.want(key)) for key in ("startNodeId", "endNodeId"))
+        properties = part.parts("vehicleTypeEdgeProperties")
+        self._leave_out(properties, _OF_EDGES)
+        if end not in self.data["waypoints"] or start not in self.data["waypoints"]:
+            self._reading.leave_out("edges from or to other layouts", part)
+        elif part.get("vehicleTypeEdgeProperties") is not None and not properties:
+            self._reading.leave_out("edges that no vehicle type may use", part)
+        elif self._nodes[start].layout.level != self._nodes[end].layout.level:
+            self._rides.append((start, end, part))
+        else:
+            self._ways.add((start, end), part, limit=self._limit(properties))
+
+    def _known(self, part: Part) -> str:
+        name = part.text()
+        if name not in self._nodes:
+            raise BadPart(part, f"no node has the id {name[:100]!r}")
+        return name
+
+    def _limit(self, properties: list[Part]) -> float | None:
+        """Return the speed limit of the vehicle type that may drive fastest; None for none."""
+        speeds = [speed.number() if speed else None for speed in (one.get("maxSpeed") for one in properties)]
+        limits = [speed for speed in speeds if speed is not None]
+        fastest = max(limits) if limits and len(limits) == len(speeds) else None
+        slower = sum(limit != fastest for limit in limits)
+        if slower:
+            self._reading.leave_out("speed limits of slower vehicle types", properties[0], slower)
+        return fastest
+
+    def _leave_out(self, properties: list[Part], known: frozenset[str]) -> None:
+        for one in properties:
+            for key, value in one.entries():
+                if key not in known and value.value not in _SAYS_NOTHING:
+                    self._reading.leave_out(key, value)
+
+    def _station(self, part: Part) -> None:
+        """Read a station: a dock where vehicles can charge, else a place; it is where vehicles interact with it.
+
+        Raises:
+            BadPart: It has no id, or that of another, or no node.
+        """
+        identifier = part.want("stationId")
+        name = identifier.name()
+        if name in self._stations:
+            raise BadPart(identifier, f"{name!r} is the id of another station, too; ids are unique in a file")
+        self._stations.add(name)
+        nodes = [self._known(node) for node in part.want("interactionNodeIds").all()]
+        if not nodes:
+            raise BadPart(part.want("interactionNodeIds"), "is empty; name a node where vehicles interact")
+        first = next((node for node in nodes if node in self.data["waypoints"]), None)
+        if first is None:
+            self._reading.leave_out("stations of other layouts", part)
+            return
+        if len(nodes) > 1:
+            self._reading.leave_out("further nodes of stations", part.want("interactionNodeIds"), len(nodes) - 1)
+        at = self.data["waypoints"][first]
+        if self.data["waypoints"].get(name, at) != at:
+            name = f"station {name}"
+        if any(self._nodes[node].charges for node in nodes):
+            self._keep("docks", name, {"at": at, "type": "charger"}, part)
+        else:
+            self._keep("places", name, {"at": at}, part)
+
+    def _lifts(self) -> dict[str, Any]:
+        """Return the lifts: one for all nodes that edges from level to level connect, called as the first edge."""
+        top = {node: node for start, end, _ in self._rides for node in (start, end)}
+
+        def find(node: str) -> str:
+            while top[node] != node:
+                top[node] = top[top[node]]
+                node = top[node]
+            return node
+
+        for start, end, _ in self._rides:
+            top[find(end)] = find(start)
+        order = {level: i for i, level in enumerate(dict.fromkeys(layout.level for layout in self._chosen))}
+        stops: dict[str, dict[str, str]] = {}
+        for node in top:
+            stops.setdefault(find(node), {}).setdefault(self._nodes[node].layout.level, node)
+        lifts: dict[str, Any] = {}
+        for start, _, part in self._rides:
+            if levels := stops.pop(find(start), None):
+                name = part.value.get("edgeId") or f"lift_{len(lifts) + 1}"
+                lifts[str(name)] = {"stops": [levels[level] for level in sorted(levels, key=order.__getitem__)]}
+                self._reading.origin(("lifts", str(name)), part)
+        return lifts
+
+
+def _type_of(action: Part) -> str:
+    kind = action.get("actionType")
+    return kind.text() if kind else ""

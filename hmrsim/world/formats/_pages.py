@@ -1,0 +1,30 @@
+"""Files that have pages, levels or layouts, of which one can be asked for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_LISTED = 20
+
+
+class NoPage(Exception):
+    """There is no such page; the text says which there are."""
+
+
+def choose_page(names: Sequence[str], wanted: str, noun: str = "page") -> int:
+    """Return the index of the page that is wanted, by its name or its number from 1; a name goes before a number.
+
+    Raises:
+        NoPage: There is none.
+    """
+    if wanted in names:
+        return names.index(wanted)
+    numbers = [str(i + 1) for i in range(len(names))]
+    if wanted in numbers:
+        return numbers.index(wanted)
+    pages = ", ".join(f"{i} ({name[:40]})" for i, name in enumerate(names[:_LISTED], 1))
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    raise NoPage(f"has no {noun} {wanted[:40]!r}; there are {pages}{more}")

@@ -1,0 +1,148 @@
+"""Values of a file, each with the place where it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.world.finding import Path, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_LONGEST = 100
+"""Names are no longer."""
+
+_GREATEST = 1e15
+"""Numbers are no greater, either way; what they become is bounded by what it is."""
+
+
+class BadPart(Exception):
+    """A value makes no sense.
+
+    Attributes:
+        part: The value.
+    """
+
+    def __init__(self, part: Part, message: str) -> None:
+        super().__init__(message)
+        self.part = part
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A value, and the keys and indices that lead to it."""
+
+    value: Any
+    path: Path = ()
+
+    def expected(self, what: str) -> BadPart:
+        """Return the error that this is something else."""
+        return BadPart(self, f"expected {what}, got {shown(self.value)}")
+
+    def get(self, key: str) -> Part | None:
+        """Return a part of a mapping; None if it isn't there, or null.
+
+        Raises:
+            BadPart: This is no mapping.
+        """
+        if not isinstance(self.value, dict):
+            raise self.expected("a mapping")
+        value = self.value.get(key)
+        return None if value is None else Part(value, (*self.path, key))
+
+    def want(self, key: str) -> Part:
+        """Return a part of a mapping.
+
+        Raises:
+            BadPart: This is no mapping, or has no such part.
+        """
+        part = self.get(key)
+        if part is None:
+            raise BadPart(Part(None, (*self.path, key)), "is missing")
+        return part
+
+    def entries(self) -> Iterator[tuple[str, Part]]:
+        """Yield what is in a mapping.
+
+        Raises:
+            BadPart: This is none.
+        """
+        if not isinstance(self.value, dict):
+            raise self.expected("a mapping")
+        for name, value in self.value.items():
+            yield name, Part(value, (*self.path, name))
+
+    def parts(self, key: str) -> list[Part]:
+        """Return what is in the list that is a part of this mapping; nothing if there is none.
+
+        Raises:
+            BadPart: This is no mapping, or that is no list. An empty mapping is an empty list: some write so.
+        """
+        part = self.get(key)
+        return part.all() if part is not None and part.value != {} else []
+
+    def all(self) -> list[Part]:
+        """Return what is in a list.
+
+        Raises:
+            BadPart: This is none.
+        """
+        if not isinstance(self.value, list):
+            raise self.expected("a list")
+        return [Part(value, (*self.path, i)) for i, value in enumerate(self.value)]
+
+    def number(self) -> float:
+        """Return a number.
+
+        Raises:
+            BadPart: This is none, or not a finite one.
+        """
+        if isinstance(self.value, bool) or not isinstance(self.value, (int, float)):
+            raise self.expected("a number")
+        if not abs(self.value) <= _GREATEST:
+            raise self.expected(f"a number of at most {_GREATEST:g}")
+        return float(self.value)
+
+    def whole(self) -> int:
+        """Return a whole number.
+
+        Raises:
+            BadPart: This is none.
+        """
+        number = self.number()
+        if not number.is_integer():
+            raise self.expected("a whole number")
+        return int(number)
+
+    def text(self) -> str:
+        """Return text.
+
+        Raises:
+            BadPart: This is none.
+        """
+        if not isinstance(self.value, str):
+            raise self.expected("text")
+        return self.value
+
+    def name(self) -> str:
+        """Return text that can be a name.
+
+        Raises:
+            BadPart: This is none, or none that can be.
+        """
+        name = self.text()
+        if not 0 < len(name) <= _LONGEST:
+            raise self.expected(f"a name of 1 to {_LONGEST} characters")
+        return name
+
+    def point(self) -> complex:
+        """Return the point that a list begins with: x, y.
+
+        Raises:
+            BadPart: This is no list of numbers, or a shorter one.
+        """
+        if not isinstance(self.value, list) or len(self.value) < 2:  # noqa: PLR2004
+            raise self.expected("[x, y]")
+        x, y = self.all()[:2]
+        return complex(x.number(), y.number())

@@ -1,0 +1,150 @@
+"""A file of nested values, JSON or YAML, while it is being understood: what it brings, and what is wrong."""
+
+from __future__ import annotations
+
+import json
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
+
+from hmrsim.errors import Problem, WorldError
+from hmrsim.world.finding import MOST_FINDINGS, Finding, Path, shown
+from hmrsim.world.formats import Document
+from hmrsim.world.formats._json_text import as_yaml
+from hmrsim.world.formats._part import BadPart, Part
+from hmrsim.world.yaml_text import Lines, Unreadable, line_of, read
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_MOST_VALUES = 2_000_000
+"""Values in a JSON file, more or less."""
+
+_Value = TypeVar("_Value")
+
+
+class Reading:
+    """What the readers of the parts of a file share.
+
+    Args:
+        value: All that is in the file.
+        lines: Tells the lines of the values, if it can; it is asked once, and only when somebody wants to know.
+
+    Attributes:
+        root: All that is in the file.
+        failed: Whether something could not be read.
+    """
+
+    def __init__(self, value: Any, lines: Callable[[], Lines | None]) -> None:
+        self.root = Part(value)
+        self.failed = False
+        self._read_lines = lines
+        self._findings: list[Finding] = []
+        self._origins: dict[Path, Path] = {}
+        self._left: dict[tuple[str, str], tuple[Part, int]] = {}
+
+    @cached_property
+    def _lines(self) -> Lines | None:
+        return self._read_lines()
+
+    def origin(self, path: Path, part: Part) -> None:
+        """Remember which part of the file a field of the world is from."""
+        self._origins[path] = part.path
+
+    def line(self, path: Path) -> int | None:
+        """Return the line of what a field of the world is from."""
+        for length in range(len(path), -1, -1):
+            if path[:length] in self._origins:
+                return self._line_of(self._origins[path[:length]])
+        return None
+
+    def _line_of(self, path: Path) -> int | None:
+        return line_of(self._lines, path) if self._lines else None
+
+    def complain(self, part: Part, message: str) -> None:
+        """Remember what is wrong with a part, or at last that more is than anybody would read."""
+        self.failed = True
+        self._find(part, message, "error")
+
+    def warn(self, part: Part, message: str) -> None:
+        """Remember what is odd about a part."""
+        self._find(part, message, "warning")
+
+    def _find(self, part: Part, message: str, severity: str) -> None:
+        if len(self._findings) <= MOST_FINDINGS:
+            self._findings.append(Finding(part.path, message, part.value, severity, self._line_of(part.path)))
+
+    def leave_out(self, what: str, part: Part, count: int = 1, *, done: str = "left out") -> None:
+        """Remember that a world has nothing like a part of the file, and what was done about it; told once for all."""
+        first, before = self._left.get((what, done), (part, 0))
+        self._left[what, done] = (first, before + count)
+
+    def attempt(self, read: Callable[[], _Value | None]) -> _Value | None:
+        """Return what *read* reads; if that fails remember why."""
+        try:
+            return read()
+        except BadPart as error:
+            self.complain(error.part, str(error))
+            return None
+
+    def document(self, data: dict[str, Any], *, pages: tuple[str, ...] = (), robots: tuple[str, ...] = ()) -> Document:
+        """Return what the file brings."""
+        for (what, done), (part, count) in self._left.items():
+            self._find(part, f"{what}: {count} {done}", "warning")
+        return Document(data, self.line, tuple(self._findings), not self.failed, pages, robots)
+
+
+def of_json(text: str, file: str) -> Reading:
+    """Return the values of a JSON file.
+
+    Raises:
+        WorldError: It is none, or too much of it.
+    """
+    try:
+        if sum(map(text.count, ",[{")) > _MOST_VALUES:
+            raise _refused(file, f"has more than {_MOST_VALUES} values")
+        value = json.loads(text, parse_constant=_not_finite)
+    except json.JSONDecodeError as error:
+        message = f"is no JSON: {error.msg[:1].lower()}{error.msg[1:]}"
+        raise _refused(file, message, error.lineno) from None
+    except RecursionError:
+        raise _refused(file, "is nested too deep") from None
+    except ValueError as error:
+        raise _refused(file, f"is no JSON: {error}") from None
+    return _of_mapping(Reading(value, lambda: _lines_of(as_yaml(text))), file)
+
+
+def of_yaml(text: str, file: str) -> Reading:
+    """Return the values of a YAML file.
+
+    Raises:
+        WorldError: It is none, or exceeds a bound.
+    """
+    try:
+        value, lines, findings = read(text)
+    except Unreadable as error:
+        raise _refused(file, str(error), error.line) from None
+    reading = Reading(value, lambda: lines)
+    for finding in findings:
+        reading.complain(Part(finding.value, finding.path), finding.message)
+    return _of_mapping(reading, file)
+
+
+def _of_mapping(reading: Reading, file: str) -> Reading:
+    if not isinstance(reading.root.value, dict):
+        raise _refused(file, f"expected a mapping, got {shown(reading.root.value)}", 1)
+    return reading
+
+
+def _lines_of(text: str) -> Lines | None:
+    try:
+        return read(text)[1]
+    except Unreadable:
+        return None
+
+
+def _not_finite(text: str) -> NoReturn:
+    raise ValueError(f"{text} is no number")
+
+
+def _refused(file: str, message: str, line: int | None = None) -> WorldError:
+    return WorldError([Problem(file, "", message, line)])

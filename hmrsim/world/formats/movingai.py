@@ -1,0 +1,123 @@
+"""The grid maps of the Moving AI benchmarks: a cell is a metre wide, its name is its column and row there.
+
+The file has row 0 at the top; here y points up, so that the map looks as it does there.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.errors import Problem, WorldError
+from hmrsim.world.finding import MOST_FINDINGS, Finding, shown, warning
+from hmrsim.world.formats import Document, Format
+from hmrsim.world.formats._grid import blocks, steps
+from hmrsim.world.options import AS_IT_IS, ReadOptions
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim.world.finding import Path
+
+_LOOKS = re.compile(r"\A\s*type[ \t]+\w+\s+(height|width)[ \t]+\d+\s+(height|width)[ \t]+\d+\s+map\b")
+
+_HEADER = ("type", "height", "width", "map")
+
+_OPEN, _CLOSED, _WATER = frozenset(".GS"), frozenset("@OTW"), "W"
+"""Terrain and swamp, which robots drive on; out of bounds, trees and water, which they do not."""
+
+_MOST_OPEN = 512 * 512
+"""Cells that robots can drive on: with 8 neighbours each these take a minute or two, and 2.5 GB."""
+
+_LONGEST = 12
+"""Digits of a number."""
+
+
+def _read(text: str, file: str, options: ReadOptions = AS_IT_IS) -> Document:
+    lines = [line.rstrip("\r") for line in text.rstrip().split("\n")]
+    findings: list[Finding] = []
+    first, width, height = _header(lines, file)
+    rows = lines[first:]
+    if len(rows) != height:
+        message = f"has {len(rows)} rows, but a height of {height}"
+        findings.append(Finding(("height",), message, height, line=len(lines)))
+    for y, row in enumerate(rows):
+        if len(findings) < MOST_FINDINGS and (wrong := _wrong(row, width)):
+            findings.append(Finding(("map",), wrong, row, line=first + y + 1))
+    count = sum(row.count(cell) for row in rows for cell in _OPEN)
+    if count > _MOST_OPEN:
+        findings.append(Finding(("map",), f"has {count} cells to drive on; at most {_MOST_OPEN}", count, line=first))
+    if findings:
+        return Document({}, findings=tuple(findings), complete=False, grid=True)
+    if water := sum(row.count(_WATER) for row in rows):
+        findings.append(warning(("map",), f"cells of water: {water}; nothing drives there", water))
+    data = _world(rows, width, diagonal=options.neighbours != 4)  # noqa: PLR2004
+    return Document(data, _line_of(first), tuple(findings), grid=True)
+
+
+def _header(lines: list[str], file: str) -> tuple[int, int, int]:
+    """Return the index of the first row of the map, and its width and height.
+
+    Raises:
+        WorldError: The header is not as expected.
+    """
+    said: dict[str, str] = {}
+    for i, line in enumerate(lines[: 2 * len(_HEADER)]):
+        key, _, value = line.strip().partition(" ")
+        if key and key not in _HEADER:
+            break
+        said[key] = value.strip()
+        if key == "map" and said.get("type") == "octile":
+            return i + 1, _size(said, "width", file), _size(said, "height", file)
+    raise WorldError([Problem(file, "", "expected the lines `type octile`, `height …`, `width …` and `map`", 1)])
+
+
+def _size(said: dict[str, str], key: str, file: str) -> int:
+    text = said.get(key, "")
+    if not (text.isdecimal() and text.isascii() and len(text) <= _LONGEST and int(text) > 0):
+        raise WorldError([Problem(file, key, f"expected a whole number above 0, got {shown(text)}", 1)])
+    return int(text)
+
+
+def _wrong(row: str, width: int) -> str:
+    """Return what is wrong with a row; empty for nothing."""
+    if len(row) != width:
+        return f"has a row of {len(row)} cells, but a width of {width}"
+    strange = row.strip("".join(_OPEN | _CLOSED))
+    if not strange:
+        return ""
+    return f"has {strange[0]!r} in column {row.index(strange[0])}; expected one of . G S @ O T W"
+
+
+def _world(rows: list[str], width: int, *, diagonal: bool) -> dict[str, Any]:
+    """Return a grid as in a world file: waypoints amid its open cells, obstacles where the others are."""
+    height = len(rows)
+    cells = [[cell in _OPEN for cell in row] for row in rows]
+    return {
+        "bounds": [0.0, 0.0, float(width), float(height)],
+        "waypoints": {
+            f"{x}_{y}": [x + 0.5, height - y - 0.5]
+            for y, row in enumerate(cells)
+            for x, is_open in enumerate(row)
+            if is_open
+        },
+        "lanes": [[f"{x}_{y}", f"{to_x}_{to_y}"] for (x, y), (to_x, to_y) in steps(cells, diagonal=diagonal)],
+        "walls": [
+            {"solid": [[x0, height - y1], [x1, height - y1], [x1, height - y0], [x0, height - y0]]}
+            for (x0, y0), (x1, y1) in blocks(cells)
+        ],
+    }
+
+
+def _line_of(first: int) -> Callable[[Path], int | None]:
+    """Return what tells the line of a cell, by its name."""
+
+    def line(path: Path) -> int | None:
+        if path[:1] == ("waypoints",) and len(path) > 1:
+            return first + int(str(path[1]).partition("_")[2]) + 1
+        return first
+
+    return line
+
+
+FORMAT = Format(name="movingai", suffixes=(".map",), matches=lambda text: bool(_LOOKS.match(text)), read=_read)

@@ -1,0 +1,206 @@
+"""Route graphs of Nav2, read and written."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hmrsim.graph import WaypointGraph
+from hmrsim.route_graph import to_geojson
+from hmrsim.world import World, load_world
+from hmrsim.world.formats.geojson import FORMAT
+
+HERE = Path(__file__).parent
+REFERENCE = HERE.parents[1].parent / "shared" / "data" / "nav2"
+
+HOME = {"type": "Feature", "properties": {"id": 1}, "geometry": {"type": "Point", "coordinates": [0.0, 0.0]}}
+SHELF = {"type": "Feature", "properties": {"id": 2}, "geometry": {"type": "Point", "coordinates": [3.0, 4.0]}}
+
+
+def edge(start, end, **metadata):
+    """Return a feature that is an edge."""
+    properties = {"id": 9, "startid": start, "endid": end, "metadata": metadata}
+    return {"type": "Feature", "properties": properties, "geometry": {"type": "MultiLineString"}}
+
+
+def text(*features):
+    """Return a graph with these features, one a line after the first."""
+    return '{"type": "FeatureCollection", "features": [\n' + ",\n".join(map(json.dumps, features)) + "\n]}\n"
+
+
+@pytest.fixture(scope="module")
+def crossing():
+    """A graph with all that Nav2's documentation shows."""
+    return load_world(HERE / "data" / "crossing.geojson")
+
+
+def test_nodes_are_waypoints(crossing):
+    """Called by their metadata or after their ids, wherever they come in the file."""
+    assert {"home": (0, 0), "node_2": (4, 0), "node_3": (4, 3)} == crossing.world.waypoints
+
+
+def test_edges_are_lanes(crossing):
+    """Two that are alike but for their direction are one; a limit in percent is one of the default speed."""
+    lanes = [(lane.from_, lane.to, lane.one_way, lane.speed_limit) for lane in crossing.world.lanes]
+
+    assert [("home", "node_2", False, 0.5), ("node_2", "node_3", True, 0.85)] == lanes
+
+
+def test_an_edge_is_straight_whatever_its_line(crossing):
+    """So it is for Nav2, which only looks at the ends."""
+    assert 4.0 == WaypointGraph(crossing.world).plan((0.0, 0.0), (4.0, 0.0), 1.0).length
+
+
+def test_what_means_nothing_here_is_told(crossing):
+    """Once for each kind, with the line of the first."""
+    assert [
+        (6, "costs other than the length: 1 left out"),
+        (7, "further metadata: 1 left out"),
+        (8, "operations: 1 left out"),
+        (12, "speed limits in percent: 1 taken of 1 m/s"),
+        (16, "frames other than map: 1 left out"),
+        (17, "another node is called 'home', too; this one is called 'node_3'"),
+        (19, "features that are neither nodes nor edges: 1 left out"),
+    ] == [(warning.line, warning.message) for warning in crossing.warnings]
+
+
+@pytest.mark.parametrize(
+    ("metadata", "limit"),
+    [
+        ({"abs_speed_limit": 0.3}, 0.3),
+        ({"abs_speed_limit": 0.3, "speed_limit": 50}, 0.3),
+        ({"abs_speed_limit": 0.0}, None),
+        ({"speed_limit": 85}, 0.85),
+        ({"speed_limit": 0.85}, 0.85),
+        ({"speed_limit": 100}, None),
+        ({"speed_limit": 1}, None),
+        ({"speed_limit": 0}, None),
+        ({}, None),
+    ],
+)
+def test_speed_limits_are_as_nav2_takes_them(load, metadata, limit):
+    """The absolute one counts; one in percent may be a fraction, as in Nav2's sample graph."""
+    (lane,) = load(text(HOME, SHELF, edge(1, 2, **metadata)), "g.geojson").world.lanes
+
+    assert limit == lane.speed_limit
+
+
+def test_the_faster_of_two_edges_counts(load):
+    """Nav2 allows them, and a robot may choose."""
+    features = [edge(1, 2, abs_speed_limit=0.5), edge(1, 2, abs_speed_limit=0.8), edge(1, 2, abs_speed_limit=0.1)]
+    (lane,) = load(text(HOME, SHELF, *features), "g.geojson").world.lanes
+
+    assert 0.8 == lane.speed_limit
+
+
+def test_a_name_that_looks_like_a_number_of_another_node_is_its_own(load):
+    """Names that are said come before names that are made up."""
+    named = {**HOME, "properties": {"id": 5, "metadata": {"name": "node_2"}}}
+
+    assert ["node_2_", "node_2"] == list(load(text(SHELF, named), "g.geojson").world.waypoints)
+
+
+def test_all_mistakes_are_told_with_their_lines(errors_of):
+    """Nodes without id or place, ids that are there twice, edges to nowhere, numbers that are none."""
+    nowhere = {"type": "Feature", "properties": {"id": 4}, "geometry": {"type": "Point", "coordinates": [1]}}
+    nameless = {"type": "Feature", "properties": {}, "geometry": {"type": "Point", "coordinates": [1, 2]}}
+    bad = [HOME, HOME, nowhere, nameless, edge(1, 7), edge("a", 1), edge(1, None), edge(1, 1, abs_speed_limit="x"), 5]
+
+    assert [
+        "3: features.1.properties.id: 1 is the id of another node, too; ids are unique",
+        "4: features.2.geometry.coordinates: expected [x, y], got [1]",
+        "5: features.3.properties.id: is missing",
+        "6: features.4.properties.endid: no node has the id 7",
+        "7: features.5.properties.startid: expected a number, got 'a'",
+        "8: features.6.properties.endid: is missing",
+        "9: features.7.properties.metadata.abs_speed_limit: expected a number, got 'x'",
+        "10: features.8: expected a mapping, got 5",
+    ] == errors_of(text(*bad), "g.geojson")
+
+
+def test_what_is_found_later_has_its_line(errors_of):
+    """A lane to itself, and a coordinate beyond all maps."""
+    far = {**SHELF, "geometry": {"type": "Point", "coordinates": [3e8, 0]}}
+
+    assert [
+        "3: waypoints.node_2.0: must be at most 1e+07, got 300000000.0",
+        "4: lanes.0: leads from 'node_1' to itself; name two waypoints",
+    ] == errors_of(text(HOME, far, edge(1, 1)), "g.geojson")
+
+
+@pytest.mark.skipif(not REFERENCE.is_dir(), reason="Nav2's graph is not here")
+def test_nav2s_own_graph():
+    """All nodes and edges, without a warning but for the edge that is there twice."""
+    loaded = load_world(REFERENCE / "turtlebot3_graph.geojson")
+
+    assert (20, 32) == (len(loaded.world.waypoints), len(loaded.world.lanes))
+    assert {"ways that were there before: 1 left out"} == {warning.message for warning in loaded.warnings}
+
+
+def test_a_native_file_adds_what_a_graph_lacks(write, load):
+    """Robots, by the names of its nodes."""
+    write(text(HOME, SHELF, edge(1, 2)), "floor.geojson")
+    world = load("include: [floor.geojson]\nrobots: {eve: {at: node_2}}\n").world
+
+    assert (3.0, 4.0) == world.point(world.robots["eve"].at)
+
+
+def test_nav2_gets_limits_as_floats():
+    """It takes a whole number for something else, and stops."""
+    world = World.model_validate(
+        {"waypoints": {"a": [0, 0], "b": [3, 4]}, "lanes": [{"from": "a", "to": "b", "speed_limit": 2}]}
+    )
+
+    assert '"cost": 5.0, "metadata": {"length": 5.0, "abs_speed_limit": 2.0}' in json.dumps(to_geojson(world))
+
+
+def test_closed_lanes_are_not_written():
+    """One direction may be closed alone."""
+    world = World.model_validate({"waypoints": {"a": [0, 0], "b": [3, 4]}, "lanes": [["a", "b"]]})
+    (way,) = to_geojson(world, closed={("b", "a")})["features"][2:]
+
+    assert (0, 1) == (way["properties"]["startid"], way["properties"]["endid"])
+
+
+# --- there and back -----------------------------------------------------------------------------------------------
+
+names = st.text(st.characters(codec="utf-8", exclude_categories=["Cs"]), min_size=1, max_size=12)
+coordinates = st.floats(-1e7, 1e7)
+capacities = st.none() | st.integers(1, 9)
+
+
+@st.composite
+def graphs(draw):
+    """Return a world of waypoints and lanes; opposite lanes may be two that lead one way each."""
+    points = draw(st.dictionaries(names, st.tuples(coordinates, coordinates), min_size=2, max_size=6))
+    waypoints = {
+        name: at if (capacity := draw(capacities)) is None else {"at": at, "capacity": capacity}
+        for name, at in points.items()
+    }
+    pairs = draw(st.lists(st.tuples(st.sampled_from([*points]), st.sampled_from([*points])), unique_by=frozenset))
+    lanes = []
+    for start, end in pairs:
+        limits = st.none() | st.floats(1e-3, 1e9)
+        one_way = draw(st.booleans())
+        ends = [(start, end), (end, start)] if one_way and draw(st.booleans()) else [(start, end)]
+        lanes += [
+            {"from": a, "to": b, "one_way": one_way, "speed_limit": draw(limits), "capacity": draw(capacities)}
+            for a, b in ends
+            if a != b
+        ]
+    return World.model_validate({"name": draw(names), "waypoints": waypoints, "lanes": lanes})
+
+
+@given(graphs())
+@settings(max_examples=200)
+def test_a_graph_written_and_read_is_the_same(world):
+    """Names, points, directions, limits and capacities, in the same order."""
+    data = FORMAT.read(json.dumps(to_geojson(world)), "g.geojson").data
+    again = World.model_validate(data)
+
+    assert (world.name, world.waypoints, world.lanes) == (again.name, again.waypoints, again.lanes)
+    assert [*world.waypoints] == [*again.waypoints]
