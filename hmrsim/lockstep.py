@@ -20,7 +20,9 @@ from hmrsim.gateway import (
     FeedbackSent,
     GoalChanged,
     InterestChanged,
+    PlanWanted,
     Refused,
+    RosterChanged,
     SendGoal,
     Topic,
 )
@@ -32,7 +34,7 @@ from hmrsim.sim_time import end_of_instant, stamp
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
-    from hmrsim.gateway import CancelGoal, Event
+    from hmrsim.gateway import CancelGoal, Event, PlanAnswered
     from hmrsim.participants import Participant
     from hmrsim.simulator import Simulator
 
@@ -66,6 +68,7 @@ class Lockstep:
         self._wake = self._told = _NO_KINDS
         self._woken = False
         self._events: list[tuple[str, int, GoalChanged | FeedbackSent]] = []
+        self._withheld: list[GoalChanged] = []
 
     # --- who takes part -------------------------------------------------------------------------------------------
 
@@ -131,6 +134,7 @@ class Lockstep:
         for name in self.participants:
             self._remove(name, "left", why, told=f"participant {name!r} was let go: {why}; join again")
         self._apply_changes()
+        self._submit_plans(self._simulator.plans.take_kept())
         self._told = _NO_KINDS
         self._events.clear()
         self._simulator.submit(InterestChanged())
@@ -240,6 +244,12 @@ class Lockstep:
         When the grant is done, everybody is answered.
         """
         simulator = self._simulator
+        plans = simulator.plans
+        if plans.awaited:
+            # All of this instant comes first, and time stands; it can't matter when, and in which order, they come.
+            return simulator.take(end_of_instant(simulator.now), most) or (
+                plans.all_kept and self._submit_plans(plans.take_kept())
+            )
         stop = min(self._horizon, simulator.limit, self._end)
         if simulator.take(end_of_instant(stop), most, idle=stop < math.inf):
             return True
@@ -257,6 +267,11 @@ class Lockstep:
         else:
             self._finish("idle", wall)
         return False
+
+    def _submit_plans(self, answers: Collection[PlanAnswered]) -> bool:
+        for answer in answers:
+            self._simulator.submit(answer)
+        return bool(answers)
 
     def _finish(self, reason: str, wall: float) -> None:
         asked = [pair for pair in self._participants.asking if pair[1].epoch == self.epoch]
@@ -320,13 +335,27 @@ class Lockstep:
         elif kind is FeedbackSent:
             if "feedback" in self._told:
                 self._note("feedback", stamp(self._simulator.now), event)  # type: ignore[arg-type]
+        elif kind is RosterChanged:
+            self._note_withheld()
+        elif kind is PlanWanted:
+            if self._granting:
+                self._simulator.halt()
         elif kind is Answered and type(event.reply_to) is Slot:  # type: ignore[union-attr]
             event.reply_to.answer = event.answer  # type: ignore[union-attr]
             if event.reply_to.wakes and not _accepted(event.answer):  # type: ignore[union-attr]
                 # Its result, as it were: nothing else will come of it that could wake who sent it.
                 self._halt()
 
+    def _note_withheld(self) -> None:
+        """Note what robots could not tell that have their connection again."""
+        withheld, self._withheld = self._withheld, []
+        for event in withheld:
+            self._note_change(event)
+
     def _note_change(self, event: GoalChanged) -> None:
+        if event.robot in self._simulator.dispatcher.cut_off:
+            self._withheld.append(event)
+            return
         if "status" in self._told:
             self._note("status", event.stamp, event)
         if event.result is not None and "result" in self._told:

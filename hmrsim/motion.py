@@ -71,7 +71,7 @@ class Piece(NamedTuple):
     Attributes:
         start: Pose at its start.
         end: Pose at its end.
-        length: Driven, in the world's unit; 0 for a turn.
+        length: Driven, in the world's unit; 0 for a turn, and for a ride in a lift.
         duration: Seconds.
         leg: The leg that is driven; None for a turn.
         profile: Speed over the stretch of which this is a part; None for a constant speed.
@@ -94,7 +94,8 @@ class Piece(NamedTuple):
         if not self.duration:
             return 0.0, 0.0
         backwards = self.leg is not None and abs(turn(self.leg.first.yaw, self.start.yaw)) > math.pi / 2
-        return (-self.length if backwards else self.length) / self.duration, self.turned / self.duration
+        length = -self.length if backwards and self.length else self.length
+        return length / self.duration, self.turned / self.duration
 
     def describe(self) -> dict[str, Any]:
         """Return what an observer needs to draw the piece, as JSON values."""
@@ -118,7 +119,7 @@ class Piece(NamedTuple):
         """Return the pose *elapsed* seconds after the start."""
         if elapsed >= self.duration:
             return self.end
-        if self.leg is None:
+        if self.leg is None or self.leg.ride:
             return Pose(*self.start.point, self.start.yaw + self.turned * elapsed / self.duration)
         return Pose(*between(self.start.point, self.end.point, self.driven(elapsed) / self.length), self.start.yaw)
 
@@ -155,6 +156,10 @@ class Drive(Protocol):
     def legs(self) -> Sequence[Leg | None]:
         """Which leg each piece drives; None for a turn."""
 
+    @property
+    def in_pieces(self) -> bool:
+        """Whether each piece takes as long by itself, so that one may stop between any two."""
+
     def piece(self, number: int) -> Piece:
         """Return the piece of this index."""
 
@@ -166,11 +171,12 @@ class _Steady:
     """A drive at constant speeds: each leg is a piece, which is made when somebody asks where the robot is."""
 
     __slots__ = ("_after", "legs", "seconds")
+    in_pieces = True
 
     def __init__(self, legs: Sequence[Leg], speed: float) -> None:
         self.legs = legs
         self._after: list[tuple[float, float]] = []
-        self.seconds = [leg.length / min(speed, leg.speed_limit) for leg in legs]
+        self.seconds = [leg.ride or leg.length / min(speed, leg.speed_limit) for leg in legs]
 
     def piece(self, number: int) -> Piece:
         leg = self.legs[number]
@@ -183,7 +189,7 @@ class _Steady:
         leg, duration = self.legs[number], self.seconds[number]
         if elapsed >= duration:
             return Progress(leg.last, length, seconds)
-        share = elapsed / duration
+        share = 0.0 if leg.ride else elapsed / duration
         (ax, ay), (bx, by) = leg.start, leg.end
         pose = Pose(ax + (bx - ax) * share, ay + (by - ay) * share, leg.first.yaw)
         return Progress(pose, leg.length * (1.0 - share) + length, duration - elapsed + seconds)
@@ -193,6 +199,7 @@ class _Profiled:
     """A drive whose pieces depend on each other."""
 
     __slots__ = ("_after", "_pieces", "legs", "seconds")
+    in_pieces = False
 
     def __init__(self, pieces: Sequence[Piece]) -> None:
         self._pieces = pieces
@@ -238,6 +245,9 @@ def drive(
     made: list[Piece] = []
     pose = start
     for stretch in _stretches(legs):
+        if stretch[0].ride:
+            pose = _ride(made, pose, stretch[0])
+            continue
         yaw = stretch[0].first.yaw
         pose = _turn(made, pose, yaw, turning_rate)
         total = math.fsum(leg.length for leg in stretch)
@@ -285,8 +295,15 @@ def _turn(made: list[Piece], pose: Pose, yaw: float, turning_rate: float | None)
     return after
 
 
+def _ride(made: list[Piece], pose: Pose, leg: Leg) -> Pose:
+    """Add a ride, in which nobody turns; return the pose after it."""
+    after = Pose(*leg.end, pose.yaw)
+    made.append(Piece(pose, after, 0.0, leg.ride, leg))
+    return after
+
+
 def _stretches(legs: Sequence[Leg]) -> list[list[Leg]]:
-    """Return the legs in runs that are straight and have one speed limit."""
+    """Return the legs in runs that are straight and have one speed limit; a ride is one of its own."""
     runs: list[list[Leg]] = []
     for leg in legs:
         if runs and _continues(runs[-1][-1], leg):
@@ -297,5 +314,7 @@ def _stretches(legs: Sequence[Leg]) -> list[list[Leg]]:
 
 
 def _continues(before: Leg, leg: Leg) -> bool:
+    if before.ride or leg.ride:
+        return False
     bend = turn(before.first.yaw, leg.first.yaw)
     return before.speed_limit == leg.speed_limit and abs(bend) <= _SAME_HEADING

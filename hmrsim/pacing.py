@@ -11,11 +11,11 @@ import math
 import threading
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.courtesy import Courtesy
 from hmrsim.errors import SimulationStopped
-from hmrsim.gateway import Refused, Topic
+from hmrsim.gateway import PlanAnswered, Refused, Topic
 from hmrsim.lockstep import Lockstep
 from hmrsim.participation import (
     LOCKSTEP,
@@ -41,6 +41,9 @@ if TYPE_CHECKING:
     from hmrsim.simulator import Simulator
 
 _log = logging.getLogger(__name__)
+
+PLANNER: Final = "_planner"
+"""Stands among those whom time waits for, in lockstep, while a planner outside has not answered."""
 
 _EVENTS_BETWEEN_POLLS = 16
 """Events that are taken between two looks into the inbox: a look costs little, an event a microsecond or more."""
@@ -130,6 +133,8 @@ class Pacing:
         """Apply a command now, in the simulation's thread."""
         if isinstance(command, TimeCommand):
             self._apply(command)
+        elif isinstance(command, PlanAnswered) and self.clock == LOCKSTEP:
+            self.simulator.plans.keep(command)
         else:
             self.simulator.submit(command)
 
@@ -137,6 +142,7 @@ class Pacing:
     def state(self) -> TimeState:
         """How time moves just now."""
         lockstep = self.clock == LOCKSTEP
+        planner = (PLANNER,) if self.simulator.plans.awaited else ()
         return TimeState(
             now=self.simulator.now,
             clock=self.clock,
@@ -144,7 +150,7 @@ class Pacing:
             paused=self.simulator.limit < math.inf,
             epoch=self._lockstep.epoch,
             participants=self._lockstep.participants,
-            waiting_for=self._lockstep.waiting_for if lockstep else (),
+            waiting_for=(*self._lockstep.waiting_for, *planner) if lockstep else (),
             lag=self.lag,
         )
 

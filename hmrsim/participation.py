@@ -142,7 +142,7 @@ class TimeState(NamedTuple):
         epoch: In lockstep, which grant is next.
         participants: Who takes part, by name.
         waiting_for: Who of them has yet to ask to advance, or who has yet to join for the first time; a number in
-            place of names that are not known.
+            place of names that are not known. ``_planner`` while a planner outside has yet to answer.
         lag: Wall seconds that time has lost in all, because the machine could not keep up.
     """
 

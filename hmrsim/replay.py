@@ -18,8 +18,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 import hmrsim
 from hmrsim.actions import registry as actions
 from hmrsim.errors import TraceError, WorldError
-from hmrsim.gateway import CallService, CancelGoal, Participation, SendGoal, Stop
+from hmrsim.gateway import CallService, CancelGoal, Participation, PlanAnswered, PlannerPresent, SendGoal, Stop
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.services import registry as services
 from hmrsim.sim_time import end_of_instant, stamp
 from hmrsim.simulator import Simulator
@@ -245,11 +246,17 @@ def _call_service(fields: dict[str, Any]) -> CallService:
     return CallService(service.name, service.request.model_validate_json(_json(fields["request"])))
 
 
+def _plan_answered(fields: dict[str, Any]) -> PlanAnswered:
+    return PlanAnswered(fields["request"], ComputePathToPose.Result.model_validate_json(_json(fields["result"])))
+
+
 _COMMANDS: Final[dict[str, Callable[[dict[str, Any]], Command]]] = {
     "send_goal": _send_goal,
     "cancel_goal": _cancel_goal,
     "call_service": _call_service,
     "participation": lambda fields: Participation(fields["participant"], fields["change"], fields["why"]),
+    "planner_present": lambda fields: PlannerPresent(fields["present"]),
+    "plan_answered": _plan_answered,
     "stop": lambda fields: Stop(fields["reason"]),
 }
 

@@ -28,6 +28,8 @@ from hmrsim.gateway import (
     GoalChanged,
     Happened,
     Participation,
+    PlanAnswered,
+    PlannerPresent,
     SendGoal,
     Stop,
     Topic,
@@ -111,6 +113,8 @@ class Trace:
             CancelGoal: _cancel_goal,
             CallService: self._call_service,
             Participation: _participation,
+            PlannerPresent: lambda command: {"command": "planner_present", "present": command.present},
+            PlanAnswered: _plan_answered,
             Stop: lambda command: {"command": "stop", "reason": command.reason},
         }
         simulator.record = self._record
@@ -201,6 +205,10 @@ def _cancel_goal(command: CancelGoal) -> dict[str, Any]:
 
 def _participation(command: Participation) -> dict[str, Any]:
     return {"command": "participation", **command._asdict()}
+
+
+def _plan_answered(command: PlanAnswered) -> dict[str, Any]:
+    return {"command": "plan_answered", "request": command.request, "result": _as_it_came(command.result)}
 
 
 def _happened(event: Happened) -> dict[str, Any]:

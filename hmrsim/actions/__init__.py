@@ -24,6 +24,9 @@ R = TypeVar("R", bound=Message)
 F = TypeVar("F", bound=Message)
 F_contra = TypeVar("F_contra", bound=Message, contravariant=True)
 
+FRAMES = ("", "map")
+"""What poses may be in: the map, by its name or by none."""
+
 WORLD = "_world"
 """The name under which the world serves actions, as a robot does under its own."""
 

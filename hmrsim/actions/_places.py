@@ -59,6 +59,15 @@ def place(text: str, world: World) -> tuple[float, float]:
     return x, y
 
 
+def places(text: str, world: World) -> list[PoseStamped]:
+    """Return the poses that a text names, places or points with semicolons between them.
+
+    Raises:
+        ValueError: One of them isn't there, or there is none.
+    """
+    return [pose(*place(word.strip(), world)) for word in text.split(";")]
+
+
 def check_reachable(x: float, y: float) -> None:
     """Do nothing if a map can have this point.
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._navigation import drive, facing, point_of
 from hmrsim.actions._places import check_reachable, numbers, pose
-from hmrsim.errors import GoalAborted
-from hmrsim.geometry import heading, yaw_of
+from hmrsim.geometry import heading
 from hmrsim.interfaces.nav2_msgs import FollowPath
 from hmrsim.interfaces.nav_msgs import Path
 
@@ -24,12 +24,8 @@ def _process(
     report.sample(
         lambda: FollowPath.Feedback(distance_to_goal=robot.distance_remaining, speed=abs(robot.velocity()[0]))
     )
-    points = [(at.pose.position.x, at.pose.position.y) for at in goal.path.poses]
-    route, blocked = robot.straight_through(points)
-    last = goal.path.poses[-1].pose.orientation
-    yield from robot.drive(route, None if blocked else yaw_of(last.z, last.w))
-    if blocked:
-        raise GoalAborted(FollowPath.Result.NO_VALID_CONTROL, f"blocked: {blocked}")
+    poses = goal.path.poses
+    yield from drive(robot, [point_of(at) for at in poses], facing(poses[-1]))
     return FollowPath.Result()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._maneuvers import keep_time
 from hmrsim.actions._places import numbers
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
@@ -22,16 +23,11 @@ _LONGEST = 2**31 - 1
 
 def _process(robot: Robot, goal: Wait.Goal, report: Report[Wait.Feedback]) -> Generator[Any, Any, Wait.Result]:
     seconds = max(0.0, goal.time.to_seconds())
-    began, until = robot.now, robot.now + seconds
-    report.on_failure(lambda code, message: _result(robot.now - began, code, message))
+    until = robot.now + seconds
+    done = keep_time(robot, report, Wait.Result)
     report.sample(lambda: Wait.Feedback(time_left=Duration.from_seconds(max(0.0, until - robot.now))))
     yield from robot.hold(seconds)
-    return _result(seconds)
-
-
-def _result(seconds: float, code: int = 0, message: str = "") -> Wait.Result:
-    elapsed = Duration.from_seconds(seconds)
-    return Wait.Result(total_elapsed_time=elapsed, error_code=code, error_msg=message)
+    return done()
 
 
 def _ordered(text: str, _world: World) -> Wait.Goal:

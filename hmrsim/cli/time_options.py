@@ -84,6 +84,14 @@ def add_time_options(parser: argparse.ArgumentParser) -> None:
         help="whether the run goes on when a controller was dropped (default: %(default)s)",
     )
     group.add_argument(
+        "--planner-timeout",
+        type=numbers.positive_or_for_ever,
+        default=5.0,
+        metavar="S",
+        help="wall seconds that a planner outside may take for a path, while time stands in lockstep; -1: for ever "
+        "(default: %(default)g)",
+    )
+    group.add_argument(
         "--step-size",
         type=numbers.step,
         default=0.1,

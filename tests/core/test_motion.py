@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.geometry import Pose
-from hmrsim.motion import Trapezoid, drive
+from hmrsim.motion import Trapezoid, drive, spin, straight
 from hmrsim.route import Leg
 
 
@@ -95,3 +95,37 @@ def test_a_piece_only_goes_forward_and_ends_at_its_end(length, acceleration, sha
     assert sorted(driven) == driven
     assert all(0 <= d <= length for d in driven)
     assert piece.end == piece.pose(piece.duration)
+
+
+@pytest.mark.parametrize(
+    "piece",
+    [
+        straight(Pose(0, 0, 1.0), (4.0, 0.0), speed=1.0, acceleration=1.0),
+        straight(Pose(0, 0, 3.0), (4.0, 0.0), speed=0.8),
+        spin(Pose(2, 2, 1.0), -7.0, 1.4),
+    ],
+)
+def test_the_first_seconds_of_a_piece_are_as_they_were(piece):
+    """Half a second of 5, in the middle and at its end; beyond its end there is nothing more."""
+    first = piece.first(0.5)
+
+    assert (0.5, pytest.approx(piece.pose(0.5))) == (first.duration, first.end)
+    assert pytest.approx(piece.pose(0.25)) == first.pose(0.25)
+    assert piece.first(9.0) is piece
+
+
+@pytest.mark.parametrize(("yaw", "ahead"), [(0.0, 2.0), (math.pi, -2.0)])
+def test_a_way_is_driven_ahead_or_backwards(yaw, ahead):
+    """The robot keeps facing as it does."""
+    piece = straight(Pose(0, 0, yaw), (4.0, 0.0), speed=2.0)
+
+    assert (ahead, 0.0) == piece.velocity
+    assert Pose(4.0, 0.0, yaw) == piece.end
+
+
+def test_a_turn_goes_the_long_way_round_if_that_is_its_angle():
+    """One whole turn and a half."""
+    piece = spin(Pose(0, 0, 0.0), 3 * math.pi, 1.0)
+
+    assert (0.0, 1.0) == piece.velocity
+    assert 2.0 == piece.pose(2.0).yaw

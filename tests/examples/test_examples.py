@@ -38,7 +38,8 @@ def endpoint():
 
 def world_of(example):
     """Return the world, and the clock, that an example asks for in its first lines."""
-    world, clock = re.search(r"``hmrsim run (\w+)(?: --clock (\w+))?``", example.read_text()).groups()
+    world, clock = re.search(r"``hmrsim run (\S+?)(?: --clock (\w+))?``", example.read_text()).groups()
+    world = str(ROOT / world) if "/" in world else world
     return {"world": world, "clock": clock} if clock else {"world": world, "real_time_factor": 5.0}
 
 

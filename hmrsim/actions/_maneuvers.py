@@ -1,0 +1,104 @@
+"""What the maneuvers without a route have in common: motions in a given time, and results that say how long it took."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from hmrsim.actions._places import numbers
+from hmrsim.errors import GoalAborted
+from hmrsim.geometry import SAME_PLACE, distance
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import BackUp, DriveOnHeading, Spin, Wait
+from hmrsim.motion import drive_of, straight
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    from hmrsim.actions import Report
+    from hmrsim.geometry import Point
+    from hmrsim.motion import Piece
+    from hmrsim.robot import Robot
+    from hmrsim.world.model import World
+
+R = TypeVar("R", Wait.Result, Spin.Result, BackUp.Result, DriveOnHeading.Result)
+
+
+def keep_time(robot: Robot, report: Report[Any], result: type[R]) -> Callable[[], R]:
+    """Have the result say how long it took, however the goal ends; return what makes that of one that succeeds."""
+    began = robot.now
+
+    def make(code: int, message: str) -> R:
+        return result(total_elapsed_time=Duration.from_seconds(robot.now - began), error_code=code, error_msg=message)
+
+    report.on_failure(make)
+    return lambda: make(0, "")
+
+
+def perform(robot: Robot, piece: Piece, allowance: Duration, timeout: int) -> Generator[Any, Any, None]:
+    """Have a robot make a motion in the time that is allowed; zero is any time.
+
+    Raises:
+        GoalAborted: The time is over, and the robot stands where it was then; with the code *timeout*.
+    """
+    seconds = allowance.to_seconds()
+    late = 0 < seconds < piece.duration
+    yield from robot.perform(drive_of(piece.first(seconds) if late else piece))
+    if late:
+        raise GoalAborted(timeout, f"the time allowance of {seconds:g} s is over; it takes {piece.duration:g} s")
+
+
+def drive_straight(
+    robot: Robot, goal: BackUp.Goal | DriveOnHeading.Goal, how_far: float, codes: Any
+) -> Generator[Any, Any, None]:
+    """Have a robot drive straight ahead, or back if *how_far* is negative, as fast as the goal says and it can.
+
+    Args:
+        robot: Which; it faces the same way all the time.
+        goal: What has to be done.
+        how_far: In the world's unit.
+        codes: Where the action's codes are.
+
+    Raises:
+        GoalAborted: Something stands in the way, and the robot before it; or the time is over.
+    """
+    flaw = _flaw(goal)
+    if flaw:
+        raise GoalAborted(codes.INVALID_INPUT, flaw)
+    start = robot.pose()
+    end, blocked = robot.reach((start.x + how_far * math.cos(start.yaw), start.y + how_far * math.sin(start.yaw)))
+    if distance(start.point, end) > SAME_PLACE:
+        speed = min(abs(goal.speed), robot.speed)
+        piece = straight(start, end, speed=speed, acceleration=robot.base.acceleration)
+        yield from perform(robot, piece, goal.time_allowance, codes.TIMEOUT)
+    if blocked:
+        raise GoalAborted(codes.COLLISION_AHEAD, f"blocked: {blocked}")
+
+
+def travelled_from(robot: Robot) -> Callable[[], dict[str, float]]:
+    """Return what gives the feedback of a robot that drives straight on from where it is now."""
+    start: Point = robot.pose().point
+    return lambda: {"distance_traveled": robot.distance_to(start)}
+
+
+def _flaw(goal: BackUp.Goal | DriveOnHeading.Goal) -> str:
+    if goal.target.y or goal.target.z:
+        return f"target ({goal.target.x:g}, {goal.target.y:g}, {goal.target.z:g}) is not straight ahead; give x alone"
+    if goal.target.x and not goal.speed:
+        return "at speed 0 it would take for ever; give another"
+    return ""
+
+
+def distance_ordered(text: str, world: World) -> dict[str, Any]:
+    """Return the fields of the goal to drive so far, and so fast; as fast as robots do of which nothing is said.
+
+    Raises:
+        ValueError: The words aren't one or two positive numbers.
+    """
+    how_far, *speed = numbers(text.split()) or [0.0]
+    if len(speed) > 1 or min([how_far, *speed]) <= 0:
+        raise ValueError(f"expected a distance, and perhaps a speed, both positive, got {text!r}")
+    # Controllers read actions, too, but no orders: they need not load what worlds are made of.
+    from hmrsim.world.model import Base  # noqa: PLC0415
+
+    return {"target": {"x": how_far}, "speed": speed[0] if speed else world.speed(Base())}

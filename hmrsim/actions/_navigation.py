@@ -1,0 +1,112 @@
+"""Driving to poses, one or several: the way there, planned here or by a planner outside, and what is told of it.
+
+A robot with an external planner follows the path that it is given, straight from pose to pose, and knows no lanes.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.actions import FRAMES
+from hmrsim.errors import GoalAborted
+from hmrsim.geometry import distance, yaw_of
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
+from hmrsim.route import Route
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Sequence
+
+    from hmrsim.geometry import Point
+    from hmrsim.interfaces.geometry_msgs import PoseStamped
+    from hmrsim.robot import Robot
+
+    Way = Route | Sequence[Point]
+    """Along the lanes; or straight from point to point."""
+
+
+def point_of(at: PoseStamped) -> Point:
+    """Return where a pose is."""
+    return at.pose.position.x, at.pose.position.y
+
+
+def facing(at: PoseStamped) -> float:
+    """Return the yaw of a pose."""
+    return yaw_of(at.pose.orientation.z, at.pose.orientation.w)
+
+
+def no_planner(robot: Robot) -> str | None:
+    """Return why a robot can't take a goal now for which a way has to be planned; None when it can."""
+    if robot.planner == "external" and not robot.plans.present:
+        return f"{robot.name} has an external planner, and none has announced itself"
+    return None
+
+
+def plan(robot: Robot, goal: PoseStamped, start: PoseStamped | None = None) -> Generator[Any, Any, Way]:
+    """Return the way to a pose, from where the robot is or from another pose.
+
+    Raises:
+        GoalAborted: There is none, with the code of ComputePathToPose.
+    """
+    if robot.planner != "external":
+        return robot.plan_to(point_of(goal), point_of(start) if start else None)
+    asked = ComputePathToPose.Goal(goal=goal, start=start or robot.pose_stamped(), use_start=True)
+    result: ComputePathToPose.Result = yield from robot.plans.ask(robot.name, asked)
+    if result.error_code:
+        raise GoalAborted(result.error_code, result.error_msg or f"the planner gave code {result.error_code}")
+    path = result.path
+    if not path.poses:
+        raise GoalAborted(ComputePathToPose.Result.NO_VALID_PATH, "the planner gave a path without poses")
+    for frame in (path.header.frame_id, *(at.header.frame_id for at in path.poses)):
+        if frame not in FRAMES:
+            text = f"the planner's path is in the unknown frame {frame!r}; use 'map' or leave it empty"
+            raise GoalAborted(ComputePathToPose.Result.TF_ERROR, text)
+    return [point_of(at) for at in path.poses]
+
+
+def drive(robot: Robot, way: Way, final_yaw: float | None) -> Generator[Any, Any, None]:
+    """Have a robot drive a way, then face *final_yaw*, if any; to points it drives straight from where it is.
+
+    Raises:
+        GoalAborted: Something stands in the way, and the robot before it; or it can't go on.
+    """
+    route, blocked = (way, "") if isinstance(way, Route) else robot.straight_through(way)
+    yield from robot.drive(route, None if blocked else final_yaw)
+    if blocked:
+        raise GoalAborted(FollowPath.Result.NO_VALID_CONTROL, f"blocked: {blocked}")
+
+
+def extent(robot: Robot, way: Way) -> tuple[float, float]:
+    """Return how long a way is, and how many seconds it takes a robot if nothing gets in its way."""
+    if isinstance(way, Route):
+        return way.length, sum(leg.seconds(robot.speed) for leg in way.legs)
+    total = sum(distance(a, b) for a, b in pairwise(way))
+    return total, total / robot.speed
+
+
+def _nothing() -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+def navigation_of(robot: Robot, ahead: Callable[[], tuple[float, float]] = _nothing) -> Callable[[], dict[str, Any]]:
+    """Return what gives the feedback of a robot that sets out now, in plain values: it is made more often than all.
+
+    Args:
+        robot: Which.
+        ahead: Gives length and seconds of what comes after the way that it drives.
+    """
+    began, recoveries = robot.now, robot.recoveries
+
+    def told() -> dict[str, Any]:
+        pose, left, seconds = robot.progress()
+        more_left, more_seconds = ahead()
+        return {
+            "current_pose": robot.stamped(robot.believed(pose)),
+            "navigation_time": values_of((robot.now - began) * NANOSECONDS),
+            "estimated_time_remaining": values_of((seconds + more_seconds) * NANOSECONDS),
+            "number_of_recoveries": robot.recoveries - recoveries,
+            "distance_remaining": left + more_left,
+        }
+
+    return told

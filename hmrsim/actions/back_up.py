@@ -1,0 +1,38 @@
+"""Drive straight back, facing the same way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._maneuvers import distance_ordered, drive_straight, keep_time, travelled_from
+from hmrsim.interfaces.nav2_msgs import BackUp
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from hmrsim.robot import Robot
+
+
+def _process(robot: Robot, goal: BackUp.Goal, report: Report[BackUp.Feedback]) -> Generator[Any, Any, BackUp.Result]:
+    done = keep_time(robot, report, BackUp.Result)
+    report.sample(travelled_from(robot))
+    # As Nav2 has it: back, whatever the signs of distance and speed.
+    yield from drive_straight(robot, goal, -abs(goal.target.x), BackUp.Result)
+    return done()
+
+
+ACTION = Action(
+    name="back_up",
+    ros_type="nav2_msgs/action/BackUp",
+    goal=BackUp.Goal,
+    result=BackUp.Result,
+    feedback=BackUp.Feedback,
+    process=_process,
+    failure=lambda code, message: BackUp.Result(error_code=code, error_msg=message),
+    codes=Codes(canceled=0, preempted=BackUp.Result.UNKNOWN, rejected=1, unknown=BackUp.Result.UNKNOWN),
+    order=Order(
+        "Back", "DISTANCE [SPEED]", lambda text, world: BackUp.Goal.model_validate(distance_ordered(text, world))
+    ),
+    example={"target": {"x": 1.0}, "speed": 0.5},
+)

@@ -1,0 +1,158 @@
+"""Drive into a dock, and charge there if it is a charger."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._navigation import drive, no_planner, plan, point_of
+from hmrsim.actions._places import pose
+from hmrsim.errors import GoalAborted
+from hmrsim.geometry import SAME_PLACE
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
+from hmrsim.interfaces.nav2_msgs import DockRobot
+from hmrsim.route import Route
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from hmrsim.fixtures.docks import Berths
+    from hmrsim.robot import Robot
+    from hmrsim.world.model import World
+
+_RESULT, _STAGE = DockRobot.Result, DockRobot.Feedback
+
+
+class _Docking:
+    """How far a robot is with it.
+
+    Args:
+        robot: Which.
+        report: Tells of it.
+    """
+
+    def __init__(self, robot: Robot, report: Report[DockRobot.Feedback]) -> None:
+        self._robot, self._report = robot, report
+        self._began = robot.now
+        self._stage = _STAGE.NONE
+        report.sample(self._told)
+
+    def enter(self, stage: int) -> None:
+        """Tell that a stage begins."""
+        self._stage = stage
+        self._report.send(DockRobot.Feedback.model_validate(self._told()))
+
+    def _told(self) -> dict[str, Any]:
+        time = values_of((self._robot.now - self._began) * NANOSECONDS)
+        return {"state": self._stage, "docking_time": time, "num_retries": 0}
+
+
+def _process(
+    robot: Robot, goal: DockRobot.Goal, report: Report[DockRobot.Feedback]
+) -> Generator[Any, Any, DockRobot.Result]:
+    docking = _Docking(robot, report)
+    dock = _find(robot, goal)
+    if dock.dock.charges and robot.energy is None:
+        raise GoalAborted(_RESULT.FAILED_TO_CHARGE, f"{robot.name} has no battery that {dock.name!r} could charge")
+    if robot.dock is not dock:
+        with dock.berth(robot) as turn:
+            try:
+                late = GoalAborted(_RESULT.FAILED_TO_STAGE, f"it takes longer than {goal.max_staging_time:g} s")
+                with robot.within(goal.max_staging_time, late):
+                    yield from robot.wait_for(turn)
+                    if goal.navigate_to_staging_pose:
+                        docking.enter(_STAGE.NAV_TO_STAGING_POSE)
+                        way = yield from plan(robot, pose(*dock.staging))
+                        yield from drive(robot, _shared(way) if isinstance(way, Route) else way, None)
+            except GoalAborted as why:
+                raise GoalAborted(_RESULT.FAILED_TO_STAGE, f"can't line up for {dock.name!r}: {why}") from None
+            docking.enter(_STAGE.INITIAL_PERCEPTION)
+            docking.enter(_STAGE.CONTROLLING)
+            yield from _drive_in(robot, dock)
+            dock.take_in(robot)
+    if dock.dock.charges:
+        docking.enter(_STAGE.WAIT_FOR_CHARGE)
+    return DockRobot.Result()
+
+
+def _drive_in(robot: Robot, dock: Berths) -> Generator[Any, Any, None]:
+    """Have a robot drive straight to where it is docked.
+
+    Raises:
+        GoalAborted: Something is in its way.
+    """
+    point, text = dock.pose.point, f"can't drive into {dock.name!r}"
+    way, blocked = (robot.plan_to(point), "") if robot.flies else robot.straight_through([point])
+    if blocked:
+        raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"{text}: {blocked}")
+    try:
+        yield from robot.drive(_shared(way), dock.dock.yaw)
+    except GoalAborted as why:
+        raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"{text}: {why}") from None
+
+
+def _shared(route: Route) -> Route:
+    """Return a route whose end may be shared by those who have a berth there."""
+    *before, last = route.legs or (None,)
+    return route if last is None or last.slots else replace(route, legs=(*before, replace(last, shares_end=True)))
+
+
+def _find(robot: Robot, goal: DockRobot.Goal) -> Berths:
+    """Return the dock that a goal asks for.
+
+    Raises:
+        GoalAborted: There is none, or the robot can't dock there.
+    """
+    if goal.use_dock_id:
+        dock = robot.docks.get(goal.dock_id)
+        if dock is None:
+            there = ", ".join(robot.docks) or "none"
+            raise GoalAborted(_RESULT.DOCK_NOT_IN_DB, f"no dock {goal.dock_id!r}; there are: {there}")
+    else:
+        dock = _nearest(robot, goal)
+    if goal.dock_type not in ("", dock.dock.type):
+        raise GoalAborted(_RESULT.DOCK_NOT_VALID, f"{dock.name!r} is a {dock.dock.type}, not a {goal.dock_type}")
+    if not dock.serves(robot):
+        names = ", ".join(dock.dock.reserved_for or ())
+        raise GoalAborted(_RESULT.DOCK_NOT_VALID, f"{dock.name!r} is reserved for {names}")
+    return dock
+
+
+def _nearest(robot: Robot, goal: DockRobot.Goal) -> Berths:
+    """Return the dock at a pose.
+
+    Raises:
+        GoalAborted: There is none.
+    """
+    x, y = point = point_of(goal.dock_pose)
+    docks = sorted(robot.docks.values(), key=lambda dock: (dock.away(point), dock.name))
+    if docks and docks[0].away(point) <= SAME_PLACE:
+        return docks[0]
+    nearest = f"; the nearest is {docks[0].name!r}, {docks[0].away(point):g} away" if docks else ""
+    raise GoalAborted(_RESULT.FAILED_TO_DETECT_DOCK, f"no dock at ({x:g}, {y:g}){nearest}")
+
+
+def _ordered(text: str, world: World) -> DockRobot.Goal:
+    if text not in world.docks:
+        # Controllers read actions, too, but no orders: they need not load what worlds are made of.
+        from hmrsim.world.finding import instead  # noqa: PLC0415
+
+        raise ValueError(f"no dock {text!r}{instead(text, world.docks)}")
+    return DockRobot.Goal(dock_id=text)
+
+
+ACTION = Action(
+    name="dock_robot",
+    ros_type="nav2_msgs/action/DockRobot",
+    goal=DockRobot.Goal,
+    result=DockRobot.Result,
+    feedback=DockRobot.Feedback,
+    process=_process,
+    failure=lambda code, message: DockRobot.Result(success=False, error_code=code, error_msg=message),
+    codes=Codes(canceled=0, preempted=_RESULT.UNKNOWN, rejected=1, unknown=_RESULT.UNKNOWN),
+    frames=lambda goal: () if goal.use_dock_id else (goal.dock_pose.header.frame_id,),
+    not_ready=no_planner,
+    order=Order("Dock", "DOCK", _ordered),
+    example={"dock_id": "charger"},
+)

@@ -1,0 +1,47 @@
+"""Turn on the spot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hmrsim import motion
+from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._maneuvers import keep_time, perform
+from hmrsim.actions._places import numbers
+from hmrsim.interfaces.nav2_msgs import Spin
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from hmrsim.robot import Robot
+    from hmrsim.world.model import World
+
+
+def _process(robot: Robot, goal: Spin.Goal, report: Report[Spin.Feedback]) -> Generator[Any, Any, Spin.Result]:
+    done = keep_time(robot, report, Spin.Result)
+    start = robot.pose()
+    report.sample(lambda: {"angular_distance_traveled": robot.pose().yaw - start.yaw})
+    piece = motion.spin(start, goal.target_yaw, robot.base.turning_rate)
+    yield from perform(robot, piece, goal.time_allowance, Spin.Result.TIMEOUT)
+    return done()
+
+
+def _ordered(text: str, _world: World) -> Spin.Goal:
+    values = numbers(text.split())
+    if len(values) != 1:
+        raise ValueError(f"expected one number of radians, got {text!r}")
+    return Spin.Goal(target_yaw=values[0])
+
+
+ACTION = Action(
+    name="spin",
+    ros_type="nav2_msgs/action/Spin",
+    goal=Spin.Goal,
+    result=Spin.Result,
+    feedback=Spin.Feedback,
+    process=_process,
+    failure=lambda code, message: Spin.Result(error_code=code, error_msg=message),
+    codes=Codes(canceled=0, preempted=Spin.Result.UNKNOWN, rejected=1, unknown=Spin.Result.UNKNOWN),
+    order=Order("Spin", "RADIANS", _ordered),
+    example={"target_yaw": 1.57},
+)

@@ -1,0 +1,72 @@
+"""Leave a dock for its staging pose."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.errors import GoalAborted
+from hmrsim.interfaces.nav2_msgs import UndockRobot
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from hmrsim.fixtures.docks import Berths
+    from hmrsim.robot import Robot
+    from hmrsim.world.model import World
+
+_RESULT = UndockRobot.Result
+
+
+def _process(
+    robot: Robot, goal: UndockRobot.Goal, _report: Report[UndockRobot.Feedback]
+) -> Generator[Any, Any, UndockRobot.Result]:
+    dock = _find(robot)
+    if goal.dock_type not in ("", dock.dock.type):
+        raise GoalAborted(_RESULT.DOCK_NOT_VALID, f"{dock.name!r} is a {dock.dock.type}, not a {goal.dock_type}")
+    seconds = goal.max_undocking_time
+    late = GoalAborted(_RESULT.TIMEOUT, f"can't leave {dock.name!r} within {seconds:g} s")
+    try:
+        with robot.within(seconds, late):
+            # It is docked no longer as soon as it moves.
+            yield from robot.drive(robot.plan_to(dock.staging), None)
+    except GoalAborted as why:
+        if why.code == late.code:
+            raise
+        raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"can't leave {dock.name!r}: {why}") from None
+    if robot.dock is dock:
+        dock.let_go(robot)
+    return UndockRobot.Result()
+
+
+def _find(robot: Robot) -> Berths:
+    """Return where a robot is docked, or has not left yet.
+
+    Raises:
+        GoalAborted: Nowhere.
+    """
+    dock = robot.dock or next((dock for dock in robot.docks.values() if dock.holds(robot.pose().point)), None)
+    if dock is None:
+        raise GoalAborted(_RESULT.DOCK_NOT_VALID, f"{robot.name} is not docked")
+    return dock
+
+
+def _ordered(text: str, _world: World) -> UndockRobot.Goal:
+    if text:
+        raise ValueError(f"nothing comes after Undock, got {text!r}")
+    return UndockRobot.Goal()
+
+
+ACTION = Action(
+    name="undock_robot",
+    ros_type="nav2_msgs/action/UndockRobot",
+    goal=UndockRobot.Goal,
+    result=UndockRobot.Result,
+    feedback=UndockRobot.Feedback,
+    process=_process,
+    failure=lambda code, message: UndockRobot.Result(success=False, error_code=code, error_msg=message),
+    codes=Codes(canceled=0, preempted=_RESULT.UNKNOWN, rejected=1, unknown=_RESULT.UNKNOWN),
+    order=Order("Undock", "", _ordered),
+    example={},
+    example_after="dock_robot",
+)

@@ -1,0 +1,83 @@
+"""Paths that are wanted of a planner outside: an event says that one is, and a command brings the answer."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.gateway import PlanWanted
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    import simpy
+
+    from hmrsim.gateway import Event, PlanAnswered
+    from hmrsim.interest import Happenings
+    from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+
+
+class Plans:
+    """What a planner outside has been asked, and has not answered yet.
+
+    Args:
+        env: The simulation's clock and events.
+        emit: Where events go.
+        happened: Tells when a planner comes or goes, and what it is asked.
+
+    Attributes:
+        present: Whether one has announced itself.
+    """
+
+    def __init__(self, env: simpy.Environment, emit: Callable[[Event], None], happened: Happenings) -> None:
+        self._env = env
+        self._emit = emit
+        self._happened = happened
+        self._asked = 0
+        self._waiting: dict[int, simpy.Event] = {}
+        self._kept: dict[int, PlanAnswered] = {}
+        self.present = False
+
+    @property
+    def awaited(self) -> tuple[int, ...]:
+        """The numbers of the requests that have not been answered, in order."""
+        return tuple(self._waiting)
+
+    def ask(self, robot: str, goal: ComputePathToPose.Goal) -> Generator[Any, Any, ComputePathToPose.Result]:
+        """Ask for a path and wait for it; an interrupt forgets the request."""
+        self._asked += 1
+        number = self._asked
+        answered = self._waiting[number] = self._env.event()
+        self._happened("plan_wanted", lambda: {"robot": robot, "request": number})
+        self._emit(PlanWanted(number, robot, goal))
+        try:
+            result: ComputePathToPose.Result = yield answered
+        finally:
+            self._waiting.pop(number, None)
+        return result
+
+    def answer(self, command: PlanAnswered) -> None:
+        """Go on with a path; one that nobody waits for any more is dropped."""
+        answered = self._waiting.pop(command.request, None)
+        if answered is not None:
+            answered.succeed(command.result)
+
+    def keep(self, command: PlanAnswered) -> None:
+        """Keep an answer for later; one that nobody waits for is dropped."""
+        if command.request in self._waiting:
+            self._kept[command.request] = command
+
+    @property
+    def all_kept(self) -> bool:
+        """Whether an answer is kept to each request."""
+        return self._waiting.keys() <= self._kept.keys()
+
+    def take_kept(self) -> list[PlanAnswered]:
+        """Return the answers that were kept, in the order of their requests."""
+        kept, self._kept = self._kept, {}
+        return [kept[request] for request in sorted(kept)]
+
+    def announce(self, *, present: bool) -> None:
+        """Note that a planner has come, or has gone."""
+        if present != self.present:
+            self.present = present
+            self._happened("planner", lambda: {"present": present})

@@ -1,0 +1,155 @@
+"""The planner outside: whether one is there, what it is asked, and what it answers.
+
+It is somebody else's plain queryable. What it says becomes a command, also when it says nothing that can be used.
+"""
+
+from __future__ import annotations
+
+import threading
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+import zenoh
+
+from hmrsim.errors import SimulationStopped
+from hmrsim.gateway import PlanAnswered, PlannerPresent
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+from hmrsim_zenoh import encoding
+from hmrsim_zenoh.envelopes import MAX_PAYLOAD, UnreadableError, plain, read
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim.gateway import AnyCommand, PlanWanted
+    from hmrsim_zenoh.keys import Keys
+
+_LONGEST = 1e9
+"""Wall seconds that Zenoh is told to wait where there is no end to it."""
+
+_TIMED_OUT = b"Timeout"
+"""What Zenoh itself says in the place of a planner that takes too long."""
+
+_SHOWN = 200
+"""Characters that are shown of what a planner says."""
+
+
+class Planner:
+    """Asks the planner on the network.
+
+    Args:
+        session: Where to look for it.
+        keys: How keys are spelled.
+        put: Takes commands, in any thread.
+        timeout: Wall seconds that it may take to answer.
+        max_payload: Bytes that an answer may have.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        keys: Keys,
+        put: Callable[[AnyCommand], None],
+        *,
+        timeout: float,
+        max_payload: int = MAX_PAYLOAD,
+    ) -> None:
+        self._put = put
+        self._timeout = timeout
+        self._max_payload = max_payload
+        self._lock = threading.Lock()
+        self._told = False
+        # Our own queryable matches the key, too. Of several planners the first to answer is listened to.
+        self._querier = session.declare_querier(
+            keys.planner(),
+            target=zenoh.QueryTarget.ALL,
+            timeout=min(timeout, _LONGEST),
+            allowed_destination=zenoh.Locality.REMOTE,
+        )
+        self._querier.declare_matching_listener(zenoh.handlers.Callback(self._on_matching))
+
+    def look(self) -> list[AnyCommand]:
+        """Return what has to be told before a goal: a planner may have come just before it."""
+        with self._lock:
+            return self._changes()
+
+    def _on_matching(self, _status: zenoh.MatchingStatus) -> None:
+        # With the lock: who looks meanwhile and finds nothing new comes after it.
+        with self._lock, suppress(SimulationStopped):
+            for command in self._changes():
+                self._put(command)
+
+    def _changes(self) -> list[AnyCommand]:
+        present: bool = self._querier.matching_status.matching  # type: ignore[attr-defined]  # the stub errs
+        if present == self._told:
+            return []
+        self._told = present
+        return [PlannerPresent(present)]
+
+    def ask(self, event: PlanWanted) -> None:
+        """Ask for a path; the answer is put when it comes."""
+        question = _Question(event.request, self)
+        handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(question.take, question.end)
+        payload, mime = encoding.message(event.goal), encoding.of_message(event.goal)
+        try:
+            self._querier.get(handler, payload=payload, encoding=mime, attachment=event.robot)
+        except zenoh.ZError as error:
+            question.answer(_failed(f"the planner can't be asked: {error}"))
+
+    def read(self, reply: zenoh.Reply) -> ComputePathToPose.Result:
+        """Return what a reply says."""
+        if reply.err is not None:
+            said = reply.err.payload.to_bytes()
+            if said == _TIMED_OUT:
+                code = ComputePathToPose.Result.TIMEOUT
+                return _failed(f"the planner has not answered in {self._timeout:g} s", code)
+            return _failed(f"the planner answered with an error: {said[:_SHOWN].decode(errors='replace')}")
+        if reply.ok is None:
+            raise AssertionError
+        payload = reply.ok.payload
+        if len(payload) > self._max_payload:
+            return _failed(f"the planner's answer has {len(payload)} bytes; at most {self._max_payload} are taken")
+        try:
+            result: ComputePathToPose.Result = read(
+                plain(ComputePathToPose.Result), payload.to_bytes(), max_payload=self._max_payload
+            )
+        except UnreadableError as error:
+            return _failed(f"the planner's answer can't be read: {error}")
+        return result
+
+    def answered(self, request: int, result: ComputePathToPose.Result) -> None:
+        """Hand an answer on."""
+        with suppress(SimulationStopped):
+            self._put(PlanAnswered(request, result))
+
+
+class _Question:
+    """One request, which gets exactly one answer; called in Zenoh's threads.
+
+    Args:
+        request: Its number.
+        planner: Who asks.
+    """
+
+    def __init__(self, request: int, planner: Planner) -> None:
+        self._request = request
+        self._planner = planner
+        self._open = True
+
+    def take(self, reply: zenoh.Reply) -> None:
+        """Take a reply; all but the first are dropped."""
+        if self._open:
+            self.answer(self._planner.read(reply))
+
+    def end(self) -> None:
+        """Take note that no more replies will come."""
+        if self._open:
+            self.answer(_failed("the planner has left, or said nothing"))
+
+    def answer(self, result: ComputePathToPose.Result) -> None:
+        """Give the answer."""
+        self._open = False
+        self._planner.answered(self._request, result)
+
+
+def _failed(text: str, code: int = ComputePathToPose.Result.UNKNOWN) -> ComputePathToPose.Result:
+    return ComputePathToPose.Result(error_code=code, error_msg=text)

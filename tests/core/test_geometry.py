@@ -1,0 +1,43 @@
+"""Straight lines and what stands in their way."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hmrsim.geometry import Obstacles, between
+
+NUMBERS = st.floats(-10, 10) | st.integers(-10, 10).map(float)
+POINTS = st.tuples(NUMBERS, NUMBERS)
+
+
+@pytest.mark.parametrize(
+    ("walls", "x"),
+    [
+        ([], 4.0),
+        ([[(2.0, -1.0), (2.0, 1.0)]], 2.0),
+        ([[(3.0, -1.0), (3.0, 1.0)], [(2.0, 0.0), (2.0, 1.0)]], 2.0),
+        ([[(2.0, -1.0), (4.0, 1.0)]], 3.0),
+        ([[(3.0, 0.0), (1.0, 0.0)]], 1.0),
+        ([[(-1.0, 0.0), (1.0, 0.0)]], 0.0),
+    ],
+)
+def test_a_line_is_free_up_to_the_nearest_wall(walls, x):
+    """Of 4 m; also where the wall lies along it."""
+    assert x == pytest.approx(4.0 * Obstacles(walls, []).free((0.0, 0.0), (4.0, 0.0)), abs=1e-5)
+
+
+@given(
+    POINTS,
+    POINTS,
+    st.lists(st.lists(POINTS, min_size=2, max_size=3), max_size=4),
+    st.lists(st.lists(POINTS, min_size=3, max_size=4), max_size=1),
+)
+def test_what_is_free_can_be_driven(start, end, walls, solids):
+    """Nothing blocks the line up to there, and all of it is free if nothing blocks it."""
+    obstacles = Obstacles(walls, solids)
+    share = obstacles.free(start, end)
+
+    assert (share == 1.0) is not obstacles.block(start, end)
+    assert not (share > 0.0 and obstacles.block(start, between(start, end, share)))
