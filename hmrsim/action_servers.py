@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Protocol
 
-from hmrsim.actions import WORLD
+from hmrsim.actions import FRAMES, WORLD
 from hmrsim.errors import GoalRejected
 from hmrsim.gateway import GoalEntry
 from hmrsim.goal import ZERO_ID, GoalStatus, made_goal_id, parse_goal_id
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.gateway import CancelGoal, SendGoal
     from hmrsim.interfaces.message import Message
-
-_FRAMES = ("", "map")
 
 
 class Owner(Protocol):
@@ -41,6 +39,9 @@ class Owner(Protocol):
     @property
     def unfit(self) -> str:
         """Why it can do nothing now; empty while it is well."""
+
+    def act(self, action: str, *, begins: bool) -> None:
+        """Take note that a goal of an action begins, or ends."""
 
 
 @dataclass(eq=False, slots=True)
@@ -191,7 +192,7 @@ class ActionServers:
         if not isinstance(command.goal, action.goal):
             raise GoalRejected("invalid_goal", f"{command.goal!r} is no {action.goal.ros_type}")
         for frame in action.frames(command.goal):
-            if frame not in _FRAMES:
+            if frame not in FRAMES:
                 raise GoalRejected("invalid_goal", f"unknown frame_id {frame!r}; use 'map' or leave it empty")
         flaw = action.flaw(command.goal)
         if flaw:
@@ -211,6 +212,10 @@ class ActionServers:
         """Return a goal; None if it isn't there any more, or never was."""
         server = self._servers.get((robot, action))
         return server.goals.get(goal_id) if server else None
+
+    def of(self, robot: str) -> list[ActionServer]:
+        """Return the actions of a robot that have been asked for, in order of name."""
+        return [server for (name, _), server in sorted(self._servers.items(), key=itemgetter(0)) if name == robot]
 
     def active(self, robot: str | None = None) -> Iterator[ServedGoal]:
         """Yield the goals that have not ended, of one robot or of all; in the order of names, whoever asked first."""

@@ -41,6 +41,8 @@ def reset(simulator: Simulator, scope: int = _ALL) -> None:
         simulator.roster.restore()
     if scope & _TIME:
         _restart_time(simulator)
+    if scope & (_STATE | _TIME):
+        simulator.mishaps.begin(simulator.world, simulator.seed)
     if scope & _STATE:
         simulator.begin_scripts()
     simulator.happened("reset", lambda: {"scope": scope})
@@ -55,6 +57,7 @@ def load(simulator: Simulator, world: World) -> None:
     simulator.roster.fill(world, simulator.graph)
     simulator.gate.set(SimulationState.STATE_STOPPED, "")
     _restart_time(simulator)
+    simulator.mishaps.begin(world, simulator.seed)
     simulator.begin_scripts()
     simulator.happened("world_loaded", lambda: {"name": world.name})
     simulator.tell(RosterChanged())
@@ -70,16 +73,24 @@ def set_state(simulator: Simulator, state: int, why: str) -> None:
 
 
 def _end_all(simulator: Simulator, why: str, *, scripts: bool) -> None:
-    """Abort all goals, and end the steps that are being made; if asked the scripts, too, before their goals."""
+    """Abort all goals, and end the steps that are being made, and all faults; if asked the scripts before them."""
     if scripts:
         simulator.scripts.end()
         simulator.detach(simulator.scripts)
     simulator.gate.halt(why)
     simulator.roster.abort(why)
+    simulator.mishaps.end()
 
 
 def _restart_time(simulator: Simulator) -> None:
+    accounts = [robot.energy for robot in simulator.robots.values() if robot.energy]
+    for account in accounts:
+        account.stop()
     simulator.env.restart()
+    for account in accounts:
+        account.go_on()
+    for fixture in simulator.roster.fixtures.values():
+        fixture.settle()
     simulator.gate.shut()
     simulator.telemetry.refresh(0.0)
     simulator.generation += 1

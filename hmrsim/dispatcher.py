@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from simpy import Event as SimpyEvent
 from simpy import Interrupt
 
 from hmrsim.action_servers import ActionServers, ServedGoal, as_answered, selects
+from hmrsim.connections import CutOff, no_connection
 from hmrsim.errors import GoalAborted, GoalRejected
 from hmrsim.gateway import (
     Answered,
@@ -22,6 +24,7 @@ from hmrsim.gateway import (
     GoalResponse,
     Refused,
     ResultResponse,
+    RosterChanged,
     SendGoal,
     StatusChanged,
     Topic,
@@ -77,6 +80,7 @@ class Dispatcher:
 
     Attributes:
         servers: Who serves what.
+        cut_off: The robots that can't be reached from outside: requests are rejected, results wait.
     """
 
     def __init__(
@@ -93,6 +97,7 @@ class Dispatcher:
     ) -> None:
         self._env = env
         self.servers = ActionServers(actions, seed)
+        self.cut_off = CutOff()
         self._telemetry = telemetry
         self._emit = emit
         self._happened = happened
@@ -114,6 +119,7 @@ class Dispatcher:
         """Accept or reject a goal, and answer; an accepted one begins at this instant."""
         try:
             server = self.servers.find(command.robot, command.action)
+            self.cut_off.check(command)
             goal_id = self.servers.goal_id(server, command.goal_id)
             known = server.goals.get(goal_id)
             if known or goal_id in server.forgotten:
@@ -164,6 +170,7 @@ class Dispatcher:
         goal.server.goals[goal.goal_id] = goal
         self._publish(goal, message)
         self._change(goal, GoalEvent.EXECUTE)
+        goal.server.robot.act(action.name, begins=True)
         if holder is not None and action.codes.busy is not None:
             running = f"{holder.server.action.name} goal {holder.goal_id}"
             self._end(goal, GoalEvent.ABORT, action.failure(action.codes.busy, f"{name} is busy with {running}"))
@@ -210,15 +217,23 @@ class Dispatcher:
             goal.sample = None
         if self._holders.get(name) is goal:
             del self._holders[name]
+        goal.server.robot.act(goal.server.action.name, begins=False)
         goal.result, goal.failure = result, None
         self._change(goal, event)
-        for reply_to in goal.waiting:
-            self._answer(reply_to, ResultResponse(goal.status, result))
-        goal.waiting.clear()
+        self._tell(goal, inside=name in self.cut_off)
         ended = self._ended.setdefault(name, {})
         ended[goal] = None
         if len(ended) > self._keep_results:
             self._forget(next(iter(ended)))
+
+    def _tell(self, goal: ServedGoal, *, inside: bool = False) -> None:
+        """Answer all who wait for a goal that has ended, or only the robot's own script."""
+        waiting, goal.waiting = goal.waiting, []
+        for reply_to in waiting:
+            if inside and not isinstance(reply_to, SimpyEvent):
+                goal.waiting.append(reply_to)
+            elif goal.result is not None:
+                self._answer(reply_to, ResultResponse(goal.status, goal.result))
 
     def _change(self, goal: ServedGoal, event: GoalEvent) -> None:
         goal.status = next_status(goal.status, event)
@@ -250,7 +265,7 @@ class Dispatcher:
         return [
             FeedbackSent(goal.server.robot.name, goal.server.action.name, goal.goal_id, goal.sample())
             for goal in self.servers.active()
-            if goal.sample is not None
+            if goal.sample is not None and goal.server.robot.name not in self.cut_off
         ]
 
     def interest_changed(self) -> None:
@@ -273,6 +288,9 @@ class Dispatcher:
         server = self._find(command)
         if server is None:
             return
+        if not self.cut_off.reach(command):
+            self._answer(command.reply_to, Refused("robot", command.robot, no_connection(command.robot)))
+            return
         chosen = [goal for goal in server.goals.values() if selects(command, goal)]
         code = _CANCEL.ERROR_NONE
         if not chosen and command.goal_id != ZERO_ID and not command.stamp:
@@ -292,7 +310,7 @@ class Dispatcher:
         goal = server.goals.get(command.goal_id)
         if goal is None:
             self._answer(command.reply_to, ResultResponse(GoalStatus.UNKNOWN, server.action.result()))
-        elif goal.result is not None and goal.status.terminal:
+        elif goal.result is not None and goal.status.terminal and self.cut_off.reach(command):
             self._answer(command.reply_to, ResultResponse(goal.status, goal.result))
         else:
             goal.waiting.append(command.reply_to)
@@ -308,11 +326,12 @@ class Dispatcher:
     def forget(self, robot: str, action: str, goal_id: str) -> None:
         """Drop a result that is kept no longer; nothing happens if it isn't there or still awaited."""
         goal = self.servers.goal(robot, action, goal_id)
-        if goal and goal.status.terminal:
+        if goal and goal.status.terminal and not goal.waiting:
             self._forget(goal)
 
     def _forget(self, goal: ServedGoal) -> None:
         """Drop a goal but for its id, so that a late resend is not executed again; ours nobody can resend."""
+        self._tell(goal)
         del goal.server.goals[goal.goal_id]
         if goal.from_client:
             goal.server.forgotten[goal.goal_id] = goal.status
@@ -324,6 +343,22 @@ class Dispatcher:
             # It may be what the simulation dies of, and the other goals need their verdicts, too.
             goal.sample = None
             self._halt(goal, GoalEvent.ABORT, goal.server.action.codes.unknown, reason)
+        # Whoever waits for a result would wait for ever.
+        for name in sorted(self.cut_off) if robot is None else [robot]:
+            self.connect(name, connected=True)
+
+    def connect(self, robot: str, *, connected: bool) -> None:
+        """Let a robot be reached from outside, or not; what it could not tell meanwhile is told."""
+        if connected == (robot not in self.cut_off):
+            return
+        (self.cut_off.remove if connected else self.cut_off.add)(robot)
+        self._emit(RosterChanged())
+        for server in self.servers.of(robot) if connected else ():
+            if self._interest.status:
+                self._emit(self._status(server))
+            for goal in server.goals.values():
+                if goal.status.terminal:
+                    self._tell(goal)
 
     def free(self, robot: str, reason: str) -> None:
         """Abort the goal that holds a robot's base, if any, saying why."""

@@ -61,14 +61,19 @@ class Environment(simpy.Environment):
         """Let it be *to*; nothing may be due before."""
         self._now = to
 
-    def take(self, most: int) -> int:
-        """Take at most so many events that are due at the horizon or before; return how many there were."""
+    def take(self, most: int, *, idle: bool = True) -> int:
+        """Take at most so many events that are due at the horizon or before; return how many there were.
+
+        Unless *idle*, none is taken once nothing is scheduled any more for whose sake time goes on.
+        """
         queue, step = self._queue, self.step
         for taken in range(most):
             if self._abandoned:
                 self._clear()
             # The horizon may come nearer with any event.
             if not queue or queue[0][0] > self.horizon:
+                return taken
+            if self._background and not idle and self.idle:
                 return taken
             step()
         return most

@@ -45,6 +45,9 @@ class Gate:
     components: Final[Mapping[str, Any]] = MappingProxyType({})
     unfit: Final = ""
 
+    def act(self, action: str, *, begins: bool) -> None:
+        """Take no note of goals that begin and end."""
+
     def __init__(self, env: Environment, step_size: float) -> None:
         if nanoseconds(step_size) < 1:
             raise ValueError(f"the step size must be a nanosecond at least, got {step_size} s")

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.interfaces.message import Message
+    from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 
 
 # --- commands --------------------------------------------------------------------------------------------------------
@@ -146,13 +147,43 @@ class Participation(NamedTuple):
     why: str = ""
 
 
+class PlannerPresent(NamedTuple):
+    """A planner outside has come, or has gone."""
+
+    present: bool
+
+
+class PlanAnswered(NamedTuple):
+    """A planner outside has answered, or can't any more; dropped if nobody waits for it.
+
+    Attributes:
+        request: The number that `PlanWanted` had.
+        result: The path, or why there is none.
+    """
+
+    request: int
+    result: ComputePathToPose.Result
+
+
 class Stop(NamedTuple):
     """Abort every goal that runs; nothing may come after it."""
 
     reason: str
 
 
-Command = SendGoal | CancelGoal | GetResult | ForgetResult | Read | InterestChanged | CallService | Participation | Stop
+Command = (
+    SendGoal
+    | CancelGoal
+    | GetResult
+    | ForgetResult
+    | Read
+    | InterestChanged
+    | CallService
+    | Participation
+    | PlannerPresent
+    | PlanAnswered
+    | Stop
+)
 
 AnyCommand = Command | TimeCommand
 """What comes in: about the world, or about its time."""
@@ -274,6 +305,20 @@ class RosterChanged:
     """Robots have come or gone, or all of the world is another."""
 
 
+class PlanWanted(NamedTuple):
+    """A robot needs a path of the planner outside; answered by `PlanAnswered`.
+
+    Attributes:
+        request: Its number, which no other has.
+        robot: The robot's name.
+        goal: From where to where.
+    """
+
+    request: int
+    robot: str
+    goal: ComputePathToPose.Goal
+
+
 class Happened(NamedTuple):
     """Something happened in the world.
 
@@ -289,7 +334,9 @@ class Happened(NamedTuple):
 
 
 Published = StatusChanged | FeedbackSent | Sampled | Happened
-Event = Answered | GoalChanged | StatusChanged | FeedbackSent | Sampled | Happened | RosterChanged | TimeState
+Event = (
+    Answered | GoalChanged | StatusChanged | FeedbackSent | Sampled | Happened | RosterChanged | PlanWanted | TimeState
+)
 
 
 class Sink(Protocol):

@@ -101,6 +101,9 @@ def inside(point: Point, outline: Sequence[Point]) -> bool:
     return odd
 
 
+_HAIR = 2 * SAME_PLACE
+"""How far whoever drives up to a wall stays away from it, so as not to be in it."""
+
 _EDGE = 1e-6
 """Share of a segment that is kept from the edge of a shadow."""
 
@@ -138,6 +141,16 @@ def _shadow(eye: Point, a: Point, b: Point, c: Point, d: Point) -> tuple[float, 
     return min(shares), max(shares)
 
 
+def _meeting(a: Point, b: Point, c: Point, d: Point) -> float:
+    """Return the share of the segment *a*-*b* after which the wall *c*-*d* is near, if they meet."""
+    along = (b[0] - a[0]) * (d[1] - c[1]) - (b[1] - a[1]) * (d[0] - c[0])
+    if along == 0.0:
+        # They are on one line.
+        return (distance(a, foot(a, c, d)) - _HAIR) / max(distance(a, b), _HAIR)
+    share = ((c[0] - a[0]) * (d[1] - c[1]) - (c[1] - a[1]) * (d[0] - c[0])) / along
+    return share - _HAIR * distance(c, d) / abs(along)
+
+
 class Obstacles:
     """Walls and solids, which stop whatever leaves the lanes.
 
@@ -169,17 +182,7 @@ class Obstacles:
         if length == 0.0:
             return []
         at = distance(a, middle) / length
-        (left, right), (low_y, high_y) = ((min(values), max(values)) for values in zip(eye, a, b, strict=True))
-        # Most walls are nowhere near, which is a matter of four comparisons.
-        near = [
-            (c, d)
-            for c, d in self._segments
-            if (c[0] >= left or d[0] >= left)
-            and (c[0] <= right or d[0] <= right)
-            and (c[1] >= low_y or d[1] >= low_y)
-            and (c[1] <= high_y or d[1] <= high_y)
-        ]
-        shadows = sorted(shadow for c, d in near if (shadow := _shadow(eye, a, b, c, d)))
+        shadows = sorted(shadow for c, d in self._near(eye, a, b) if (shadow := _shadow(eye, a, b, c, d)))
         # A touch is a hit, so a little is kept from the edges of shadows.
         edge = max(SAME_PLACE / length, _EDGE)
         free, reached = [], 0.0
@@ -192,8 +195,27 @@ class Obstacles:
         points = [between(a, b, fraction) for fraction in (*before, *after)]
         return [point for point in points if point != middle]
 
+    def free(self, a: Point, b: Point) -> float:
+        """Return the share of the straight line from *a* to *b* that is free, up to a hair's breadth before a wall."""
+        if any(inside(a, outline) for outline in self._solids):
+            return 0.0
+        shares = [_meeting(a, b, c, d) for c, d in self._near(a, b) if crosses(a, b, c, d)]
+        return max(0.0, min(shares, default=1.0))
+
     def block(self, a: Point, b: Point) -> bool:
         """Return whether the straight line from *a* to *b* meets a wall or a solid."""
-        return any(crosses(a, b, c, d) for c, d in self._segments) or any(
+        return any(crosses(a, b, c, d) for c, d in self._near(a, b)) or any(
             inside(a, outline) for outline in self._solids
         )
+
+    def _near(self, *points: Point) -> list[tuple[Point, Point]]:
+        """Return the walls that may be between points: most are nowhere near, which is a matter of four comparisons."""
+        (left, right), (low, high) = ((min(values), max(values)) for values in zip(*points, strict=True))
+        return [
+            (c, d)
+            for c, d in self._segments
+            if (c[0] >= left or d[0] >= left)
+            and (c[0] <= right or d[0] <= right)
+            and (c[1] >= low or d[1] >= low)
+            and (c[1] <= high or d[1] <= high)
+        ]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Point, distance
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.lanes import START, Lanes
 from hmrsim.planner import Planner
 from hmrsim.route import Leg, Route
@@ -56,14 +57,19 @@ class WaypointGraph:
 
     @cached_property
     def graph(self) -> nx.DiGraph[str]:
-        """The graph for networkx: nodes have ``point``; edges have ``length``, ``speed_limit`` and ``capacity``."""
+        """The graph for networkx.
+
+        Nodes have ``point``; edges have ``length``, ``speed_limit`` and ``capacity``, and those of lifts ``ride``.
+        """
         import networkx as nx  # noqa: PLC0415 - see above
 
         graph: nx.DiGraph[str] = nx.DiGraph(name=self.name)
         for name, point in self.waypoints.items():
             graph.add_node(name, point=point)
         for way in self.ways:
-            graph.add_edge(way.start, way.end, length=way.length, speed_limit=way.speed_limit, capacity=way.capacity)
+            ridden = {"ride": way.ride} if way.ride else {}
+            limits = {"speed_limit": way.speed_limit, "capacity": way.capacity}
+            graph.add_edge(way.start, way.end, length=way.length, **limits, **ridden)
         return graph
 
     def parts(self) -> list[set[str]]:
@@ -73,8 +79,12 @@ class WaypointGraph:
         return sorted(nx.weakly_connected_components(self.graph), key=len, reverse=True)
 
     def clear(self, a: Point, b: Point) -> bool:
-        """Return whether nothing stands on the straight line from *a* to *b*."""
-        return self._lanes.clear(a, b)
+        """Return whether nothing stands on the straight line from *a* to *b* now: no wall, and no closed door."""
+        return self._lanes.clear_now(a, b)
+
+    def set_door(self, at: tuple[Point, Point], *, is_open: bool) -> None:
+        """Take note that a door is open now, or closed; it is known by where its jambs are."""
+        self._lanes.set_door(at, is_open=is_open)
 
     @property
     def closed(self) -> frozenset[Lane]:
@@ -109,6 +119,25 @@ class WaypointGraph:
         planner = self._planner_without(self._closed.union(avoid)) if avoid else self._planner
         return planner.plan(start, goal, speed)
 
+    def detour(
+        self, start: Point, goal: Point, speed: float, closed: Collection[Lane], avoid: Collection[Lane]
+    ) -> Route:
+        """Return the quickest route for this trip only, beside *closed* lanes without those that it is to *avoid*.
+
+        It is found faster than by `plan` where it begins at a waypoint, and nothing of it is kept.
+
+        Raises:
+            NoRoute: No way leads there (208).
+        """
+        if start not in self._lanes.at:
+            return self.plan(start, goal, speed, [*closed, *avoid])
+        planner = self._planner_without(self._closed.union(closed)) if closed else self._planner
+        numbers = {self._lanes.numbers[lane] for lane in avoid}
+        route = planner.detour(start, goal, speed, numbers)
+        if route is None:
+            raise NoRoute(ComputePathToPose.Result.NO_VALID_PATH, "no other route")
+        return route
+
     def fly(self, start: Point, goal: Point) -> Route:
         """Return the straight way for a robot that flies, over whatever is there.
 
@@ -134,14 +163,24 @@ class WaypointGraph:
         """
         self._lanes.check(point, START)
 
-    def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:
+    def reach(self, a: Point, b: Point, *, flies: bool = False) -> tuple[Point, str]:
+        """Return how far one gets on the straight line from *a* to *b*, and what stops one before its end; or ""."""
+        return self._lanes.reach(a, b, flies=flies)
+
+    def straight_through(self, points: Sequence[Point], *, flies: bool = False) -> tuple[Route, str]:
         """Return the straight legs from point to point as far as nothing stands in the way, and what does; or "".
 
-        Between two points of one lane the lane is driven, which is open.
+        Between two points of one lane the lane is driven, which is open. Who *flies* knows no lanes, and no walls.
         """
         legs: list[Leg] = []
         for a, b in pairwise(points):
             if distance(a, b) <= SAME_PLACE:
+                continue
+            if flies:
+                blocked = self.reach(a, b, flies=True)[1]
+                if blocked:
+                    return self._lanes.route(legs), blocked
+                legs.append(Leg(a, b, distance(a, b)))
                 continue
             edge = self._lanes.edge_between(a, b)
             try:
@@ -149,9 +188,8 @@ class WaypointGraph:
             except NoRoute as wrong:
                 if edge is None:
                     return self._lanes.route(legs), str(wrong)
-            if edge is None and not self._lanes.clear(a, b):
-                return self._lanes.route(
-                    legs
-                ), f"an obstacle stands between ({a[0]:g}, {a[1]:g}) and ({b[0]:g}, {b[1]:g})"
+            if edge is None and not self.clear(a, b):
+                between = f"({a[0]:g}, {a[1]:g}) and ({b[0]:g}, {b[1]:g})"
+                return self._lanes.route(legs), f"an obstacle stands between {between}"
             legs.append(self._lanes.part(edge, a, b) if edge else Leg(a, b, distance(a, b)))
         return self._lanes.route(legs), ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.gateway import Happened, Topic
+from hmrsim.gateway import Happened, Sampled, Topic
 from hmrsim.sim_time import stamp
 
 if TYPE_CHECKING:
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import simpy
 
     from hmrsim.gateway import Event, Sink
+    from hmrsim.interfaces.message import Message
 
 
 class Interest:
@@ -82,6 +83,11 @@ class Happenings:
         """Tell that something of a *kind* happened at this instant; *fields* gives JSON values, if they are wanted."""
         if self.interest.events:
             self._emit(Happened(stamp(self._env.now), kind, fields()))
+
+    def sampled(self, topic: Topic, robot: str, message: Callable[[], Message]) -> None:
+        """Tell what a topic of a robot is now, since it has changed, if anybody wants it."""
+        if self.interest.in_(topic):
+            self._emit(Sampled(topic, robot, message()))
 
     def moved(self, fields: Callable[[], dict[str, Any]]) -> None:
         """Tell that a robot begins to drive a lane or to turn, if somebody watches."""

@@ -19,6 +19,7 @@ class Item:
         weight: In kg.
         point: Where it lies, or was picked up.
         carrier: Who holds it; None when it lies.
+        blocks: Whether nobody gets past it on the lane where it lies.
         home: Where it was in the beginning.
     """
 
@@ -26,6 +27,7 @@ class Item:
     weight: float
     point: Point
     carrier: Robot | None = None
+    blocks: bool = False
     home: Point = field(init=False)
 
     def __post_init__(self) -> None:

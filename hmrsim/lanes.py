@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import permutations
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.errors import NoRoute
-from hmrsim.geometry import FARTHEST, SAME_PLACE, Obstacles, Point, distance, foot
+from hmrsim.geometry import FARTHEST, SAME_PLACE, Obstacles, Point, between, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.route import Leg, Route
 
@@ -44,6 +45,7 @@ class Way:
         length: In the world's unit.
         speed_limit: Most that may be driven there; infinite without a limit.
         capacity: How many robots may be on it at once; None for any number.
+        ride: Seconds that it takes whoever is carried, by a lift; 0 where one drives.
     """
 
     start: str
@@ -51,6 +53,7 @@ class Way:
     length: float
     speed_limit: float
     capacity: int | None
+    ride: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +67,7 @@ class Edge:
         length: In the world's unit.
         speed_limit: Most that may be driven there; infinite without a limit.
         leg: All of it, as part of a route.
+        ride: Seconds that it takes whoever is carried; 0 where one drives.
     """
 
     number: int
@@ -72,6 +76,11 @@ class Edge:
     length: float
     speed_limit: float
     leg: Leg
+    ride: float = 0.0
+
+    def seconds(self, speed: float) -> float:
+        """Return how long all of it takes somebody of this greatest speed."""
+        return self.ride or self.length / min(speed, self.speed_limit)
 
 
 class Lanes:
@@ -83,10 +92,11 @@ class Lanes:
     Attributes:
         ways: All lanes in each direction in which they can be driven, by the waypoints where they begin.
         edges: The same in order of the names of their ends.
+        driven: Those of them that are driven; nobody can get on the others on their way, nor off.
         out: By waypoint, the edges that begin there.
         into: By waypoint, the edges that end there.
         at: The index of the waypoint at a point; one that no lane touches is a point off the lanes like any other.
-        limited: Whether any lane has a speed limit.
+        limited: Whether what is quickest is not so for robots of all speeds: a lane has a limit, or is a ride.
         points: Where each waypoint is.
         names: Of the waypoints. Their indices are their slots, too, as `hmrsim.traffic` counts them.
         tracks: The lanes whatever the direction, by the names of their ends; their slots are those that follow.
@@ -95,10 +105,14 @@ class Lanes:
 
     def __init__(self, world: World) -> None:
         self._bounds = world.bounds
-        self._obstacles = Obstacles(
-            [wall for wall in world.walls if isinstance(wall, tuple)],
-            [wall.solid for wall in world.walls if not isinstance(wall, tuple)],
-        )
+        walls = [wall for wall in world.walls if isinstance(wall, tuple)]
+        solids = [wall.solid for wall in world.walls if not isinstance(wall, tuple)]
+        doors = [door.at for door in world.doors.values()]
+        self._walls = Obstacles(walls, solids)
+        # Where somebody will be later, a door off the lanes is a wall: who knows whether it is open then?
+        self._obstacles = Obstacles([*walls, *doors], solids) if doors else self._walls
+        self._closed: dict[tuple[Point, Point], None] = {}
+        self._closed_doors = Obstacles((), ())
         self.ways = _ways(world)
         names = sorted(world.waypoints)
         points = [world.points[name] for name in names]
@@ -108,8 +122,9 @@ class Lanes:
         for way in sorted(self.ways, key=lambda way: (way.start, way.end)):
             start, end = index[way.start], index[way.end]
             slots = (tracks.setdefault((min(start, end), max(start, end)), len(names) + len(tracks)), end)
-            leg = Leg(points[start], points[end], way.length, (way.start, way.end), way.speed_limit, slots)
-            self.edges.append(Edge(len(self.edges), start, end, way.length, way.speed_limit, leg))
+            leg = Leg(points[start], points[end], way.length, (way.start, way.end), way.speed_limit, slots, way.ride)
+            self.edges.append(Edge(len(self.edges), start, end, way.length, way.speed_limit, leg, way.ride))
+        self.driven = [edge for edge in self.edges if not edge.ride]
         self.names, self.points = names, points
         self.tracks = [(names[a], names[b]) for a, b in tracks]
         self.numbers = {edge.leg.lane: edge.number for edge in self.edges if edge.leg.lane}
@@ -119,7 +134,7 @@ class Lanes:
             self.out[edge.start].append(edge)
             self.into[edge.end].append(edge)
         self.at = {point: i for i, point in enumerate(points) if self.out[i] or self.into[i]}
-        self.limited = any(edge.speed_limit < math.inf for edge in self.edges)
+        self.limited = any(edge.ride or edge.speed_limit < math.inf for edge in self.edges)
         self.nearest = lru_cache(_KEPT_POINTS)(self._nearest)
 
     def check(self, point: Point, end: End = TARGET) -> None:
@@ -139,16 +154,59 @@ class Lanes:
                     outside,
                     f"{noun} ({x:g}, {y:g}) is outside the map, which spans ({x0:g}, {y0:g}) to ({x1:g}, {y1:g})",
                 )
-        if self._obstacles.occupy(point):
+        if self._walls.occupy(point):
             raise NoRoute(occupied, f"{noun} ({x:g}, {y:g}) is inside an obstacle")
+        if end is START and self._closed_doors.occupy(point):
+            raise NoRoute(occupied, f"{noun} ({x:g}, {y:g}) is in a closed door")
 
     def clear(self, a: Point, b: Point) -> bool:
-        """Return whether nothing stands on the straight line from *a* to *b*."""
+        """Return whether nothing ever stands on the straight line from *a* to *b*: no wall, and no door."""
         return not self._obstacles.block(a, b)
 
+    def clear_now(self, a: Point, b: Point) -> bool:
+        """Return whether nothing stands there now: doors may be open."""
+        return not (self._walls.block(a, b) or self._closed_doors.block(a, b))
+
+    def set_door(self, at: tuple[Point, Point], *, is_open: bool) -> None:
+        """Take note that a door is open now, or closed; it is known by where its jambs are."""
+        if is_open:
+            self._closed.pop(at, None)
+        else:
+            self._closed[at] = None
+        self._closed_doors = Obstacles(self._closed, ())
+
+    def reach(self, a: Point, b: Point, *, flies: bool = False) -> tuple[Point, str]:
+        """Return how far one gets on the straight line from *a* to *b*, and what stops one before its end; or "".
+
+        On a lane only closed doors do, and nothing on the ground stops who *flies*.
+        """
+        on_map = self._share_on_map(a, b)
+        free = 1.0 if flies else self._closed_doors.free(a, b)
+        lane = self.edge_between(a, b)
+        if not flies and (lane is None or lane.ride):
+            free = min(free, self._walls.free(a, b))
+        if min(on_map, free) >= 1.0:
+            return b, ""
+        x, y = end = between(a, b, min(on_map, free))
+        return end, f"{'an obstacle' if free < on_map else 'the edge of the map'} at ({x:g}, {y:g})"
+
+    def _share_on_map(self, a: Point, b: Point) -> float:
+        """Return the share of the line from *a*, which is on the map, to *b* that is on it, too."""
+        x0, y0, x1, y1 = self._bounds or (-FARTHEST, -FARTHEST, FARTHEST, FARTHEST)
+        shares = [1.0]
+        for start, end, low, high in ((a[0], b[0], x0, x1), (a[1], b[1], y0, y1)):
+            if not low <= end <= high:
+                shares.append(max(0.0, ((low if end < low else high) - start) / (end - start)))
+        return min(shares)
+
     def edge_between(self, a: Point, b: Point) -> Edge | None:
-        """Return the lane on which one drives from *a* to *b*; None if there is none."""
+        """Return the lane on which one gets from *a* to *b*; None if there is none. One rides from stop to stop."""
+        at, to = self.at.get(a), self.at.get(b)
         for edge in self.edges:
+            if edge.ride:
+                if (edge.start, edge.end) == (at, to):
+                    return edge
+                continue
             begin = edge.leg.start
             on_it = all(distance(point, self.foot(point, edge)) <= SAME_PLACE for point in (a, b))
             if on_it and distance(begin, a) < distance(begin, b):
@@ -161,28 +219,38 @@ class Lanes:
 
     def part(self, edge: Edge, a: Point, b: Point) -> Leg:
         """Return the leg that drives a part of a lane."""
+        if edge.ride:
+            return edge.leg
         slots = edge.leg.slots if b == edge.leg.end else edge.leg.slots[:1]
         return Leg(a, b, distance(a, b), edge.leg.lane, edge.speed_limit, slots)
 
     def route(self, legs: Sequence[Leg], goal: Point | None = None) -> Route:
-        """Return the route of these legs, without those of no length.
+        """Return the route of these legs, without those that lead nowhere.
 
-        One off the lanes takes the slot of what it ends on: a waypoint, or the lane that is driven next.
+        One off the lanes takes the slot of what it ends on: a waypoint, the lane that is driven next, or any lane.
         """
-        long = [leg for leg in legs if leg.length > 0.0]
+        long = [leg for leg in legs if leg.length > 0.0 or leg.ride]
         for i, leg in enumerate(long):
             if leg.lane is None:
                 at = self.at.get(leg.end)
-                after = long[i + 1].slots[:1] if i + 1 < len(long) else ()
+                after = long[i + 1].slots[:1] if i + 1 < len(long) else self._track_at(leg.end)
                 slots = after if at is None else (at,)
                 long[i] = replace(leg, slots=slots) if slots else leg
         return Route(tuple(long), goal)
+
+    def _track_at(self, point: Point) -> tuple[int, ...]:
+        """Return the slot of a lane on which a point is; none if it is on none."""
+        away, lanes = self.nearest(point)
+        if away > SAME_PLACE:
+            return ()
+        a, b = min(lanes)
+        return (len(self.names) + self.tracks.index((self.names[a], self.names[b])),)
 
     def _nearest(self, point: Point) -> tuple[float, set[tuple[int, int]]]:
         """Return how far the nearest lane is, and all lanes as near as that."""
         nearest = math.inf
         lanes: set[tuple[int, int]] = set()
-        for edge in self.edges:
+        for edge in self.driven:
             away = distance(point, self.foot(point, edge))
             if away < nearest - SAME_PLACE:
                 nearest, lanes = away, set()
@@ -196,7 +264,7 @@ class Lanes:
 
     def feet(self, point: Point) -> tuple[bool, list[tuple[Edge, Point]]]:
         """Return whether *point* is on a lane, and the nearest point of each lane: of those that it is on, if any."""
-        feet = [(edge, self.foot(point, edge)) for edge in self.edges]
+        feet = [(edge, self.foot(point, edge)) for edge in self.driven]
         here = [(edge, at) for edge, at in feet if distance(point, at) <= SAME_PLACE]
         return bool(here), here or feet
 
@@ -208,11 +276,18 @@ class Lanes:
 
 
 def _ways(world: World) -> tuple[Way, ...]:
-    """Return the lanes of a world in each direction; of two between the same waypoints the last one counts."""
+    """Return the lanes of a world in each direction, and the rides of its lifts.
+
+    Of two between the same waypoints the last one counts.
+    """
     found: dict[str, dict[str, Way]] = {name: {} for name in world.waypoints}
     for lane in world.lanes:
         length = distance(world.points[lane.from_], world.points[lane.to])
         ends = [(lane.from_, lane.to)] if lane.one_way else [(lane.from_, lane.to), (lane.to, lane.from_)]
         for start, end in ends:
             found[start][end] = Way(start, end, length, lane.speed_limit or math.inf, lane.capacity)
+    for lift in world.lifts.values():
+        for i, j in permutations(range(len(lift.stops)), 2):
+            start, end = lift.stops[i], lift.stops[j]
+            found[start][end] = Way(start, end, 0.0, math.inf, lift.capacity, lift.seconds(i, j))
     return tuple(way for ways in found.values() for way in ways.values())

@@ -141,6 +141,11 @@ class Mobile:
         return self._drive is not None and not self._waits and self._began == self._env.now
 
     @property
+    def moves(self) -> bool:
+        """Whether it is on its way, and nothing is in it."""
+        return self._drive is not None and not self._waits
+
+    @property
     def speed(self) -> float:
         """The greatest speed that it can go now, in the world's unit a second."""
         return self._speed * self.slowness
@@ -197,14 +202,21 @@ class Mobile:
         """Return the quickest route from where it is, or from *start*.
 
         Raises:
-            NoRoute: The goal is outside the map, inside an obstacle, or no way leads there.
+            NoRoute: The goal or *start* is outside the map, inside an obstacle, or no way leads there.
         """
-        start = self.pose().point if start is None else start
+        if start is None:
+            start = self.pose().point
+        else:
+            self._graph.check_start(start)
         return self._graph.fly(start, goal) if self.flies else self._passage.plan(self, start, goal)
 
     def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:
         """Return the way from where it is straight from point to point, and what stands in it; or ""."""
-        return self._graph.straight_through([self.pose().point, *points])
+        return self._graph.straight_through([self.pose().point, *points], flies=self.flies)
+
+    def reach(self, point: Point) -> tuple[Point, str]:
+        """Return how far it gets straight towards *point*, and what stops it before; or ""."""
+        return self._graph.reach(self.pose().point, point, flies=self.flies)
 
     def drive(self, route: Route, final_yaw: float | None) -> Generator[Any, Any, None]:
         """Drive a route that begins here, then face *final_yaw*, if any; an interrupt stops it where it is.
@@ -266,11 +278,17 @@ class Mobile:
         """Begin a drive from where it is, or wait; nothing may be scheduled for the one before."""
         self._drive, self._seconds, self._number, self._waits = driven, driven.seconds, 0, False
         self._began = self._env.now
-        if not (admitted or self._may_begin(0)):
-            return
-        # One timeout is scheduled anew for each piece, past the process that drives: with many robots that is half
-        # the work of the whole simulation.
-        self._piece_ends = Timeout(self._env, self._seconds[0])
+        if admitted or self._may_begin(0):
+            self._set_out(0)
+
+    def _set_out(self, number: int) -> None:
+        """Begin a piece of the drive; `_begin_next` goes on from there.
+
+        One timeout is scheduled anew for each piece, past the process that drives: with many robots that is half
+        the work of the whole simulation.
+        """
+        self._number, self._began, self._waits = number, self._env.now, False
+        self._piece_ends = Timeout(self._env, self._seconds[number])
         self._piece_ends.callbacks = self._on_piece_end
         self._moves()
 
@@ -302,6 +320,7 @@ class Mobile:
         self.recoveries += 1
         if self.changed is not None:
             self.changed()
+        self._passage.decide(self)
         return False
 
     def _arrive(self) -> None:
@@ -329,7 +348,11 @@ class Mobile:
 
     def go_on(self) -> None:
         """Drive on from where it waits: what was in its way has let it pass."""
-        if self._drive is not None and self._waits:
+        if self._drive is None or not self._waits:
+            return
+        if self._drive.in_pieces:
+            self._set_out(self._number)
+        else:
             self._begin(self._driven([leg for leg in self._drive.legs[self._number :] if leg]), admitted=True)
 
     def step_back(self) -> None:
@@ -349,6 +372,9 @@ class Mobile:
         try:
             route = self._passage.plan(self, self.pose().point, way[0].goal, avoid)
         except NoRoute:
+            return False
+        if route.legs and route.legs[0] == self.next_leg:
+            # It begins with what is in the way, where it waits in the middle of a lane.
             return False
         self._way = route, way[1]
         self.recoveries += 1
@@ -399,16 +425,22 @@ class Mobile:
 
     def retime(self) -> None:
         """Go on at the speed that it can go now."""
-        if self._drive is None or self._waits or not self._heeds:
+        if self._drive is None or self._waits or self._way is None:
             return
         leg, here = self.next_leg, self.pose().point
         rest = [leg for leg in self._drive.legs[self._number :] if leg]
-        if leg is not None and distance(here, leg.end) > 0.0:
+        at_end = leg is not None and here == leg.end
+        if at_end:
+            rest = rest[1:]
+        elif leg is not None and leg.ride:
+            rest[0] = replace(leg, ride=leg.ride - (self._env.now - self._began))
+        elif leg is not None:
             rest[0] = replace(leg, start=here, length=distance(here, leg.end))
+        if not rest:
+            # It arrives at this instant, or turns there.
+            return
         self._rest = self.pose()
         if self._piece_ends is not None:
             self._env.abandon(self._piece_ends)
         self._drive = None
-        driven = self._driven(rest)
-        if driven.seconds:
-            self._begin(driven, admitted=True)
+        self._begin(self._driven(rest), admitted=leg is not None and not at_end)

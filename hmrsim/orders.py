@@ -38,9 +38,9 @@ def read_order(text: str, world: World) -> Order:
     word, _, rest = text.strip().partition(" ")
     action = known.get(word)
     if action is None or action.order is None:
-        usages = (f"{order.word} {order.usage}" for a in known.values() if (order := a.order))
+        usages = (f"{order.word} {order.usage}".strip() for a in known.values() if (order := a.order))
         raise ValueError(f"no order begins with {word!r}; there are: {'; '.join(usages)}")
     rest = rest.strip()
-    if not rest:
+    if action.order.usage and not rest:
         raise ValueError(f"{word!r} says too little; expected {word} {action.order.usage}")
     return Order(text, action, action.order.goal(rest, world))

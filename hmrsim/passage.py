@@ -7,13 +7,14 @@ it asks again. Where nothing can be in the way, nobody asks.
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from hmrsim.errors import GoalAborted, NoRoute
 from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
+from hmrsim.obstructions import Obstructions
 from hmrsim.traffic import registry as policies
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class Barrier(Protocol):
         """Return whether it ever lets a robot pass; if not, routes avoid it."""
 
     def why_not(self, robot: Mobile, leg: Leg) -> str:
-        """Return why a robot can't begin a leg now, or "".
+        """Return why a robot can't begin a leg now, or ""; off the lanes the leg may be nowhere near.
 
         What opens for robots begins to, and has the passage `look_again` when it is open.
         """
@@ -63,14 +64,12 @@ class Wait:
         leg: What it wants to drive.
         since: Simulated seconds.
         why: What is in the way, for people.
-        patience: Ends when it has none any more; None while it has.
     """
 
     robot: Mobile
     leg: Leg
     since: float
     why: str = ""
-    patience: Timeout | None = field(default=None)
 
 
 class Passage:
@@ -81,12 +80,13 @@ class Passage:
         world: Its traffic must have been checked.
         graph: Its ways.
         happened: Tells who waits for whom.
-        changed: Called when lanes have been closed or opened.
 
     Attributes:
         world: Likewise.
         graph: Likewise.
         happened: Likewise.
+        changed: Called when lanes have been closed or opened. None while all is being put in its place: then it is no
+            news which are closed.
         needed: Whether anything can be in anybody's way.
         waits: Who waits, in the order in which they began to.
     """
@@ -98,22 +98,26 @@ class Passage:
         graph: WaypointGraph,
         *,
         happened: Happenings,
-        changed: Callable[[], None] = lambda: None,
     ) -> None:
         self.world = world
         self.graph = graph
         self.happened = happened
         self.waits: dict[Mobile, Wait] = {}
         self._env = env
-        self._changed = changed
+        self.changed: Callable[[], None] | None = None
         self._barriers: dict[Lane, list[Barrier]] = {}
+        self._off_lanes: list[Barrier] = []
         self._inside: dict[Mobile, list[Barrier]] = {}
         self._closed: dict[Lane, dict[str, str]] = {}
+        self._obstructions = Obstructions(graph.lanes)
         self._asking: deque[Mobile] = deque()
+        self._patient: deque[Wait] = deque()
+        self._patience_ends: Timeout | None = None
         policy = policies()[world.traffic.policy]
         settings = policy.settings.model_validate(world.traffic.model_dump())
         self._patience = settings.patience
         self._rules = policy.rule(self, settings) if policy.rule else None
+        self._obstructed = False
         self.needed = self._rules is not None
 
     @property
@@ -135,10 +139,17 @@ class Passage:
             if not all(barrier.may_pass(robot) for barrier in barriers)
         ]
         try:
-            return self.graph.plan(start, goal, robot.speed, [*kept_off, *avoid])
+            if avoid:
+                return self.graph.detour(start, goal, robot.speed, kept_off, avoid)
+            return self.graph.plan(start, goal, robot.speed, kept_off)
         except NoRoute as error:
             if error.code != ComputePathToPose.Result.NO_VALID_PATH or not (kept_off or self._closed):
                 raise
+            up_to = self._obstructions.up_to(
+                goal, self._closed, lambda end: self.graph.plan(start, end, robot.speed, [*kept_off, *avoid])
+            )
+            if up_to is not None:
+                return up_to
             closed = [f"{a}-{b} is closed ({next(iter(why.values()))})" for (a, b), why in self._closed.items()]
             closed += [f"{a}-{b} may not be driven by {robot.name}" for a, b in kept_off]
             raise NoRoute(error.code, f"{error}; {', '.join(closed)}") from None
@@ -159,16 +170,35 @@ class Passage:
                 del self._closed[lane]
         self._close()
 
+    def obstruct(self, name: str, point: Point, why: str) -> None:
+        """Close the lane, both ways, on which something stands or lies that nobody gets past; a waypoint has room."""
+        cause = _cause(name)
+        lanes = self._obstructions.add(cause, point)
+        if lanes:
+            self.close(lanes, cause, why)
+
+    def is_obstructed_by(self, name: str) -> bool:
+        """Return whether something is in the way on a lane."""
+        return _cause(name) in self._obstructions
+
+    def clear(self, name: str) -> None:
+        """Open the lanes again on which something was in the way; nothing happens if it was not."""
+        cause = _cause(name)
+        if self._obstructions.remove(cause):
+            self.open(cause)
+
     def _close(self) -> None:
         before, now = self.graph.closed, frozenset(self._closed)
         if before == now:
             return
         self.graph.closed = now
+        self._update_needed()
+        if self.changed is None:
+            return
         for kind, lanes in (("lane_closed", now - before), ("lane_opened", before - now)):
             for lane in sorted(lanes):
                 self.happened(kind, partial(self._closure, lane))
-        self._update_needed()
-        self._changed()
+        self.changed()
         self.look_again([*self.waits])
 
     def _closure(self, lane: Lane) -> dict[str, Any]:
@@ -176,13 +206,15 @@ class Passage:
         return fields | ({"why": next(iter(self._closed[lane].values()))} if lane in self._closed else {})
 
     def add_barrier(self, barrier: Barrier) -> None:
-        """Have robots pass something on its lanes."""
+        """Have robots pass something on its lanes, and ask it when they leave the lanes, too."""
+        self._off_lanes.append(barrier)
         for lane in barrier.lanes:
             self._barriers.setdefault(lane, []).append(barrier)
         self._update_needed()
 
     def _update_needed(self) -> None:
-        self.needed = self._rules is not None or bool(self._barriers) or bool(self._closed)
+        self._obstructed = bool(self._off_lanes) or bool(self._closed)
+        self.needed = self._rules is not None or self._obstructed
 
     # --- who is where ---------------------------------------------------------------------------------------------
 
@@ -195,6 +227,7 @@ class Passage:
 
     def remove(self, robot: Mobile) -> None:
         """Take note that a robot is there no longer."""
+        self.clear(robot.name)
         self._forget(robot)
         self._leave_barriers(robot)
         if self._rules is not None and not robot.flies:
@@ -211,7 +244,7 @@ class Passage:
             self._rules.halted(robot)
         if arrived:
             slots = robot.slots[-1:]
-        elif leg is not None:
+        elif leg is not None and not leg.ride:
             slots = leg.slots[:1] if leg.lane else ()
         else:
             self._stand_back(robot, self._rules)
@@ -249,12 +282,13 @@ class Passage:
 
     def admit(self, robot: Mobile, leg: Leg) -> bool:
         """Return whether a robot may begin a leg now; if not, it waits, and will be told to go on."""
-        if robot in self.waits:
+        if self.waits and robot in self.waits:
             # It has taken another way.
             self._forget(robot)
-        why = self._in_the_way(robot, leg)
+        why = self._in_the_way(robot, leg) if self._obstructed else ""
         if not why and (self._rules is None or self._rules.take(robot, leg)):
-            self._enter_barriers(robot, leg)
+            if self._obstructed:
+                self._enter_barriers(robot, leg)
             return True
         self._wait(robot, leg, why)
         return False
@@ -274,22 +308,34 @@ class Passage:
 
     def _ask_again(self, wait: Wait) -> None:
         robot, leg = wait.robot, wait.leg
-        if leg.lane in self.graph.closed and robot.reroute(()):
+        if self._for_good(robot, leg) and robot.reroute(()):
             return
         wait.why = self._in_the_way(robot, leg)
         if not wait.why and (self._rules is None or self._rules.take(robot, leg)):
             self.release(robot)
         else:
-            self._decide(wait)
+            self.decide(robot)
 
     def _in_the_way(self, robot: Mobile, leg: Leg) -> str:
         """Return what is in the way of a leg, but for traffic, or ""."""
         lane = leg.lane
-        if lane is None:
-            return ""
-        if lane in self._closed:
+        if lane and self._may_not_enter(lane, leg):
             return f"{lane[0]}-{lane[1]} is closed: {next(iter(self._closed[lane].values()))}"
-        return next((why for barrier in self._barriers.get(lane, ()) if (why := barrier.why_not(robot, leg))), "")
+        # Each is asked: what opens for robots begins to.
+        barriers = self._barriers.get(lane, ()) if lane else self._off_lanes
+        whys = [why for barrier in barriers if (why := barrier.why_not(robot, leg))]
+        return whys[0] if whys else ""
+
+    def _may_not_enter(self, lane: Lane, leg: Leg) -> bool:
+        closed = lane in self._closed and leg.start == self.graph.waypoints[lane[0]]
+        return closed and not self._obstructions.let_drive(leg, self._closed[lane])
+
+    def _for_good(self, robot: Mobile, leg: Leg) -> bool:
+        """Return whether to wait would be vain, so that a robot had better take another way."""
+        if not leg.lane:
+            return False
+        barriers = self._barriers.get(leg.lane, ())
+        return leg.lane in self._closed or not all(barrier.may_pass(robot) for barrier in barriers)
 
     def _enter_barriers(self, robot: Mobile, leg: Leg) -> None:
         self._leave_barriers(robot)
@@ -344,7 +390,7 @@ class Passage:
     # --- waiting --------------------------------------------------------------------------------------------------
 
     def blockers(self, robot: Mobile) -> Sequence[Mobile]:
-        """Return for whom a robot waits, in order of name; nobody if it does not wait, or for something else."""
+        """Return for whom a robot waits; nobody if it does not wait, or for something else."""
         wait = self.waits.get(robot)
         return self._rules.blockers(robot, wait.leg) if wait and not wait.why and self._rules else ()
 
@@ -353,19 +399,16 @@ class Passage:
         wait = self.waits[robot] = Wait(robot, leg, self._env.now, why)
         if self._rules is not None:
             self._rules.stand(robot, robot.slots[-1:])
-        if self._patience is not None:
-            wait.patience = self._env.timeout(self._patience)
-            wait.patience.callbacks = [lambda _event: self._lose_patience(wait)]
+        self._begin_patience(wait)
         self.happened("waiting", lambda: self._described(wait))
-        # Whoever asks has not noted yet that it waits.
-        self._env.soon(lambda: self._decide(wait))
 
-    def _decide(self, wait: Wait) -> None:
-        robot = wait.robot
-        if self.waits.get(robot) is not wait:
+    def decide(self, robot: Mobile) -> None:
+        """Do something about a robot that waits, if there is anything to be done."""
+        wait = self.waits.get(robot)
+        if wait is None:
             return
         if wait.why:
-            if wait.leg.lane in self._closed:
+            if self._for_good(robot, wait.leg):
                 robot.reroute(())
         elif self._rules is not None:
             self._rules.blocked(robot)
@@ -377,25 +420,51 @@ class Passage:
             fields["lane"] = [*leg.lane]
         if wait.why:
             return fields | {"why": wait.why}
-        return fields | {"for": [other.name for other in self.blockers(robot)]}
+        return fields | {"for": sorted(other.name for other in self.blockers(robot))}
 
-    def _lose_patience(self, wait: Wait) -> None:
-        robot = wait.robot
-        if self.waits.get(robot) is not wait:
+    def _begin_patience(self, wait: Wait) -> None:
+        """Have a robot give up when it has waited for too long; all have the same patience, so one clock will do."""
+        if self._patience is None:
             return
-        wait.patience = None
-        by = " and ".join(other.name for other in self.blockers(robot))
-        why = wait.why or (f"by {by}" if by else "by somebody")
-        x, y = robot.pose().point
-        text = f"blocked for {self._env.now - wait.since:g} s at ({x:g}, {y:g}): {why}"
-        robot.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text))
+        self._patient.append(wait)
+        if self._patience_ends is None:
+            self._wind_up()
+
+    def _wind_up(self) -> None:
+        """Set the clock for the one that has waited longest."""
+        self._patience_ends = None
+        while self._patient and self.waits.get(self._patient[0].robot) is not self._patient[0]:
+            self._patient.popleft()
+        if self._patient and self._patience is not None:
+            left = self._patient[0].since + self._patience - self._env.now
+            self._patience_ends = self._env.timeout(max(0.0, left))
+            self._patience_ends.callbacks = [lambda _event: self._lose_patience()]
+
+    def _lose_patience(self) -> None:
+        wait = self._patient.popleft()
+        robot = wait.robot
+        if self.waits.get(robot) is wait:
+            by = " and ".join(sorted(other.name for other in self.blockers(robot)))
+            why = wait.why or f"by {by or 'somebody'}"
+            x, y = robot.pose().point
+            text = f"blocked for {self._env.now - wait.since:g} s at ({x:g}, {y:g}): {why}"
+            robot.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text))
+        self._wind_up()
 
     def _forget(self, robot: Mobile) -> None:
         """Let a robot wait no longer."""
         wait = self.waits.pop(robot, None)
         if wait is None:
             return
-        if wait.patience is not None:
-            self._env.abandon(wait.patience)
+        if not self.waits and self._patience_ends is not None:
+            # Nobody waits: time need not go on for the clock's sake.
+            if self._patience_ends.callbacks is not None:
+                self._env.abandon(self._patience_ends)
+            self._patience_ends = None
+            self._patient.clear()
         if self._rules is not None:
             self._rules.forget(robot, wait.leg)
+
+
+def _cause(name: str) -> str:
+    return f"{name} in the way"

@@ -91,13 +91,45 @@ class Planner:
             )
         return self._lanes.route(legs, goal)
 
+    def detour(self, start: Point, goal: Point, speed: float, avoid: Collection[int]) -> Route | None:
+        """Return the quickest route from a waypoint that takes none of some edges; None if there is none.
+
+        The kept tree says how long the rest takes at least, so that little has to be looked at (A*).
+        """
+        speed = speed if self._lanes.limited else 1.0
+        tree, at = self._trees.to(goal, speed), self._lanes.at[start]
+        came: dict[int, int] = {}
+        heap = [(tree.cost[at], 0.0, at, -1)]
+        while heap:
+            least, seconds, node, by = heapq.heappop(heap)
+            if node in came or least == math.inf:
+                continue
+            came[node] = by
+            rest = self._follow(node, tree)
+            if not any(self._lanes.numbers[leg.lane] in avoid for leg in rest if leg.lane):
+                return self._lanes.route([*self._back(node, came), *rest], goal)
+            for edge in self._lanes.out[node]:
+                if edge.number not in avoid and edge.number not in self._closed and edge.end not in came:
+                    total = seconds + edge.length / min(speed, edge.speed_limit)
+                    heapq.heappush(heap, (total + tree.cost[edge.end], total, edge.end, edge.number))
+        return None
+
+    def _back(self, node: int, came: dict[int, int]) -> list[Leg]:
+        """Return the legs by which one came to a waypoint."""
+        legs = []
+        while (number := came[node]) >= 0:
+            edge = self._lanes.edges[number]
+            legs.append(edge.leg)
+            node = edge.start
+        return legs[::-1]
+
     def _straight(self, start: Point, goal: Point) -> bool:
         """Return whether both see each other and have a nearest lane in common, one of them being off the lanes."""
         away, lanes = self._lanes.nearest(start)
         goal_away, goal_lanes = self._lanes.nearest(goal)
         if away <= SAME_PLACE and goal_away <= SAME_PLACE:
             return False
-        return (not self._lanes.edges or not lanes.isdisjoint(goal_lanes)) and self._lanes.clear(start, goal)
+        return (not self._lanes.driven or not lanes.isdisjoint(goal_lanes)) and self._lanes.clear(start, goal)
 
     # --- legs -----------------------------------------------------------------------------------------------------
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hmrsim.connections import no_connection
+from hmrsim.detections import Surroundings, sensors_of
 from hmrsim.errors import GoalRejected
 from hmrsim.gateway import Refused, Sampled, Topic
 from hmrsim.interfaces.builtin_interfaces import Time
@@ -15,6 +17,7 @@ from hmrsim.sim_time import nanoseconds
 if TYPE_CHECKING:
     import simpy
 
+    from hmrsim.detections import Detections
     from hmrsim.dispatcher import Dispatcher
     from hmrsim.gateway import Published, Read
     from hmrsim.robot import Robot
@@ -28,25 +31,51 @@ class Readings:
         env: Its clock.
         roster: Its robots.
         dispatcher: Their goals.
+        detections: What their sensors see.
     """
 
-    def __init__(self, env: simpy.Environment, roster: Roster, dispatcher: Dispatcher) -> None:
+    def __init__(self, env: simpy.Environment, roster: Roster, dispatcher: Dispatcher, detections: Detections) -> None:
         self._env = env
         self._roster = roster
         self._dispatcher = dispatcher
+        self._detections = detections
 
     def read(self, command: Read) -> Published | Refused:
         """Return what would be published now."""
+        if command.robot in self._dispatcher.cut_off:
+            return Refused("robot", command.robot, no_connection(command.robot))
         try:
-            match command.topic:
-                case Topic.STATUS:
-                    return self._dispatcher.status(command.robot, command.action)
-                case Topic.ODOM:
-                    return self.odom(self._roster.robots[command.robot])
-                case _:
-                    return self.clock()
+            if command.topic is Topic.CLOCK:
+                return self.clock()
+            if command.topic is Topic.STATUS:
+                return self._dispatcher.status(command.robot, command.action)
+            return self._of_robot(command.topic, self._roster.robots[command.robot])
         except (GoalRejected, KeyError):
             return Refused("robot", command.robot, f"no such robot or action: {command.robot}/{command.action}")
+
+    def _of_robot(self, topic: Topic, robot: Robot) -> Sampled | Refused:
+        match topic:
+            case Topic.BATTERY_STATE:
+                return self._energy(robot)
+            case Topic.DETECTIONS:
+                return self._seen(robot)
+            case _:
+                return self.odom(robot)
+
+    def _seen(self, robot: Robot) -> Sampled | Refused:
+        if not sensors_of(robot):
+            return Refused("robot", robot.name, f"{robot.name} has no sensor, such as a camera; it sees nothing")
+        return self._detections.message(robot, self._detections.look(robot, Surroundings(self._roster)))
+
+    def battery_states(self) -> list[Sampled]:
+        """Return how the batteries are of all robots that have one."""
+        there = self._roster.robots.values()
+        return [Sampled(Topic.BATTERY_STATE, robot.name, robot.energy.state()) for robot in there if robot.energy]
+
+    def _energy(self, robot: Robot) -> Sampled | Refused:
+        if robot.energy is None:
+            return Refused("robot", robot.name, f"{robot.name} has no battery")
+        return Sampled(Topic.BATTERY_STATE, robot.name, robot.energy.state())
 
     def clock(self) -> Sampled:
         """Return the time."""

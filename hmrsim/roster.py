@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hmrsim.fixtures import Fixture, Site, install_all
+from hmrsim.fixtures.docks import Berths
 from hmrsim.gateway import RosterChanged
 from hmrsim.items import Item
 from hmrsim.passage import Passage
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point, Pose
     from hmrsim.graph import WaypointGraph
     from hmrsim.interest import Happenings
+    from hmrsim.plans import Plans
     from hmrsim.world.model import World
 
 
@@ -31,6 +33,7 @@ class Roster:
         env: The simulation's clock and events.
         dispatcher: Serves those who are there.
         gate: Serves what the world does by itself.
+        plans: Asks the planner outside.
         happened: Tells who comes and goes.
         emit: Where events go.
 
@@ -56,15 +59,18 @@ class Roster:
         dispatcher: Dispatcher,
         gate: Gate,
         *,
+        plans: Plans,
         happened: Happenings,
         emit: Callable[[Event], None],
     ) -> None:
         self._env = env
         self._dispatcher = dispatcher
         self._gate = gate
+        self._plans = plans
         self._happened = happened
         self._emit = emit
         self.spawned: set[str] = set()
+        self.robots = {}
 
     def __iter__(self) -> Iterator[Robot | Item | Fixture]:
         """Yield all robots, then all items, then all fixtures."""
@@ -80,14 +86,20 @@ class Roster:
 
     def fill(self, world: World, graph: WaypointGraph) -> None:
         """Begin with all that is in a world, and nothing else."""
+        for robot in self.robots.values():
+            robot.retire()
         self._world, self._graph = world, graph
-        self.passage = Passage(self._env, world, graph, happened=self._happened, changed=self._ways_changed)
+        self.passage = Passage(self._env, world, graph, happened=self._happened)
         self.spawned.clear()
         self.robots, self.items = {}, {}
         self.items |= self._own_items()
         site = Site(self._env, world, self.passage, lambda: self.robots, self._happened)
         self.fixtures = install_all(site)
+        self._docks = {dock.name: dock for dock in self.fixtures.values() if isinstance(dock, Berths)}
+        self.passage.changed = self._ways_changed
         self._serve(self._own_robots())
+        for item in self.items.values():
+            self._lay(item, item.point)
 
     def restore(self) -> None:
         """Let everybody and everything be as in the beginning; what was deleted is there again.
@@ -99,7 +111,7 @@ class Roster:
         for robot in self.robots.values():
             robot.begin_anew()
         for item in self.items.values():
-            item.point, item.carrier = item.home, None
+            self._lay(item, item.home)
         items, robots = self._own_items() | self.items, self._own_robots() | self.robots
         # Robots look into this very dictionary.
         self.items.clear()
@@ -110,7 +122,7 @@ class Roster:
     def _own_items(self) -> dict[str, Item]:
         """Return the items of the world file, in its order; those that were deleted are made anew."""
         return {
-            name: self.items.get(name) or Item(name, spec.weight, self._world.point(spec.at))
+            name: self.items.get(name) or Item(name, spec.weight, self._world.point(spec.at), blocks=spec.blocks)
             for name, spec in self._world.items.items()
             if name in self.items or name not in self.spawned
         }
@@ -152,6 +164,7 @@ class Roster:
         if name in self.robots:
             self.abort(why, name)
             self.robots[name].let_go()
+            self.robots[name].retire()
             self.passage.remove(self.robots[name])
             self._happened("deleted", lambda: {"entity": name})
             self._change({other: robot for other, robot in self.robots.items() if other != name})
@@ -159,6 +172,7 @@ class Roster:
             if item.carrier is not None:
                 item.carrier.lose(item)
             del self.items[name]
+            self.passage.clear(name)
             self._happened("deleted", lambda: {"entity": name})
 
     def move(self, entity: Robot | Item, pose: Pose, why: str) -> None:
@@ -171,9 +185,13 @@ class Roster:
         else:
             if entity.carrier is not None:
                 entity.carrier.lose(entity)
-            entity.point, entity.carrier = pose.point, None
+            self._lay(entity, pose.point)
         where = {"entity": entity.name, "at": [*pose.point], "yaw": pose.yaw}
         self._happened("teleported", lambda: where)
+
+    def connect(self, name: str, *, connected: bool) -> None:
+        """Let a robot be reached from outside, or not."""
+        self._dispatcher.connect(name, connected=connected)
 
     def _robot(self, name: str, spec: RobotSpec) -> Robot:
         robot = Robot(
@@ -183,12 +201,22 @@ class Roster:
             world=self._world,
             graph=self._graph,
             items=self.items,
+            docks=self._docks,
             passage=self.passage,
+            plans=self._plans,
             happened=self._happened,
             abort=self._dispatcher.free,
         )
         self.passage.place(robot)
+        robot.settle_in()
         return robot
+
+    def _lay(self, item: Item, point: Point) -> None:
+        """Have an item lie somewhere, in the way there if it is bulky, and nowhere else."""
+        item.carrier, item.point = None, point
+        self.passage.clear(item.name)
+        if item.blocks:
+            self.passage.obstruct(item.name, point, f"{item.name} lies there")
 
     def _ways_changed(self) -> None:
         self._emit(RosterChanged())

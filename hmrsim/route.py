@@ -20,6 +20,8 @@ class Leg:
         speed_limit: Most that may be driven there; infinite without a limit.
         slots: What a robot occupies that drives it, and then stands at its end, as `hmrsim.traffic` counts: the lane,
             if it is one, and the waypoint at its end, if there is one.
+        ride: Seconds that it takes whoever is carried; 0 where one drives. One is at its start until one is at its end.
+        shares_end: Whether more than one may stand at its end, off the lanes, by other rules than those of traffic.
         first: The pose of a robot that begins to drive it.
         last: The pose of one that has driven it.
     """
@@ -30,6 +32,8 @@ class Leg:
     lane: tuple[str, str] | None = None
     speed_limit: float = math.inf
     slots: tuple[int, ...] = field(default=(), compare=False)
+    ride: float = 0.0
+    shares_end: bool = field(default=False, compare=False)
     first: Pose = field(init=False, compare=False, repr=False)
     last: Pose = field(init=False, compare=False, repr=False)
 
@@ -38,6 +42,10 @@ class Leg:
         yaw = heading(self.start, self.end)
         object.__setattr__(self, "first", Pose(*self.start, yaw))
         object.__setattr__(self, "last", Pose(*self.end, yaw))
+
+    def seconds(self, speed: float) -> float:
+        """Return how long it takes somebody of this greatest speed."""
+        return self.ride or self.length / min(speed, self.speed_limit)
 
 
 @dataclass(frozen=True, slots=True)

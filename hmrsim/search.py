@@ -104,7 +104,7 @@ class Trees:
                 tree.leave[node] = leave
             cost[node], tree.step[node] = seconds, number
             for edge in self._into[node]:
-                total = seconds + edge.length / min(speed, edge.speed_limit)
+                total = seconds + (edge.ride or edge.length / min(speed, edge.speed_limit))
                 if total < found[edge.start]:
                     found[edge.start] = total
                     heapq.heappush(heap, (total, edge.start, 2 * edge.number, edge.number, None))
@@ -126,7 +126,7 @@ class Trees:
             for edge in self._out[node]:
                 if edge.end >= taken:
                     break
-                if cost[edge.end] < cost[node] and cost[edge.end] + edge.length / min(speed, edge.speed_limit) <= most:
+                if cost[edge.end] < cost[node] and cost[edge.end] + edge.seconds(speed) <= most:
                     step[node] = edge.number
                     break
 

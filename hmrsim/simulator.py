@@ -11,6 +11,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import registry as all_actions
+from hmrsim.detections import Detections
 from hmrsim.dispatcher import Dispatcher
 from hmrsim.environment import Environment
 from hmrsim.gate import Gate
@@ -18,12 +19,17 @@ from hmrsim.gateway import (
     Answered,
     CallService,
     CancelGoal,
+    FeedbackSent,
     ForgetResult,
     GetResult,
     InterestChanged,
     Participation,
+    PlanAnswered,
+    PlannerPresent,
     Read,
+    Sampled,
     SendGoal,
+    StatusChanged,
     Stop,
     Topic,
 )
@@ -31,6 +37,8 @@ from hmrsim.graph import WaypointGraph
 from hmrsim.interest import Happenings, Interest
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
+from hmrsim.mishaps import Mishaps
+from hmrsim.plans import Plans
 from hmrsim.readings import Readings
 from hmrsim.roster import Roster
 from hmrsim.scripts import Scripts
@@ -51,7 +59,10 @@ if TYPE_CHECKING:
 _BATCH = 1_000
 """Events that are taken in one go where nothing else wants to be done between them."""
 
-_BEGINNING = (SendGoal, CancelGoal, CallService)
+_SAID = (StatusChanged, FeedbackSent, Sampled)
+"""Events that are what a robot says, and not what the world knows."""
+
+_BEGINNING = (SendGoal, CancelGoal, CallService, PlanAnswered)
 """Commands of which something may come that is due at once."""
 
 
@@ -66,6 +77,8 @@ class Simulator:
         feedback_rate: Samples of feedback a second of simulated time.
         odom_rate: Samples of odometry a second of simulated time.
         clock_rate: Samples of the clock a second of simulated time.
+        battery_rate: Samples of batteries a second of simulated time.
+        detection_rate: How often a second of simulated time it is looked for changes in what sensors see.
         keep_results: Most ended goals that a robot remembers.
         step_size: Simulated seconds of one step.
 
@@ -75,6 +88,9 @@ class Simulator:
         roster: Its robots and items.
         happened: Tells what happens in it.
         gate: Says whether time may move.
+        plans: What a planner outside has been asked.
+        mishaps: What goes wrong in it.
+        detections: What its robots' sensors see.
         scripts: What its robots do by themselves.
         taken: Events taken since the beginning. What somebody listens to does not change it, nor any clock; so
             (number of events, command) says exactly when a command came.
@@ -92,6 +108,8 @@ class Simulator:
         feedback_rate: float = 10.0,
         odom_rate: float = 10.0,
         clock_rate: float = 10.0,
+        battery_rate: float = 1.0,
+        detection_rate: float = 10.0,
         keep_results: int = 1000,
         step_size: float = 0.1,
     ) -> None:
@@ -118,11 +136,17 @@ class Simulator:
             feedback_rate=feedback_rate,
         )
         self.graph = WaypointGraph(world)
-        self.roster = Roster(self.env, self.dispatcher, self.gate, happened=happened, emit=self._emit)
+        self.plans = Plans(self.env, self._emit, happened)
+        self.roster = Roster(self.env, self.dispatcher, self.gate, plans=self.plans, happened=happened, emit=self._emit)
         self.roster.fill(world, self.graph)
-        self._readings = Readings(self.env, self.roster, self.dispatcher)
+        self.detections = Detections(self.roster)
+        self._readings = Readings(self.env, self.roster, self.dispatcher, self.detections)
+        self.mishaps = Mishaps(self.env, self.roster, happened)
+        self.mishaps.begin(world, self.seed)
         self.telemetry.start("odom", Topic.ODOM, 0.0, odom_rate, self._emit_odom)
+        self.telemetry.start("battery_state", Topic.BATTERY_STATE, 0.0, battery_rate, self._emit_batteries)
         self.telemetry.start("clock", Topic.CLOCK, 0.0, clock_rate, lambda: self._emit(self._readings.clock()))
+        self.telemetry.start("detections", Topic.DETECTIONS, 0.0, detection_rate, self._emit_detections)
         self.begin_scripts()
 
     @property
@@ -181,6 +205,8 @@ class Simulator:
                 self.answer(command.reply_to, request)
                 return
             command = command._replace(request=request)
+        if isinstance(command, PlanAnswered) and command.request not in self.plans.awaited:
+            return
         self.record(command, by)
         self._apply(command)
         # What is asked for while time stands begins all the same.
@@ -188,6 +214,30 @@ class Simulator:
             pass
 
     def _apply(self, command: Command) -> None:
+        match command:
+            case SendGoal() | GetResult() | CancelGoal() | ForgetResult():
+                self._apply_to_goals(command)
+            case Read():
+                self._emit(Answered(command.reply_to, self._readings.read(command)))
+            case CallService():
+                self._call(command)
+            case InterestChanged():
+                self.interest.refresh()
+                self.dispatcher.interest_changed()
+                self.telemetry.refresh(self.now)
+                if not self.interest.detections:
+                    self.detections.forget()
+            case Participation(participant, change, why):
+                told = {"participant": participant} | ({"why": why} if why else {})
+                self.happened(f"participant_{change}", lambda: told)
+            case PlannerPresent(present):
+                self.plans.announce(present=present)
+            case PlanAnswered():
+                self.plans.answer(command)
+            case Stop(reason):
+                self._stop(reason)
+
+    def _apply_to_goals(self, command: SendGoal | GetResult | CancelGoal | ForgetResult) -> None:
         match command:
             case SendGoal():
                 self.dispatcher.send_goal(command)
@@ -198,19 +248,6 @@ class Simulator:
                 self.env.take_urgent()
             case ForgetResult(robot, action, goal_id):
                 self.dispatcher.forget(robot, action, goal_id)
-            case Read():
-                self._emit(Answered(command.reply_to, self._readings.read(command)))
-            case CallService():
-                self._call(command)
-            case InterestChanged():
-                self.interest.refresh()
-                self.dispatcher.interest_changed()
-                self.telemetry.refresh(self.now)
-            case Participation(participant, change, why):
-                told = {"participant": participant} | ({"why": why} if why else {})
-                self.happened(f"participant_{change}", lambda: told)
-            case Stop(reason):
-                self._stop(reason)
 
     def _call(self, command: CallService) -> None:
         answer = all_services()[command.service].serve(self, command.request)
@@ -241,8 +278,18 @@ class Simulator:
         self.env.take_urgent()
 
     def _emit(self, event: Event) -> None:
+        if self.dispatcher.cut_off and isinstance(event, _SAID) and event.robot in self.dispatcher.cut_off:
+            return
         for sink in self._sinks:
             sink.emit(event)
+
+    def _emit_detections(self) -> None:
+        for seen in self.detections.changed(self.dispatcher.cut_off):
+            self._emit(seen)
+
+    def _emit_batteries(self) -> None:
+        for state in self._readings.battery_states():
+            self._emit(state)
 
     def _emit_odom(self) -> None:
         for robot in self.robots.values():
@@ -300,7 +347,7 @@ class Simulator:
                 self.telemetry.sample(self.pass_to)
                 taken += 1
             else:
-                events = self.env.take(1 if self.interest.sampled else most - taken)
+                events = self.env.take(1 if self.interest.sampled else most - taken, idle=idle)
                 self.taken += events
                 taken += events
         return taken > 0

@@ -64,7 +64,9 @@ class Description:
 
     def route_graph(self) -> bytes:
         """Return the ways that are open to the robots."""
-        self._route_graph = self._route_graph or json.dumps(to_geojson(self._simulator.graph)).encode()
+        if self._route_graph is None:
+            graph = to_geojson(self._simulator.world, closed=self._simulator.graph.closed, lifts=True)
+            self._route_graph = json.dumps(graph).encode()
         return self._route_graph
 
     def _described(self) -> dict[str, Any]:

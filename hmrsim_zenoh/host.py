@@ -23,6 +23,7 @@ from hmrsim_zenoh.description import Description
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.errors import BadOptions, PrefixTaken
 from hmrsim_zenoh.keys import Keys
+from hmrsim_zenoh.planner import Planner
 from hmrsim_zenoh.server import Server
 from hmrsim_zenoh.session import SessionOptions, open_server
 from hmrsim_zenoh.tokens import MOST_TOKENS, Tokens
@@ -48,12 +49,15 @@ class HostSettings:
         participants: How many have to join before time moves in lockstep, or their names.
         participant_timeout: Wall seconds that one of them may take from a grant to the next request.
         end_on_loss: Whether the run ends when one of them is lost.
+        planner_timeout: Wall seconds that a planner outside may take for a path.
         step_size: Simulated seconds of one step.
         duration: Simulated seconds after which to end.
         seed: Replaces the world's.
         feedback_rate: Samples of feedback a second of simulated time.
         odom_rate: Likewise of odometry.
         clock_rate: Likewise of the clock.
+        battery_rate: Likewise of batteries, which are told when they reach a level, too.
+        detection_rate: Likewise of what sensors see, which is sent when it has changed.
         result_timeout: Wall seconds that a result is kept; negative for ever.
         keep_results: Most ended goals that a robot remembers.
         max_payload: Bytes that a request may have.
@@ -65,12 +69,15 @@ class HostSettings:
     participants: int | tuple[str, ...] = 1
     participant_timeout: float = 30.0
     end_on_loss: bool = False
+    planner_timeout: float = 5.0
     step_size: float = 0.1
     duration: float = math.inf
     seed: int | None = None
     feedback_rate: float = 10.0
     odom_rate: float = 10.0
     clock_rate: float = 10.0
+    battery_rate: float = 1.0
+    detection_rate: float = 10.0
     result_timeout: float = 900.0
     keep_results: int = 1000
     max_payload: int = MAX_PAYLOAD
@@ -120,6 +127,8 @@ class Host:
             feedback_rate=settings.feedback_rate,
             odom_rate=settings.odom_rate,
             clock_rate=settings.clock_rate,
+            battery_rate=settings.battery_rate,
+            detection_rate=settings.detection_rate,
             keep_results=settings.keep_results,
             step_size=settings.step_size,
         )
@@ -151,6 +160,13 @@ class Host:
             preparations=preparation.of(self.simulator),
         )
         self._server.submit = self.pacing.submit
+        self._server.planner = Planner(
+            self._session,
+            self._keys,
+            self._server.inbox.put,
+            timeout=settings.planner_timeout,
+            max_payload=settings.max_payload,
+        )
         self._server.on_roster = self._follow
         self._participants = self._watch_participants()
         self._thread = threading.Thread(target=self._run, name="hmrsim-simulation", daemon=True)
@@ -240,5 +256,5 @@ class Host:
         """Serve those who are there now; in the simulation's thread."""
         description = self._description
         description.forget()
-        self._tokens.follow(self.simulator.robots.keys())
+        self._tokens.follow(self.simulator.robots.keys(), self.simulator.dispatcher.cut_off)
         self._server.follow(description.serves, description.aliases)

@@ -7,6 +7,7 @@
     <prefix>/_world/<topic or service>
     <prefix>/<robot>/alive, <prefix>/_world/alive                           liveliness tokens
     <prefix>/_participant/<name>                                            likewise, of who takes part in lockstep
+    <prefix>/_planner/compute_path_to_pose                                  somebody else's queryable, which plans
 """
 
 from __future__ import annotations
@@ -111,6 +112,10 @@ class Keys:
     def participant(self, name: str) -> str:
         """Return the liveliness token of somebody who takes part in lockstep."""
         return f"{self.prefix}/_participant/{name}"
+
+    def planner(self) -> str:
+        """Return the key on which somebody outside plans paths for robots."""
+        return f"{self.prefix}/_planner/compute_path_to_pose"
 
     def doorbell(self) -> str:
         """Return a key that nobody answers: asking it wakes the simulation."""

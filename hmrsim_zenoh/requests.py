@@ -45,7 +45,7 @@ _log = logging.getLogger(__name__)
 _ANY_GOAL: TypeAdapter[Any] = TypeAdapter(SendGoalRequest[dict[str, Any]])
 _KEPT_KEYS = 16_384
 
-_TOPICS = {"odom": Topic.ODOM}
+_TOPICS = {"odom": Topic.ODOM, "battery_state": Topic.BATTERY_STATE, "detections": Topic.DETECTIONS}
 _WORLD_TOPICS = {"clock": Topic.CLOCK}
 
 
@@ -72,7 +72,7 @@ class _Share:
         self._shared.query.reply(key, payload, encoding=encoding)
 
     def reply_err(self, payload: bytes, *, encoding: str) -> None:
-        self._shared.query.reply_err(payload, encoding=encoding)
+        """Say nothing: who asks for everything gets what there is."""
 
     def drop(self) -> None:
         self._shared.open -= 1

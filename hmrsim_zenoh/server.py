@@ -25,6 +25,7 @@ from hmrsim.gateway import (
     GoalResponse,
     Happened,
     InterestChanged,
+    PlanWanted,
     Refused,
     ResultResponse,
     RosterChanged,
@@ -34,7 +35,7 @@ from hmrsim.gateway import (
     Topic,
 )
 from hmrsim.interfaces.message import Message
-from hmrsim.participation import Granted, HasLeft, Joined, TimeState
+from hmrsim.participation import Advance, Granted, HasLeft, Joined, TimeState
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.inbox import QueryInbox
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from hmrsim.gateway import AnyCommand, Event
     from hmrsim.services import AnyService
     from hmrsim_zenoh.keys import Keys
+    from hmrsim_zenoh.planner import Planner
 
 _log = logging.getLogger(__name__)
 
@@ -77,10 +79,12 @@ class Server:
 
     Attributes:
         submit: Takes commands at once, in the simulation's thread; to be set before it runs.
+        planner: The one outside; likewise.
         on_roster: Called when robots come or go, or all of the world is another; likewise. It is to `follow`.
     """
 
     submit: Callable[[AnyCommand], None]
+    planner: Planner
     on_roster: Callable[[], None]
 
     def __init__(
@@ -113,6 +117,7 @@ class Server:
             Happened: self._emit_happening,
             TimeState: self._emit_time,
             RosterChanged: lambda _event: self.on_roster(),
+            PlanWanted: self._emit_plan_wanted,
         }
         self._fixed = fixed
         self._read_by = partial(Requests, actions=actions, fixed=fixed, services=services, max_payload=max_payload)
@@ -158,8 +163,10 @@ class Server:
 
     def _decode(self, query: zenoh.Query) -> list[AnyCommand]:
         commands = self._requests.decode(query)
-        if commands and isinstance(commands[0], CancelGoal):
+        if commands and isinstance(commands[0], (CancelGoal, CallService)):
             self._look()
+        if commands and isinstance(commands[0], (SendGoal, Advance)):
+            return [*self.planner.look(), *commands]
         return commands
 
     def _look(self) -> None:
@@ -255,6 +262,9 @@ class Server:
 
     def _emit_time(self, event: TimeState) -> None:
         self._put(self._key_of(self._keys.world(Topic.TIME.value)), encoded(event)[0], TIME_STATE, reliable=True)
+
+    def _emit_plan_wanted(self, event: PlanWanted) -> None:
+        self.planner.ask(event)
 
     def _put(self, key: zenoh.KeyExpr | str, payload: bytes, mime: str, *, reliable: bool = False) -> None:
         """Publish; what may be lost is dropped rather than waited for when a reader is slow."""

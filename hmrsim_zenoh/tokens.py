@@ -35,11 +35,11 @@ class Tokens:
         self._follow(robots)
         self._simulator = self._liveliness.declare_token(self._keys.alive())
 
-    def follow(self, robots: Collection[str]) -> None:
-        """Tell that these robots are there and no others, if the simulator is."""
+    def follow(self, robots: Collection[str], lost: Collection[str] = ()) -> None:
+        """Tell that these robots are there and no others, if the simulator is; nothing is heard of who is lost."""
         if self._simulator is not None:
             with suppress(zenoh.ZError):
-                self._follow(robots)
+                self._follow(robots, lost)
 
     def undeclare(self) -> None:
         """Tell that nobody is there any more."""
@@ -48,8 +48,8 @@ class Tokens:
         for token in tokens:
             token.undeclare()
 
-    def _follow(self, robots: Collection[str]) -> None:
-        wanted = robots if len(robots) <= MOST_TOKENS else ()
+    def _follow(self, robots: Collection[str], lost: Collection[str] = ()) -> None:
+        wanted = [robot for robot in robots if robot not in lost] if len(robots) <= MOST_TOKENS else []
         for robot in [robot for robot in self._robots if robot not in wanted]:
             self._robots.pop(robot).undeclare()
         for robot in wanted:

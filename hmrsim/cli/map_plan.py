@@ -211,4 +211,6 @@ def _called(point: Point, names: dict[Point, str]) -> str:
 def _way(leg: Leg, units: str) -> str:
     if leg.lane is None:
         return "off the lanes"
+    if leg.ride:
+        return "in a lift"
     return "" if leg.speed_limit == math.inf else f"at most {leg.speed_limit:g} {units}/s"

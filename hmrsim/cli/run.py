@@ -55,6 +55,9 @@ _LOOK: Final = 0.1
 
 _log = logging.getLogger(__name__)
 
+_RATES: Final = {"feedback": 10.0, "odom": 10.0, "clock": 10.0, "detection": 10.0, "battery": 1.0}
+"""What is sampled, and how often a simulated second if nothing is said."""
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim run``."""
@@ -75,11 +78,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def _add_server_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("server")
-    for topic in ("feedback", "odom", "clock"):
+    for topic, rate in _RATES.items():
         group.add_argument(
             f"--{topic}-rate",
             type=numbers.positive,
-            default=10.0,
+            default=rate,
             metavar="HZ",
             help=f"samples of {topic} a simulated second (default: %(default)g)",
         )
@@ -143,12 +146,15 @@ def _settings(args: argparse.Namespace) -> HostSettings:
         participants=args.participants,
         participant_timeout=args.participant_timeout,
         end_on_loss=args.on_participant_loss == "end",
+        planner_timeout=args.planner_timeout,
         step_size=args.step_size,
         duration=args.duration,
         seed=args.seed,
         feedback_rate=args.feedback_rate,
         odom_rate=args.odom_rate,
         clock_rate=args.clock_rate,
+        battery_rate=args.battery_rate,
+        detection_rate=args.detection_rate,
         result_timeout=args.result_timeout,
         keep_results=args.keep_results,
         max_payload=args.max_payload,

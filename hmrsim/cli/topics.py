@@ -21,7 +21,13 @@ _OF_THE_WORLD: Final = {
     "info": ("hmrsim/WorldInfo", True),
     "route_graph": ("hmrsim/RouteGraph", True),
 }
-_OF_ROBOTS: Final = {"odom": ("nav_msgs/msg/Odometry", True)}
+_OF_ROBOTS: Final = {
+    "odom": ("nav_msgs/msg/Odometry", True),
+    "battery_state": ("sensor_msgs/msg/BatteryState", True),
+    "detections": ("vision_msgs/msg/Detection3DArray", True),
+}
+_NEED: Final = {"battery_state": {"battery"}, "detections": {"camera", "proximity"}}
+"""One of which components a robot must have for a topic; none where nothing is said."""
 _OF_ACTIONS: Final = {
     Verb.FEEDBACK: ("{action}_FeedbackMessage", False),
     Verb.STATUS: ("action_msgs/msg/GoalStatusArray", True),
@@ -50,9 +56,11 @@ class Topic:
 
 def topics(info: Info) -> Iterator[Topic]:
     """Yield all topics: each robot's, its actions', and the world's."""
+    carried = {robot["name"]: robot.get("components", ()) for robot in info.get("robots", ())}
     for robot, actions in robots(info).items():
         for topic, (ros_type, latched) in _OF_ROBOTS.items():
-            yield Topic(f"/{robot}/{topic}", ros_type, latched)
+            if topic not in _NEED or not _NEED[topic].isdisjoint(carried[robot]):
+                yield Topic(f"/{robot}/{topic}", ros_type, latched)
         for action in actions:
             yield from _of_action(robot, action)
     for topic, (ros_type, latched) in _OF_THE_WORLD.items():

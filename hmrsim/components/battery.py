@@ -1,42 +1,230 @@
-"""A battery: its settings are read and kept; nothing drains it yet."""
+"""A battery: how much is in it, as a formula of time between one change of what is drawn from it and the next.
+
+A unit of energy is a watt second, so that volts, amperes and ampere hours follow from it. Charging goes on at a
+constant power up to a share of the battery; from there the power falls with what is in it, as with cells at a constant
+voltage, to a twentieth when the battery is full.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, Literal, Self
+import math
+from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
 from hmrsim.components import Component, Settings
 
 _Energy = Annotated[float, Field(strict=True, ge=0, le=1e9)]
+_Share = Annotated[float, Field(strict=True, ge=0, le=1)]
+
+_LAST_POWER: Final = 0.05
+"""Share of the charging power that is left when a battery is full."""
+
+
+class Drain(Settings):
+    """What empties a battery, in units of energy; a unit a second is a watt.
+
+    Attributes:
+        default: A second, for *still* and *moving* where they are left out; None for 1.
+        still: A second in which the robot stands.
+        moving: A second in which it moves.
+        distance: For each unit of length that it drives, beside *moving*.
+        load: A second, for each kg that it carries.
+        handling: For each item that it picks up or lays down.
+        actions: A second in which a goal of an action runs, by the action's name.
+    """
+
+    default: _Energy | None = None
+    still: _Energy | None = None
+    moving: _Energy | None = None
+    distance: _Energy = 0.0
+    load: _Energy = 0.0
+    handling: _Energy = 0.0
+    actions: dict[str, _Energy] = Field(default_factory=dict)
+
+    def of_time(self, *, moving: bool) -> float:
+        """Return what a second takes of one that stands or moves, by *still*, *moving* and *default*."""
+        drain = self.moving if moving else self.still
+        if drain is not None:
+            return drain
+        return 1.0 if self.default is None else self.default
 
 
 class BatterySettings(Settings):
-    """How much a battery holds, and what empties it.
+    """How much a battery holds, what empties it, and what it is made of.
 
     Attributes:
         capacity: Units of energy when full.
         initial_charge: Units of energy at the start; None for a full battery.
-        drain: Units of energy a second, ``still`` and ``moving``; where one is left out ``default``, or else 1.
+        drain: What empties it.
+        low: Share at which ``battery_low`` is told.
+        critical: Share at which ``battery_critical`` is told; an empty one has to be charged so far to be of use.
+        taper_from: Share up to which it is charged at full power.
+        nominal_voltage: Volts of all its cells in series, half full.
+        cells: How many.
+        technology: Of the cells, as sensor_msgs/BatteryState names it.
+        temperature: Degrees Celsius, which do not change.
     """
 
-    capacity: Annotated[float, Field(strict=True, gt=0, description="Units of energy when full.")] = 3600.0
-    initial_charge: _Energy | None = None
-    drain: dict[Literal["default", "still", "moving"], _Energy] = Field(default_factory=dict)
+    capacity: Annotated[float, Field(strict=True, gt=0, le=1e12, description="Units of energy when full.")] = 3600.0
+    initial_charge: Annotated[float, Field(strict=True, ge=0)] | None = None
+    drain: Drain = Drain()
+    low: _Share = 0.2
+    critical: _Share = 0.05
+    taper_from: _Share = 0.8
+    nominal_voltage: Annotated[float, Field(strict=True, gt=0, le=1e6)] = 25.2
+    cells: Annotated[int, Field(strict=True, ge=1, le=1000)] = 7
+    technology: Literal["unknown", "nimh", "lion", "lipo", "life", "nicd", "limn", "ternary", "vrla"] = "lion"
+    temperature: Annotated[float, Field(strict=True, ge=-273.15, le=1000)] = 20.0
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
         if self.initial_charge is not None and self.initial_charge > self.capacity:
             raise ValueError(f"initial_charge {self.initial_charge:g} is more than the capacity {self.capacity:g}")
+        if self.critical > self.low:
+            raise ValueError(f"critical {self.critical:g} is more than low {self.low:g}")
         return self
 
 
-@dataclass
 class Battery:
-    """One robot's battery."""
+    """One robot's battery; whoever changes what goes in or out says when that is.
 
-    settings: BatterySettings
+    Args:
+        settings: What it is.
+
+    Attributes:
+        settings: Likewise.
+        drain: Units of energy a second that go out.
+        charging: Those that go in at full power; 0 while it is not being charged.
+        drained: All that has gone out since the beginning, in units of energy.
+        charged: All that has gone in.
+        failed: The cells that do not work any more, by number from 0.
+    """
+
+    def __init__(self, settings: BatterySettings) -> None:
+        self.settings = settings
+        self.drain = self.charging = 0.0
+        self.drained = self.charged = 0.0
+        self.failed: frozenset[int] = frozenset()
+        self._charge = settings.capacity if settings.initial_charge is None else settings.initial_charge
+        self._since = 0.0
+
+    # --- what is in it --------------------------------------------------------------------------------------------
+
+    @property
+    def usable(self) -> float:
+        """Units of energy that it holds when full, by the cells that work."""
+        return self.settings.capacity * (1.0 - len(self.failed) / self.settings.cells)
+
+    def charge(self, now: float) -> float:
+        """Return the units of energy in it."""
+        elapsed = max(0.0, now - self._since)
+        if not self.charging:
+            return max(0.0, self._charge - self.drain * elapsed)
+        full, taper = self.usable, self._taper_from
+        constant = max(0.0, taper - self._charge) / self.charging
+        if elapsed <= constant:
+            return min(full, self._charge + self.charging * elapsed)
+        limit, slowness = self._taper
+        tapered = limit - (limit - max(taper, self._charge)) * math.exp((constant - elapsed) / slowness)
+        return min(full, tapered)
+
+    def share(self, now: float) -> float:
+        """Return what is in it as a share of what it holds, from 0 to 1."""
+        return self.charge(now) / self.usable if self.usable else 0.0
+
+    def flow(self, now: float) -> float:
+        """Return the units of energy a second that go in just now; negative when they go out."""
+        charge = self.charge(now)
+        if not self.charging:
+            return -self.drain if charge > 0.0 else 0.0
+        if charge >= self.usable:
+            return 0.0
+        if charge < self._taper_from:
+            return self.charging
+        limit, slowness = self._taper
+        return (limit - charge) / slowness
+
+    def reaches(self, level: float) -> float:
+        """Return when so many units are in it, if nothing changes; infinite if it takes for ever."""
+        return self._since + self._seconds_to(level)
+
+    def _seconds_to(self, level: float) -> float:
+        if not self.charging:
+            return max(0.0, self._charge - level) / self.drain if self.drain else math.inf
+        taper = self._taper_from
+        constant = max(0.0, min(taper, level) - self._charge) / self.charging
+        if level <= max(taper, self._charge):
+            return constant
+        limit, slowness = self._taper
+        return constant + slowness * math.log((limit - max(taper, self._charge)) / (limit - level))
+
+    @property
+    def _taper_from(self) -> float:
+        return self.settings.taper_from * self.usable
+
+    @property
+    def _taper(self) -> tuple[float, float]:
+        """What the charge would come to if charging never ended, and how slowly: the constant of its exponential."""
+        begins = self._taper_from
+        limit = (self.usable - _LAST_POWER * begins) / (1.0 - _LAST_POWER)
+        # Without a taper, which is never asked for then, nothing is left of it.
+        return limit, max(limit - begins, 1e-300) / self.charging
+
+    # --- what changes it ------------------------------------------------------------------------------------------
+
+    def settle(self, now: float, charge: float | None = None) -> None:
+        """Write down what is in it; *charge* says it exactly where it is known better than by the formula."""
+        charge = self.charge(now) if charge is None else charge
+        change = charge - self._charge
+        if change > 0.0:
+            self.charged += change
+        else:
+            self.drained -= change
+        self._charge, self._since = charge, now
+
+    def switch(self, now: float, *, drain: float = 0.0, charging: float = 0.0) -> None:
+        """Draw so much from it a second from now on, or charge it; never both."""
+        self.settle(now)
+        self.drain, self.charging = drain, charging
+
+    def spend(self, now: float, energy: float) -> None:
+        """Take so many units of energy out at once, or as many as there are."""
+        self.settle(now)
+        self.settle(now, max(0.0, self._charge - energy))
+
+    def rebase(self, to: float) -> None:
+        """Let it be another time, without any passing."""
+        self._since = to
+
+    def fail_cell(self, now: float, cell: int) -> None:
+        """Let a cell fail, of a number from 0, with all that is in it; the others are as full as they were."""
+        self._resize(now, self.failed | {range(self.settings.cells)[cell]})
+
+    def mend(self, now: float, cell: int) -> None:
+        """Replace a cell that has failed by one that is as full as the rest; a full one if there is no rest."""
+        self._resize(now, self.failed - {cell})
+
+    def _resize(self, now: float, failed: frozenset[int]) -> None:
+        share = self.share(now) if self.usable else 1.0
+        self.settle(now)
+        self.failed = failed
+        self.settle(now, share * self.usable)
+
+    # --- what a meter shows ---------------------------------------------------------------------------------------
+
+    def ampere_hours(self, energy: float) -> float:
+        """Return energy as the charge that it is at the nominal voltage."""
+        return energy / self.settings.nominal_voltage / 3600.0
+
+    def cell_voltages(self, now: float) -> list[float]:
+        """Return the volts of each cell: in line with what is in it, nine tenths of nominal when empty, up to eleven.
+
+        A cell that has failed has none.
+        """
+        settings = self.settings
+        volts = settings.nominal_voltage / settings.cells * (0.9 + 0.2 * self.share(now))
+        return [0.0 if cell in self.failed else volts for cell in range(settings.cells)]
 
 
 COMPONENT = Component(name="battery", settings=BatterySettings, create=Battery)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
@@ -10,6 +10,8 @@ from pydantic import Field
 from hmrsim.components import Component, Settings
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from hmrsim.items import Item
 
 
@@ -32,10 +34,17 @@ class ClawSettings(Settings):
 
 @dataclass
 class Claw:
-    """One robot's claw and what it holds."""
+    """One robot's claw.
+
+    Attributes:
+        settings: What the world file says of it.
+        item: What it holds.
+        misses: What makes it miss; each tells whether it does, this time.
+    """
 
     settings: ClawSettings
     item: Item | None = None
+    misses: list[Callable[[], bool]] = field(default_factory=list)
 
     def reach(self, units: str) -> float:
         """Return how far it reaches, in *units*."""

@@ -74,17 +74,23 @@ def _pose(entity: Robot | Item | Fixture) -> Pose:
 def info_of(simulator: Simulator, entity: Robot | Item | Fixture) -> EntityInfo:
     """Return what an entity is."""
     spawned = ["spawned"] if entity.name in simulator.roster.spawned else []
+    blocking = ["blocking"] if simulator.roster.passage.is_obstructed_by(entity.name) else []
     if isinstance(entity, Robot):
         carried = list(entity.components)
         description = f"{entity.type} with {', '.join(carried)}" if carried else entity.type
         state = ["waiting"] if entity.waits else []
-        category, tags = EntityCategory.CATEGORY_ROBOT, ["robot", entity.type, *carried, *state, *entity.ailments]
+        state += [f"docked:{entity.dock.name}"] if entity.dock else []
+        state += entity.energy.tags if entity.energy else []
+        state += sorted({*entity.ailments, *simulator.mishaps.hitting(entity.name)})
+        category, tags = EntityCategory.CATEGORY_ROBOT, ["robot", entity.type, *carried, *state]
     elif isinstance(entity, Fixture):
         category, tags, description = EntityCategory.CATEGORY_STATIC_OBJECT, entity.tags, entity.description
     else:
-        category, tags = EntityCategory.CATEGORY_DYNAMIC_OBJECT, ["item"]
+        carried = [f"carried_by:{entity.carrier.name}"] if entity.carrier else []
+        category, tags = EntityCategory.CATEGORY_DYNAMIC_OBJECT, ["item", *carried]
         description = f"item of {entity.weight:g} kg"
-    return EntityInfo(category=EntityCategory(category=category), description=description, tags=[*tags, *spawned])
+    tags = [*tags, *blocking, *spawned]
+    return EntityInfo(category=EntityCategory(category=category), description=description, tags=tags)
 
 
 def has_tags(tags: Collection[str], wanted: TagsFilter) -> bool:

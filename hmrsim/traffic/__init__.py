@@ -60,7 +60,7 @@ class Rules(Protocol):
         """Return who occupies a slot."""
 
     def blockers(self, robot: Mobile, leg: Leg) -> Sequence[Mobile]:
-        """Return who occupies what a robot would need for a leg, in order of name."""
+        """Return who occupies what a robot would need for a leg."""
 
     def halted(self, robot: Mobile) -> None:
         """Take note that a robot has been stopped on its way, so that it will not arrive."""

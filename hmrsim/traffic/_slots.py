@@ -57,26 +57,31 @@ class Slots:
         Returns:
             Whether it may; if not, nothing has changed but that it waits.
         """
-        free, held, wanted = self._free, robot.slots, leg.slots
+        free, inside, held, wanted = self._free, self._inside, robot.slots, leg.slots
         for slot in wanted:
             if free[slot] < 1 and slot not in held:
                 self._wanted.setdefault(slot, {})[robot] = None
                 return False
-        if not wanted and next(self.on_spot(robot, leg.end), None) is not None:
-            self._want_spots[robot] = None
+        if not (wanted or self._take_spot(robot, leg)):
             return False
         for slot in wanted:
             if slot not in held:
                 free[slot] -= 1
-                self._inside[slot].append(robot)
+                inside[slot].append(robot)
         robot.slots = wanted
-        if not wanted:
-            self._spots[robot] = leg.end
-        elif robot in self._spots:
-            self._leave_spot(robot)
         for slot in held:
             if slot not in wanted:
                 self._leave(robot, slot)
+        if wanted and self._spots:
+            self._leave_spot(robot)
+        return True
+
+    def _take_spot(self, robot: Mobile, leg: Leg) -> bool:
+        if not leg.shares_end and next(self.on_spot(robot, leg.end), None) is not None:
+            self._want_spots[robot] = None
+            return False
+        self._leave_spot(robot)
+        self._spots[robot] = leg.end
         return True
 
     def exchange(self, moves: Sequence[tuple[Mobile, Leg]]) -> bool:

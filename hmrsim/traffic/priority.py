@@ -13,6 +13,7 @@ ever.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
@@ -30,6 +31,10 @@ if TYPE_CHECKING:
     from hmrsim.route import Leg
 
 
+_BETWEEN_SEARCHES = 5.0
+"""Simulated seconds from one search for a robot to the next: what was in vain is so for a while."""
+
+
 class PrioritySettings(ReserveSettings):
     """What every reservation has, and how far a knot is searched.
 
@@ -37,7 +42,7 @@ class PrioritySettings(ReserveSettings):
         most_states: How many situations of robots a search for a way out looks at before it gives up.
     """
 
-    most_states: Annotated[int, Field(strict=True, ge=0, le=10_000_000)] = 50_000
+    most_states: Annotated[int, Field(strict=True, ge=0, le=10_000_000)] = 20_000
 
 
 class Priority(Reserve):
@@ -53,6 +58,7 @@ class Priority(Reserve):
         self._most_states = settings.most_states
         self._untyings: dict[Mobile, Untying] = {}
         self._stuck: dict[Mobile, None] = {}
+        self._searched: dict[Mobile, float] = {}
         self.take, self.stand = self._take, self._stand
 
     def _take(self, robot: Mobile, leg: Leg) -> bool:
@@ -75,14 +81,15 @@ class Priority(Reserve):
         """Have those in the way make room if they set out later, and this is not part of a knot being untied."""
         if robot in self._untyings:
             return
-        self._stuck[robot] = None
         circle = circle_of(self.passage, robot)
         if circle:
             self._tell(circle)
             robot = min(circle, key=rank)
         blockers = self.passage.blockers(robot)
         if not all(other.stands or other.waits for other in blockers):
+            # Who is on its way will be off it, and tell.
             return
+        self._stuck[robot] = None
         if any(other in self._untyings or (other.waits and rank(other) < rank(robot)) for other in blockers):
             return
         if not self._push(robot):
@@ -165,6 +172,10 @@ class Priority(Reserve):
         wait = self.passage.waits.get(robot)
         if wait is None or len(wait.leg.slots) < 2:  # noqa: PLR2004 - a lane and the waypoint at its end
             return
+        now = self.passage.now
+        if now - self._searched.get(robot, -math.inf) < _BETWEEN_SEARCHES:
+            return
+        self._searched[robot] = now
         moves = find_moves(self, robot, wait.leg.slots[-1], self._most_states)
         if moves is None:
             if any(other.stands for other in self.passage.blockers(robot)):

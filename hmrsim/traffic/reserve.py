@@ -65,16 +65,15 @@ class Reserve:
         self.stand, self.inside = self.slots.stand, self.slots.inside
 
     def blockers(self, robot: Mobile, leg: Leg) -> Sequence[Mobile]:
-        """Return who occupies what a robot would need for a leg, in order of name."""
-        found = {
-            other
-            for slot in self.slots.missing(robot, leg.slots)
-            for other in self.slots.inside(slot)
-            if other is not robot
-        }
+        """Return who occupies what a robot would need for a leg."""
+        slots = self.slots
+        found: dict[Mobile, None] = {}
+        for slot in slots.missing(robot, leg.slots):
+            found.update(dict.fromkeys(slots.inside(slot)))
         if not leg.slots:
-            found.update(self.slots.on_spot(robot, leg.end))
-        return sorted(found, key=lambda other: other.name)
+            found.update(dict.fromkeys(slots.on_spot(robot, leg.end)))
+        found.pop(robot, None)
+        return [*found]
 
     def blocked(self, robot: Mobile) -> None:
         """Look whether this closes a circle, and whether another way leads around those who stand for good."""
@@ -183,6 +182,11 @@ def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[f
     of_lanes = {frozenset((lane.from_, lane.to)): lane.capacity for lane in world.lanes}
     capacities = [of_waypoints.get(name) or settings.waypoint_capacity for name in lanes.names]
     capacities += [of_lanes.get(frozenset(track)) or settings.lane_capacity for track in lanes.tracks]
+    for edge in lanes.edges:
+        if edge.ride:
+            # A lift lets in whom it can take; who waits for it stands beside its door, and lets others get out.
+            ride, stop = edge.leg.slots
+            capacities[ride], capacities[stop] = None, of_waypoints.get(lanes.names[stop])
     return [capacity or math.inf for capacity in capacities]
 
 

@@ -13,8 +13,11 @@ from hmrsim.components import registry as components
 from hmrsim.errors import Problem
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.traffic import registry as policies
+from hmrsim.world.dock_checks import check_docks, check_drains
 from hmrsim.world.explain import explain
+from hmrsim.world.fault_checks import check_faults
 from hmrsim.world.finding import MOST_FINDINGS, Finding, Path, dotted, instead, warning
+from hmrsim.world.fixture_checks import check_fixtures
 from hmrsim.world.lane_checks import check_lanes
 from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world.script_checks import check_scripts
@@ -28,8 +31,6 @@ if TYPE_CHECKING:
     from hmrsim.world.model import RobotSpec, World
 
 _CHUNKS = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]*/[A-Za-z0-9_]+")
-
-_FAULTS: tuple[str, ...] = ()
 
 
 def check_world(world: World, file: str = "") -> list[Problem]:
@@ -57,12 +58,15 @@ def check(world: World, lost: Lost | None = None) -> list[Finding]:
         _check_bounds(world),
         _check_names(world),
         check_lanes(world, lost),
+        check_docks(world, lost),
         _check_robot_types(world),
         _check_robots(world, lost),
         _check_items(world, lost),
+        check_fixtures(world, lost),
         _check_inside(world),
+        check_drains(world),
         _check_traffic(world),
-        _check_faults(world),
+        check_faults(world, lost),
         _check_remap(world, lost),
         check_scripts(world, lost),
     )
@@ -89,7 +93,8 @@ def _named_points(world: World) -> Iterator[tuple[Path, str, Point]]:
     for name, place in world.places.items():
         yield ("places", name, "at"), name, place.at
     for name, dock in world.docks.items():
-        yield ("docks", name, "at"), name, dock.at
+        if not isinstance(dock.at, str):
+            yield ("docks", name, "at"), name, dock.at
 
 
 def _check_names(world: World) -> Iterator[Finding]:
@@ -122,7 +127,8 @@ def _spans(world: World) -> str:
 
 
 def _check_inside(world: World) -> Iterator[Finding]:
-    points = [(path, point) for path, _, point in _named_points(world)]
+    # Docks are looked at more closely elsewhere.
+    points = [(path, point) for path, _, point in _named_points(world) if path[0] != "docks"]
     points += [(("items", name, "at"), item.at) for name, item in world.items.items() if not isinstance(item.at, str)]
     for path, point in points:
         if _outside(world, point):
@@ -232,15 +238,6 @@ def _check_traffic(world: World) -> Iterator[Finding]:
     except ValidationError as error:
         for finding in explain(error, settings, policy.settings):
             yield Finding(("traffic", *finding.path), finding.message, finding.value)
-
-
-def _check_faults(world: World) -> Iterator[Finding]:
-    told: set[str] = set()
-    for i, fault in enumerate(world.faults):
-        if fault.type not in (*_FAULTS, *told):
-            told.add(fault.type)
-            message = f"no fault type {fault.type!r}, nothing will happen{instead(fault.type, _FAULTS)}"
-            yield warning(("faults", i, "type"), message, fault.type)
 
 
 def _check_remap(world: World, lost: Lost) -> Iterator[Finding]:

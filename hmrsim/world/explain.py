@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from pydantic import BaseModel
+
 from hmrsim.world.finding import MOST_FINDINGS, Finding, Path, instead, shown
 from hmrsim.world.model import Base, Dock, Fault, Item, Lane, Place, RobotSpec, RobotType, Solid, World
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
-    from pydantic import BaseModel, ValidationError
+    from pydantic import ValidationError
     from pydantic_core import ErrorDetails
 
 _PARTS: dict[tuple[str, ...], type[BaseModel]] = {
@@ -125,7 +127,7 @@ def _message(details: ErrorDetails, path: Path, value: object, model: type[BaseM
 
 def _wanted(kind: str, path: Path, value: object) -> str:
     if kind in ("tuple_type", "string_type") and path and path[-1] == "at":
-        wanted = "[x, y]" if path[0] in ("places", "docks") else "[x, y] or a name"
+        wanted = "[x, y]" if path[0] == "places" else "[x, y] or a name"
         return f"{wanted}, got {shown(value)}"
     quotes = "; put it in quotes" if kind == "string_type" and isinstance(value, (int, float)) else ""
     return f"{_WANTED[kind]}, got {shown(value)}{quotes}"
@@ -143,7 +145,7 @@ def _length(value: object) -> object:
 
 def _example(path: Path) -> str:
     if path[-1] == "at":
-        return "; expected [x, y] or a name" if path[0] in ("items", "robots") else "; expected [x, y]"
+        return "; expected [x, y] or a name" if path[0] in ("items", "robots", "docks") else "; expected [x, y]"
     return "; expected the name of a waypoint" if path[0] == "lanes" else ""
 
 
@@ -151,6 +153,13 @@ def _known_keys(path: Path, model: type[BaseModel] | None) -> Iterable[str]:
     if model is None:
         pattern: tuple[Any, ...] = tuple(step if i != 1 else "*" for i, step in enumerate(path))
         model = _PARTS.get(pattern)
+    else:
+        for step in path:
+            # A part of a component's settings may be a model of its own.
+            part = model.model_fields[str(step)].annotation
+            if not (isinstance(part, type) and issubclass(part, BaseModel)):
+                return ()
+            model = part
     if model is None:
         return ()
     return [field.alias or name for name, field in model.model_fields.items()]

@@ -76,10 +76,11 @@ def _check_walls(world: World, good: list[int]) -> Iterator[Finding]:
 
 
 def _check_connected(world: World, good: list[int]) -> Iterator[Finding]:
-    """Warn of waypoints that no lane touches, and of lanes that fall apart."""
+    """Warn of waypoints that no lane touches, and of lanes that fall apart; lifts connect, too."""
     if not world.lanes:
         return
     part = {name: name for lane in world.lanes for name in (lane.from_, lane.to)}
+    part |= {stop: stop for lift in world.lifts.values() for stop in lift.stops}
 
     def top(name: str) -> str:
         while part[name] != name:
@@ -92,6 +93,8 @@ def _check_connected(world: World, good: list[int]) -> Iterator[Finding]:
             yield warning(("waypoints", name), "no lane leads here")
     for i in good:
         part[top(world.lanes[i].from_)] = top(world.lanes[i].to)
+    for lift in world.lifts.values():
+        part.update((top(stop), top(lift.stops[0])) for stop in lift.stops)
     tops: dict[str, str] = {}
     for i in good:
         tops.setdefault(top(world.lanes[i].from_), world.lanes[i].from_)

@@ -25,6 +25,9 @@ from hmrsim.geometry import FARTHEST
 ROS_NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
 """A ROS name that does not begin with an underscore: those are the simulator's own."""
 
+CHARGER = "charger"
+"""The type of docks that charge batteries, whatever their power."""
+
 PIXEL_SPEED = 300.0
 """Speed of a robot that has none in a world in pixels, px/s: the original's 5 px a frame at 60 frames."""
 
@@ -136,16 +139,32 @@ class Place(Model):
 
 
 class Dock(Model):
-    """A point where robots dock.
+    """Where robots dock.
 
     Attributes:
-        type: What the dock is, such as ``charger``.
+        at: Where a docked robot stands: x, y, or the name of a waypoint or place.
+        type: What the dock is; a ``charger`` charges batteries.
         capacity: How many robots may be docked at once.
+        yaw: The way a docked robot faces; None for the way in which it comes.
+        power: Units of energy a second that it charges with; None for a fifteenth of the battery a minute where it is
+            a charger, and nothing where it is none.
+        staging: Where a robot lines up before it drives in, and goes when it leaves; None for the nearest point of a
+            lane from which it is seen.
+        reserved_for: Robots and robot types that may dock there; None for all.
     """
 
-    at: Point
+    at: Where
     type: Name = "dock"
     capacity: Capacity = 1
+    yaw: Coordinate | None = None
+    power: Positive | None = None
+    staging: Point | None = None
+    reserved_for: tuple[Name, ...] | None = None
+
+    @property
+    def charges(self) -> bool:
+        """Whether it charges batteries."""
+        return self.type == CHARGER or self.power is not None
 
 
 class Door(Model):
@@ -154,12 +173,18 @@ class Door(Model):
     Attributes:
         at: Where it is, from one jamb to the other.
         type: What it is, such as ``sliding``.
-        open: Whether it stands open in the beginning.
+        open: Whether it stands open in the beginning, until somebody closes it.
+        opening_time: Seconds that it takes to open.
+        opens_for: The robots for which it opens by itself, by their names or types; None for all of them.
+        stays_open: Seconds after which it closes behind a robot for which it has opened; None for never.
     """
 
     at: tuple[Point, Point]
     type: Name = "door"
     open: Annotated[bool, Field(strict=True)] = False
+    opening_time: NotNegative = 2.0
+    opens_for: tuple[Name, ...] | None = None
+    stays_open: NotNegative | None = 3.0
 
 
 class Lift(Model):
@@ -167,16 +192,34 @@ class Lift(Model):
 
     Attributes:
         stops: The waypoints where it stops, in order.
+        at: The one where its cabin is in the beginning; None for the first.
+        travel_time: Seconds from one stop to the next.
+        door_time: Seconds in which its doors open, or close.
+        capacity: How many robots may ride at once.
     """
 
     stops: Annotated[tuple[Name, ...], Field(min_length=2)]
+    at: Name | None = None
+    travel_time: Positive = 5.0
+    door_time: NotNegative = 2.0
+    capacity: Capacity = 1
+
+    def seconds(self, start: int, end: int) -> float:
+        """Return how long a ride takes between two stops, by their indices: doors close, it moves, doors open."""
+        return abs(end - start) * self.travel_time + 2 * self.door_time
 
 
 class Item(Model):
-    """Something that can be picked up."""
+    """Something that can be picked up.
+
+    Attributes:
+        at: Where it lies.
+        blocks: Whether nobody gets past it on the lane where it lies.
+    """
 
     at: Where
     weight: Annotated[float, Field(strict=True, ge=0, le=1e9, description="kg")] = 0.0
+    blocks: Annotated[bool, Field(strict=True)] = False
 
 
 class Base(Model):
@@ -303,7 +346,18 @@ class World(Model):
             return at
         if at in self.points:
             return self.points[at]
-        return (self.places.get(at) or self.docks[at]).at
+        return self.places[at].at if at in self.places else self.dock_point(at)
+
+    def dock_point(self, name: str) -> Point:
+        """Return where a dock is.
+
+        Raises:
+            KeyError: There is no such dock, or it is where no waypoint or place is.
+        """
+        at = self.docks[name].at
+        if not isinstance(at, str):
+            return at
+        return self.points[at] if at in self.points else self.places[at].at
 
     def robot_type(self, robot: RobotSpec) -> RobotType:
         """Return the base and components of a robot: its type's, with its own settings over them.

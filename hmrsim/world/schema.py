@@ -7,6 +7,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.components import registry as components
+from hmrsim.faults import registry as faults
 from hmrsim.world import model
 from hmrsim.world.model import World
 
@@ -25,7 +26,7 @@ _LANE_PAIR = {
 
 
 def world_schema() -> dict[str, Any]:
-    """Return the JSON Schema of native world files, with the settings of all components."""
+    """Return the JSON Schema of native world files, with the settings of all components and faults."""
     schema = World.model_json_schema(by_alias=True)
     definitions: dict[str, Any] = schema["$defs"]
     for name, definition in definitions.items():
@@ -37,11 +38,19 @@ def world_schema() -> dict[str, Any]:
     definitions["RobotSpec"]["properties"]["components"] = _one_of_each(
         {name: {"anyOf": [part, {"type": "null"}]} for name, part in settings.items()}
     )
+    definitions["Fault"] = {"anyOf": [_fault(name, _settings(fault.settings)) for name, fault in faults().items()]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **schema,
         "title": "hmrsim world",
     }
+
+
+def _fault(name: str, settings: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of one kind of fault, which is told by its type."""
+    kind = {"type": {"const": name, "description": "What goes wrong."}}
+    required = ["type", *settings.get("required", ())]
+    return {**settings, "properties": {**kind, **settings["properties"]}, "required": required}
 
 
 def _one_of_each(settings: dict[str, Any]) -> dict[str, Any]:

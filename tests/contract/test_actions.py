@@ -18,10 +18,12 @@ from tests.simulation import simulate
 WORLD = {
     "waypoints": {"here": [0, 0], "there": [10, 0]},
     "lanes": [["here", "there"]],
+    "docks": {"charger": {"at": [13, 0], "type": "charger"}},
     "items": {"parcel": {"at": [0, 0.5], "weight": 0.2}},
     "robots": {
         "tester": {
             "at": "here",
+            "base": {"turning_rate": 1},
             "components": {"claw": {"handling_time": 2}, "battery": {}},
         }
     },
@@ -40,6 +42,33 @@ def _code(result):
     return result.error_code if hasattr(result, "error_code") else result.result.result
 
 
+def owner_of(action):
+    """Return who serves an action."""
+    return THE_WORLD if action.of_world else "tester"
+
+
+def prepare(action):
+    """Return a simulation in which an action's example can be done, and the time at which."""
+    run = simulate(WORLD)
+    if action.of_world:
+        run.simulator.submit(CallService("set_simulation_state", PAUSE))
+    if action.example_after:
+        before = registry()[action.example_after]
+        run((0.0, SendGoal("tester", before.name, example(before), FIRST)))
+    return run, run.simulator.now
+
+
+def takes_time(action):
+    """Return whether the example of an action does not end at the instant at which it is asked for."""
+    run, now = prepare(action)
+    log = run((now, SendGoal(owner_of(action), action.name, example(action), GOAL)))
+    return any(at > now for at, _ in log.changes(GOAL))
+
+
+LASTING = [action for action in registry().values() if takes_time(action)]
+INSTANT = [action for action in registry().values() if action not in LASTING]
+
+
 @pytest.fixture(params=registry().values(), ids=registry())
 def action(request):
     """Return each action in turn."""
@@ -49,19 +78,13 @@ def action(request):
 @pytest.fixture
 def owner(action):
     """Return who serves the action."""
-    return THE_WORLD if action.of_world else "tester"
+    return owner_of(action)
 
 
 @pytest.fixture
 def prepared(action):
     """Return a simulation in which the action's example can be done, and the time at which."""
-    run = simulate(WORLD)
-    if action.of_world:
-        run.simulator.submit(CallService("set_simulation_state", PAUSE))
-    if action.example_after:
-        before = registry()[action.example_after]
-        run((0.0, SendGoal("tester", before.name, example(before), FIRST)))
-    return run, run.simulator.now
+    return prepare(action)
 
 
 def test_its_example_succeeds_and_leaves_the_robot_free(action, owner, prepared):
@@ -74,6 +97,7 @@ def test_its_example_succeeds_and_leaves_the_robot_free(action, owner, prepared)
     assert isinstance(log.result(GOAL), action.result)
 
 
+@pytest.mark.parametrize("action", LASTING, ids=lambda action: action.name)
 def test_it_is_canceled_at_the_instant_of_a_cancel(action, owner, prepared):
     """In the middle of it: CANCELED then and there, with its code and 'canceled'."""
     run, now = prepared
@@ -84,6 +108,17 @@ def test_it_is_canceled_at_the_instant_of_a_cancel(action, owner, prepared):
     assert 0 == log.answer("cancel").return_code
     assert "canceled" == error_of(log.result(GOAL))
     assert _code(action.failure(action.codes.canceled, "canceled")) == _code(log.result(GOAL))
+
+
+@pytest.mark.parametrize("action", INSTANT, ids=lambda action: action.name)
+def test_one_that_takes_no_time_can_not_be_canceled_any_more(action, owner, prepared):
+    """It has succeeded already, and holds nobody up."""
+    run, now = prepared
+    cancel = CancelGoal(owner, action.name, GOAL, reply_to="cancel")
+    log = run((now, SendGoal(owner, action.name, example(action), GOAL)), (now + 0.5, cancel))
+
+    assert (now, "SUCCEEDED") == log.changes(GOAL)[-1]
+    assert 3 == log.answer("cancel").return_code
 
 
 def test_a_robot_can_go_on_after_a_cancel(action, owner, prepared):
@@ -99,12 +134,13 @@ def test_a_robot_can_go_on_after_a_cancel(action, owner, prepared):
 
 
 def test_its_last_feedback_comes_before_its_end(action, owner, prepared):
-    """It reports something, of its own type, and nothing afterwards."""
+    """It reports something of its own type, if that has any fields, and nothing afterwards."""
     run, now = prepared
     log = run((now, SendGoal(owner, action.name, example(action), GOAL)))
 
     assert all(isinstance(feedback, action.feedback) for _, feedback in log.feedback(GOAL))
-    assert log.feedback(GOAL)[-1][0] <= log.changes(GOAL)[-1][0]
+    assert bool(action.feedback.model_fields) == bool(log.feedback(GOAL))
+    assert all(at <= log.changes(GOAL)[-1][0] for at, _ in log.feedback(GOAL))
 
 
 def test_its_messages_survive_json(action):

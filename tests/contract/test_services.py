@@ -13,10 +13,12 @@ from hmrsim.services import registry
 from tests.simulation import simulate
 
 WORLD = {
-    "waypoints": {"here": [0, 0], "there": [10, 0]},
+    "waypoints": {"here": [0, 0], "there": [10, 0], "upstairs": [100, 0]},
     "lanes": [["here", "there"]],
+    "doors": {"gate": {"at": [[5, -1], [5, 1]]}},
+    "lifts": {"lift": {"stops": ["there", "upstairs"]}},
     "items": {"parcel": {"at": [0, 0.5], "weight": 0.2}},
-    "robots": {"tester": {"at": "here"}},
+    "robots": {"tester": {"at": "here", "components": {"camera": {}}}},
 }
 
 

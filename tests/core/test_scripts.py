@@ -144,7 +144,7 @@ def test_an_order_is_a_goal(text, action, fields):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("Fly home", r"no order begins with 'Fly'; there are: Follow X Y X Y …; Go PLACE, or X Y; Grab ITEM; "),
+        ("Fly home", r"no order begins with 'Fly'; there are: .*Follow X Y X Y …; .*Go PLACE, or X Y; Grab ITEM; "),
         ("", "no order begins with ''"),
         ("Go", "'Go' says too little; expected Go PLACE, or X Y"),
         ("Go shelv", "no waypoint, place or dock 'shelv'; did you mean 'shelf'"),

@@ -25,7 +25,7 @@ from hmrsim_zenoh.ros2.rihs01 import rihs01, type_description
 KILTED: dict[str, str] = json.loads((Path(__file__).parent / "rihs01.json").read_text())["kilted"]
 
 # The table was made without these packages.
-WITHOUT_HASHES = {"simulation_interfaces"}
+WITHOUT_HASHES = {"simulation_interfaces", "vision_msgs", "hmrsim_msgs"}
 
 
 def checked_types() -> set[str]:

@@ -1,0 +1,49 @@
+"""A camera: sees the robots and items before it that no wall hides."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from hmrsim.components import Component
+from hmrsim.geometry import SAME_PLACE, distance, heading, turn
+from hmrsim.sensing import Sensor, SensorSettings
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point, Pose
+
+_EDGE = 1e-9
+"""What is this many radians beyond the edge of the picture is still in it."""
+
+
+class CameraSettings(SensorSettings):
+    """How far a camera sees, and how wide.
+
+    Attributes:
+        range: How far it sees, from the robot's centre to that of what is seen; None for 10 m, or 800 px.
+        resolution: How far what is seen has to move before it is told anew; None for 0.1 m, or 8 px.
+        field_of_view: How wide it sees, in radians, half of it to either side of where the robot faces.
+    """
+
+    field_of_view: Annotated[float, Field(strict=True, gt=0, le=math.tau)] = math.pi / 2
+
+
+@dataclass(eq=False)
+class Camera(Sensor):
+    """One robot's camera."""
+
+    default_range = MappingProxyType({"m": 10.0, "px": 800.0})
+
+    def faces(self, here: Pose, there: Point) -> bool:
+        """Return whether a point is before it."""
+        if distance(here.point, there) <= SAME_PLACE:
+            return True
+        half: float = self.settings.field_of_view / 2
+        return abs(turn(here.yaw, heading(here.point, there))) <= half + _EDGE
+
+
+COMPONENT = Component(name="camera", settings=CameraSettings, create=Camera)

@@ -1,0 +1,37 @@
+"""A proximity sensor: notices the robots and items around it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from hmrsim.components import Component
+from hmrsim.sensing import Sensor, SensorSettings
+
+
+class ProximitySettings(SensorSettings):
+    """How far a proximity sensor reaches.
+
+    Attributes:
+        range: How far it reaches, from the robot's centre to that of what is noticed; None for 2 m, or 160 px.
+        resolution: How far what is noticed has to move before it is told anew; None for 0.1 m, or 8 px.
+        through_walls: Whether walls hide nothing from it, as with radio tags.
+    """
+
+    through_walls: bool = False
+
+
+@dataclass(eq=False)
+class Proximity(Sensor):
+    """One robot's proximity sensor."""
+
+    default_range = MappingProxyType({"m": 2.0, "px": 160.0})
+
+    @property
+    def through_walls(self) -> bool:
+        """Whether walls hide nothing from it."""
+        through: bool = self.settings.through_walls
+        return through
+
+
+COMPONENT = Component(name="proximity", settings=ProximitySettings, create=Proximity)

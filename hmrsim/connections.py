@@ -1,0 +1,34 @@
+"""Which robots can be reached from outside."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simpy import Event
+
+from hmrsim.errors import GoalRejected
+
+if TYPE_CHECKING:
+    from hmrsim.gateway import CancelGoal, GetResult, SendGoal
+
+
+class CutOff(set[str]):
+    """The robots that can't be: requests are rejected, and results wait. What a robot does by itself goes on."""
+
+    def reach(self, command: SendGoal | CancelGoal | GetResult) -> bool:
+        """Return whether a request reaches its robot; that of the robot's own script always does."""
+        return command.robot not in self or isinstance(command.reply_to, Event)
+
+    def check(self, command: SendGoal) -> None:
+        """Do nothing if a goal reaches its robot.
+
+        Raises:
+            GoalRejected: It does not.
+        """
+        if not self.reach(command):
+            raise GoalRejected("not_ready", no_connection(command.robot))
+
+
+def no_connection(robot: str) -> str:
+    """Return why a robot can't be asked anything."""
+    return f"no connection to {robot}; it is lost for a while"

@@ -1,0 +1,175 @@
+"""Who and what the robots' sensors see."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hmrsim.gateway import Sampled, Topic
+from hmrsim.geometry import Pose, distance, turn
+from hmrsim.interfaces.vision_msgs import Detection3DArray
+from hmrsim.items import Item
+from hmrsim.sensing import Sensor
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping
+
+    from hmrsim.robot import Robot
+    from hmrsim.roster import Roster
+
+_SAME_YAW = 0.1
+"""What turns by no more radians is not told anew."""
+
+
+class Thing(NamedTuple):
+    """A robot or an item that may be seen.
+
+    Attributes:
+        pose: Where it is.
+        name: Its name.
+        kind: The robot's type, or ``item``.
+        size: Its footprint's diameter; 0 if it has none.
+        carrier: The name of the robot that it is, or that carries it; that one does not see it.
+    """
+
+    pose: Pose
+    name: str
+    kind: str
+    size: float
+    carrier: str
+
+
+class Seen(NamedTuple):
+    """A thing that is seen.
+
+    Attributes:
+        thing: Which.
+        by: The names of the sensors that see it.
+    """
+
+    thing: Thing
+    by: tuple[str, ...]
+
+
+class Surroundings:
+    """All that may be seen at one instant, in order of x, so that most of it need not be looked at.
+
+    Args:
+        roster: The robots and the items.
+    """
+
+    def __init__(self, roster: Roster) -> None:
+        things = [_thing(robot) for robot in roster.robots.values()]
+        self._things = sorted(things + [_thing(item) for item in roster.items.values()])
+        self._xs = [thing.pose.x for thing in self._things]
+
+    def near(self, pose: Pose, radius: float) -> list[Thing]:
+        """Return the things within a distance, and some that are farther."""
+        low, high = bisect_left(self._xs, pose.x - radius), bisect_right(self._xs, pose.x + radius)
+        return [thing for thing in self._things[low:high] if abs(thing.pose.y - pose.y) <= radius]
+
+
+class Detections:
+    """Looks with the robots' sensors.
+
+    Args:
+        roster: The robots, what they may see, and what hides it.
+    """
+
+    def __init__(self, roster: Roster) -> None:
+        self._roster = roster
+        self._told: dict[str, Mapping[str, Pose]] = {}
+
+    def look(self, robot: Robot, surroundings: Surroundings) -> list[Seen]:
+        """Return what a robot sees, in order of name; neither itself nor what it carries."""
+        sensors = sensors_of(robot)
+        reach = max((sensor.range(robot.units) for sensor in sensors.values() if not sensor.blind), default=None)
+        if reach is None:
+            return []
+        here = robot.pose()
+        seen = [
+            Seen(thing, by)
+            for thing in surroundings.near(here, reach)
+            if thing.carrier != robot.name and (by := self._seen_by(robot, here, thing))
+        ]
+        return sorted(seen, key=lambda each: each.thing.name)
+
+    def look_for(self, robot: Robot, entity: Robot | Item) -> Seen | None:
+        """Return what a robot sees of an entity; None if nothing."""
+        thing = _thing(entity)
+        by = self._seen_by(robot, robot.pose(), thing) if thing.carrier != robot.name else ()
+        return Seen(thing, by) if by else None
+
+    def _seen_by(self, robot: Robot, here: Pose, thing: Thing) -> tuple[str, ...]:
+        there = thing.pose.point
+        looking = {
+            name: sensor
+            for name, sensor in sensors_of(robot).items()
+            if not sensor.blind and sensor.covers(here, there, robot.units)
+        }
+        if not looking:
+            return ()
+        hidden = not self._roster.passage.graph.clear(here.point, there)
+        return tuple(name for name, sensor in looking.items() if sensor.through_walls or not hidden)
+
+    def message(self, robot: Robot, seen: list[Seen]) -> Sampled:
+        """Return what a robot says that it sees: where, by what it knows of its own place."""
+        header = robot.stamped(robot.pose())["header"]
+        found = {"header": header, "detections": [_detection(header, robot, each.thing) for each in seen]}
+        return Sampled(Topic.DETECTIONS, robot.name, Detection3DArray.model_validate(found))
+
+    def changed(self, silent: Collection[str]) -> Iterator[Sampled]:
+        """Yield what each robot sees for whom that has changed since it was told, but for those who say nothing."""
+        robots = self._roster.robots.values()
+        watchers = [robot for robot in robots if robot.name not in silent and sensors_of(robot)]
+        surroundings = Surroundings(self._roster) if watchers else None
+        before, self._told = self._told, {}
+        for robot in watchers:
+            if surroundings is None:
+                raise AssertionError
+            seen = self.look(robot, surroundings)
+            now = {each.thing.name: robot.believed(each.thing.pose) for each in seen}
+            known = before.get(robot.name)
+            if known is not None and not _differ(known, now, _resolution(robot)):
+                self._told[robot.name] = known
+                continue
+            self._told[robot.name] = now
+            yield self.message(robot, seen)
+
+    def forget(self) -> None:
+        """Tell everything anew to who comes to listen next."""
+        self._told.clear()
+
+
+def sensors_of(robot: Robot) -> dict[str, Sensor]:
+    """Return a robot's sensors by the names of the components."""
+    return {name: one for name, one in robot.components.items() if isinstance(one, Sensor)}
+
+
+def _thing(entity: Robot | Item) -> Thing:
+    if isinstance(entity, Item):
+        carrier = entity.carrier.name if entity.carrier else ""
+        return Thing(Pose(*entity.position), entity.name, "item", 0.0, carrier)
+    return Thing(entity.pose(), entity.name, entity.type, 2 * entity.radius, entity.name)
+
+
+def _resolution(robot: Robot) -> float:
+    return min(sensor.resolution(robot.units) for sensor in sensors_of(robot).values())
+
+
+def _differ(known: Mapping[str, Pose], now: Mapping[str, Pose], resolution: float) -> bool:
+    return known.keys() != now.keys() or any(
+        distance(known[name].point, pose.point) > resolution or abs(turn(known[name].yaw, pose.yaw)) > _SAME_YAW
+        for name, pose in now.items()
+    )
+
+
+def _detection(header: dict[str, Any], robot: Robot, thing: Thing) -> dict[str, Any]:
+    pose = robot.stamped(robot.believed(thing.pose))["pose"]
+    hypothesis = {"class_id": thing.kind, "score": 1.0}
+    return {
+        "header": header,
+        "results": [{"hypothesis": hypothesis, "pose": {"pose": pose}}],
+        "bbox": {"center": pose, "size": {"x": thing.size, "y": thing.size}},
+        "id": thing.name,
+    }

@@ -1,0 +1,275 @@
+"""What a robot does to its battery, and an empty battery to its robot.
+
+What is drawn is constant between two changes of what the robot does, so that there is one event for each level that is
+told, and none in between. The next one is an alarm: no time goes on for a battery's sake.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.gateway import Topic
+from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.interfaces.sensor_msgs import BatteryState
+from hmrsim.interfaces.std_msgs import Header
+from hmrsim.sim_time import nanoseconds
+
+if TYPE_CHECKING:
+    from hmrsim.components.battery import Battery
+    from hmrsim.environment import Alarm, Environment
+    from hmrsim.interest import Happenings
+    from hmrsim.robot import Robot
+
+_EMPTY = "battery_empty"
+_REVIVED = 0.01
+"""Least share that an empty battery has to be charged to before it is of use, however low *critical* is."""
+
+_INSTANT = 1e-9
+"""Seconds that no event is too early by."""
+
+
+class Level(IntEnum):
+    """How much is left, as it is told."""
+
+    GOOD = 0
+    LOW = 1
+    CRITICAL = 2
+    EMPTY = 3
+
+
+class Energy:
+    """Keeps the account of one robot's battery.
+
+    Args:
+        env: The simulation's clock and events.
+        robot: Whose it is; it says whenever it does something else.
+        battery: Which.
+        happened: Tells of it.
+
+    Attributes:
+        battery: Likewise.
+        level: How much is left, as it was told last; it is empty until it has been charged for a while.
+    """
+
+    def __init__(self, env: Environment, robot: Robot, battery: Battery, happened: Happenings) -> None:
+        self.battery = battery
+        self._env = env
+        self._robot = robot
+        self._happened = happened
+        self._moves = False
+        self._alarm: Alarm | None = None
+        self._alarm_at = self._due = math.inf
+        self._target = 0.0
+        battery.rebase(env.now)
+        self.level = self._level()
+        if self.level is Level.EMPTY:
+            robot.ailments[_EMPTY] = self._why_empty()
+        self.switch()
+
+    # --- what the robot does --------------------------------------------------------------------------------------
+
+    def look(self) -> None:
+        """Take note of whether the robot moves, and how fast; it is asked with each lane."""
+        moves = self._robot.moves
+        if moves is not self._moves or self.battery.settings.drain.distance:
+            self._moves = moves
+            self.switch()
+
+    def switch(self) -> None:
+        """Draw from now on what the robot needs for what it does now, or charge."""
+        battery, now = self.battery, self._env.now
+        battery.settle(now)
+        if self.level is not Level.EMPTY:
+            # To come up is not told.
+            self.level = min(self.level, self._level())
+        charged_before = bool(battery.charging)
+        power = self._robot.dock.power_for(battery) if self._robot.dock else 0.0
+        if power:
+            # What the robot needs comes from the dock, also when the battery is full.
+            battery.drain, battery.charging = 0.0, power if battery.charge(now) < battery.usable else 0.0
+        else:
+            battery.drain, battery.charging = 0.0 if self.level is Level.EMPTY else self._demand(), 0.0
+        if charged_before is not bool(battery.charging):
+            self._tell("charging_ended" if charged_before else "charging_began")
+        self._expect()
+
+    def _demand(self) -> float:
+        """Return the units of energy a second that the robot needs."""
+        robot, drain = self._robot, self.battery.settings.drain
+        power = drain.of_time(moving=self._moves)
+        if drain.distance and self._moves:
+            power += drain.distance * abs(robot.velocity()[0])
+        if drain.load:
+            power += drain.load * robot.load
+        if drain.actions:
+            power += math.fsum(drain.actions.get(action, 0.0) for action in robot.doing)
+        return power
+
+    def act(self) -> None:
+        """Take note that a goal begins or ends."""
+        if self.battery.settings.drain.actions:
+            self.switch()
+
+    def carry(self, *, handled: bool) -> None:
+        """Take note that the robot carries something else, and of the work if it has *handled* it itself."""
+        drain = self.battery.settings.drain
+        if handled and drain.handling:
+            self.battery.spend(self._env.now, drain.handling)
+        if drain.load or drain.handling:
+            self.switch()
+
+    def fail_cell(self, cell: int) -> None:
+        """Let a cell fail, of a number from 0."""
+        self.battery.fail_cell(self._env.now, cell)
+        self.switch()
+
+    def mend(self, cell: int) -> None:
+        """Replace a cell that has failed."""
+        self.battery.mend(self._env.now, cell)
+        self.switch()
+
+    def stop(self) -> None:
+        """Expect nothing any more: the robot is there no longer, or time begins anew."""
+        self.battery.settle(self._env.now)
+        if self._alarm is not None:
+            self._env.put_off(self._alarm)
+            self._alarm = None
+
+    def go_on(self) -> None:
+        """Go on at another time after it was stopped."""
+        self.battery.rebase(self._env.now)
+        self._expect()
+
+    # --- levels ---------------------------------------------------------------------------------------------------
+
+    def _level(self) -> Level:
+        """Return how much is left, whatever was told."""
+        battery, now = self.battery, self._env.now
+        charge = battery.charge(now)
+        return next((level for level in reversed(Level) if charge <= self._upper_end(level)), Level.GOOD)
+
+    def _upper_end(self, level: Level) -> float:
+        """Return the units of energy at which a level is come down to."""
+        settings = self.battery.settings
+        shares = {Level.LOW: settings.low, Level.CRITICAL: settings.critical, Level.EMPTY: 0.0}
+        return self.battery.usable * shares.get(level, math.inf)
+
+    @property
+    def _revived_at(self) -> float:
+        return self.battery.usable * max(_REVIVED, self.battery.settings.critical)
+
+    def _expect(self) -> None:
+        """Have the alarm ring when the next level is reached, or before."""
+        battery, now = self.battery, self._env.now
+        if battery.charging:
+            self._target = self._revived_at if self.level is Level.EMPTY else battery.usable
+        elif self.level is Level.EMPTY:
+            self._due = math.inf
+            return
+        else:
+            self._target = self._upper_end(Level(self.level + 1))
+            if battery.charge(now) <= self._target:
+                # What changes just now comes first.
+                self._env.soon(self._tell_levels)
+                return
+        self._due = battery.reaches(self._target)
+        if self._alarm is not None and self._due < self._alarm_at:
+            self._env.put_off(self._alarm)
+            self._alarm = None
+        if self._alarm is None and self._due < math.inf:
+            # One that rings early, since less is drawn meanwhile, is cheaper than a new one with each change.
+            self._alarm_at = self._due
+            self._alarm = self._env.alarm(max(0.0, self._due - now), self._ring)
+
+    def _ring(self) -> None:
+        self._alarm = None
+        now = self._env.now
+        if self._due > now + _INSTANT:
+            if self._due < math.inf:
+                self._expect()
+            return
+        # The formula comes to it within rounding, but the level has to be reached.
+        bound = max if self.battery.charging else min
+        self.battery.settle(now, bound(self._target, self.battery.charge(now)))
+        if not self.battery.charging:
+            self._tell_levels()
+        elif self.level is Level.EMPTY:
+            self.level = self._level()
+            self._robot.recover(_EMPTY)
+            self._tell("battery_revived")
+        else:
+            self._tell("battery_full")
+        self.switch()
+
+    def _tell_levels(self) -> None:
+        """Tell each level that has been come down to; the last one stops the robot."""
+        for level in Level:
+            if self.level < level <= self._level():
+                self.level = level
+                if level is not Level.EMPTY:
+                    self._tell(f"battery_{level.name.lower()}")
+        if self.level is Level.EMPTY and _EMPTY not in self._robot.ailments:
+            self._tell(_EMPTY, at=[*self._robot.pose().point])
+            self._robot.fall_ill(_EMPTY, self._why_empty())
+        self.switch()
+
+    def _why_empty(self) -> str:
+        x, y = self._robot.pose().point
+        return f"battery empty at ({x:g}, {y:g})"
+
+    # --- what is told ---------------------------------------------------------------------------------------------
+
+    @property
+    def tags(self) -> list[str]:
+        """How it is now, in words for who looks at the robot; an empty battery is an ailment."""
+        charging = ["charging"] if self.battery.charging else []
+        # While it is being charged nobody has taken note of what it has come up to.
+        level = min(self.level, self._level())
+        return charging + ([f"battery_{level.name.lower()}"] if level in (Level.LOW, Level.CRITICAL) else [])
+
+    def _tell(self, kind: str, **more: Any) -> None:
+        now = self._env.now
+        charge, share = self.battery.charge(now), self.battery.share(now)
+        self._happened(kind, lambda: {"robot": self._robot.name, "charge": charge, "percentage": share, **more})
+        self._happened.sampled(Topic.BATTERY_STATE, self._robot.name, self.state)
+
+    def state(self) -> BatteryState:
+        """Return the message that says how it is now."""
+        battery, now = self.battery, self._env.now
+        settings, flow, volts = battery.settings, battery.flow(now), battery.cell_voltages(now)
+        technology = f"POWER_SUPPLY_TECHNOLOGY_{settings.technology.upper()}"
+        return BatteryState(
+            header=Header(stamp=Time.from_nanoseconds(nanoseconds(now))),
+            voltage=math.fsum(volts),
+            temperature=settings.temperature,
+            current=flow / settings.nominal_voltage,
+            charge=battery.ampere_hours(battery.charge(now)),
+            capacity=battery.ampere_hours(battery.usable),
+            design_capacity=battery.ampere_hours(settings.capacity),
+            percentage=battery.share(now),
+            power_supply_status=self._status(flow),
+            power_supply_health=self._health(),
+            power_supply_technology=getattr(BatteryState, technology),
+            present=True,
+            cell_voltage=volts,
+            cell_temperature=[settings.temperature] * settings.cells,
+            serial_number=self._robot.name,
+        )
+
+    def _status(self, flow: float) -> int:
+        if flow > 0.0:
+            return BatteryState.POWER_SUPPLY_STATUS_CHARGING
+        if flow < 0.0:
+            return BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
+        if self._robot.dock and self._robot.dock.power_for(self.battery):
+            return BatteryState.POWER_SUPPLY_STATUS_FULL
+        return BatteryState.POWER_SUPPLY_STATUS_NOT_CHARGING
+
+    def _health(self) -> int:
+        if not self.battery.failed:
+            return BatteryState.POWER_SUPPLY_HEALTH_GOOD
+        if self.battery.usable:
+            return BatteryState.POWER_SUPPLY_HEALTH_UNSPEC_FAILURE
+        return BatteryState.POWER_SUPPLY_HEALTH_DEAD

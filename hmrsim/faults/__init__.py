@@ -1,0 +1,147 @@
+"""What can go wrong on purpose: one kind of fault a file.
+
+A fault is data: a name, its settings, and a function that lets it begin and returns what ends it. The schedule of a
+world, the services and the tests are generic over it. Nothing here knows when faults begin: see `hmrsim.mishaps`.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, Generic, Self, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from hmrsim.plugins import discover
+
+if TYPE_CHECKING:
+    import random
+    from collections.abc import Callable, Mapping, Sequence
+
+    from hmrsim.components.claw import Claw
+    from hmrsim.robot import Robot
+    from hmrsim.roster import Roster
+
+_MOST = 1e9
+
+Name = Annotated[str, Field(min_length=1, max_length=100)]
+Seconds = Annotated[float, Field(strict=True, ge=0, le=_MOST)]
+SomeSeconds = Annotated[float, Field(strict=True, gt=0, le=_MOST)]
+Probability = Annotated[float, Field(strict=True, gt=0, le=1)]
+
+
+class Occurrence(BaseModel):
+    """What may be said of every fault: when it happens. One that is no `Spell` happens in an instant."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    name: Name | None = Field(
+        default=None, description="By which it is told of and cleared; None for its type and a number."
+    )
+    at: Seconds | None = Field(default=None, description="When it begins, in simulated seconds; None for at once.")
+    mean_time_between: SomeSeconds | None = Field(
+        default=None,
+        description="Until it happens, and from its end until it happens again, in seconds, on average; None for once.",
+    )
+
+    @property
+    def subject(self) -> str:
+        """What it happens to: the name of a robot or a door, or the waypoints of a lane."""
+        return str(getattr(self, "robot", "") or getattr(self, "door", "") or "-".join(getattr(self, "lane", ())))
+
+    @model_validator(mode="after")
+    def _one_beginning(self) -> Self:
+        if self.at is not None and self.mean_time_between is not None:
+            raise ValueError("at and mean_time_between are both given; leave one of them out")
+        return self
+
+
+class Spell(Occurrence):
+    """What may be said of a fault that lasts a while; for ever if its end is not said."""
+
+    until: Seconds | None = Field(default=None, description="When it ends, in simulated seconds.")
+    duration: SomeSeconds | None = Field(default=None, description="How long it lasts, in seconds.")
+    mean_duration: SomeSeconds | None = Field(default=None, description="How long it lasts, in seconds, on average.")
+
+    @model_validator(mode="after")
+    def _one_end(self) -> Self:
+        ends = [name for name in ("until", "duration", "mean_duration") if getattr(self, name) is not None]
+        if len(ends) > 1:
+            raise ValueError(f"{' and '.join(ends)} are both given; leave one of them out")
+        if self.until is not None and self.mean_time_between is not None:
+            raise ValueError("until is given for what happens again and again; give duration or mean_duration")
+        if self.until is not None and self.until <= (self.at or 0.0):
+            raise ValueError(f"until {self.until:g} s is not after at {self.at or 0.0:g} s")
+        return self
+
+
+S = TypeVar("S", bound=Occurrence)
+
+
+@dataclass(frozen=True)
+class Case(Generic[S]):
+    """One time that a fault happens.
+
+    Attributes:
+        name: Of the fault.
+        settings: What the world file says of it.
+        roster: The robots, items, doors and ways of the world.
+        random: For what is left to chance; no other fault's chance depends on it.
+        fellows: Tells the settings of other faults of this kind that go on at the same subject, the oldest first.
+    """
+
+    name: str
+    settings: S
+    roster: Roster
+    random: random.Random
+    fellows: Callable[[], Sequence[S]]
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that it happens to."""
+        return self.roster.robots[self.settings.subject]
+
+    @property
+    def claw(self) -> Claw:
+        """That robot's claw."""
+        claw: Claw = self.robot.components["claw"]
+        return claw
+
+    def happens(self, probability: float) -> bool:
+        """Return whether something happens that does so with a probability."""
+        return self.random.random() < probability
+
+
+@dataclass(frozen=True)
+class Fault(Generic[S]):
+    """A kind of thing that goes wrong.
+
+    Attributes:
+        name: As in world files, and that of its module.
+        settings: The model of its settings. A field ``robot``, ``door`` or ``lane`` names the subject, which must be
+            there when it happens.
+        begin: Lets it happen; returns what ends it.
+        component: The component that the robot needs; None for none.
+        example: Settings that make sense in the world of the contract tests, in plain values.
+    """
+
+    name: str
+    settings: type[S]
+    begin: Callable[[Case[S]], Callable[[], None]]
+    component: str | None = None
+    example: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def lasts(self) -> bool:
+        """Whether it goes on for a while, and does not happen in an instant."""
+        return issubclass(self.settings, Spell)
+
+
+AnyFault = Fault[Any]
+
+
+@cache
+def registry() -> dict[str, AnyFault]:
+    """Return all faults by name."""
+    return discover(sys.modules[__name__], "FAULT", Fault)

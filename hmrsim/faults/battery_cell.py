@@ -1,0 +1,40 @@
+"""A cell of a battery fails: less goes into it, and what was in the cell is gone."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from hmrsim.faults import Case, Fault, Name, Spell
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class BatteryCell(Spell):
+    """When which cell fails.
+
+    Attributes:
+        robot: The robot's name.
+        cell: The cell's number, from 0.
+    """
+
+    robot: Name
+    cell: Annotated[int, Field(strict=True, ge=0)] = 0
+
+
+def _begin(case: Case[BatteryCell]) -> Callable[[], None]:
+    energy, cell = case.robot.energy, case.settings.cell
+    if energy is None:
+        raise AssertionError
+    energy.fail_cell(cell)
+
+    def end() -> None:
+        if all(fellow.cell != cell for fellow in case.fellows()):
+            energy.mend(cell)
+
+    return end
+
+
+FAULT = Fault(name="battery_cell", settings=BatteryCell, begin=_begin, component="battery", example={"robot": "wall_e"})

@@ -1,0 +1,35 @@
+"""A robot breaks down: it stands where it is, in the way of others, until it is repaired."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.faults import Case, Fault, Name, Spell
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class Breakdown(Spell):
+    """When which robot breaks down.
+
+    Attributes:
+        robot: Its name.
+    """
+
+    robot: Name
+
+
+def _begin(case: Case[Breakdown]) -> Callable[[], None]:
+    robot = case.robot
+    x, y = robot.pose().point
+    robot.fall_ill(FAULT.name, f"{robot.name} has broken down at ({x:g}, {y:g})")
+
+    def end() -> None:
+        if not case.fellows():
+            robot.recover(FAULT.name)
+
+    return end
+
+
+FAULT = Fault(name="breakdown", settings=Breakdown, begin=_begin, example={"robot": "wall_e"})

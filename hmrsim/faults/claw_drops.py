@@ -1,0 +1,31 @@
+"""A claw lets go of what it holds, which falls where the robot is, and is in the way there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.faults import Case, Fault, Name, Occurrence, Probability
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class ClawDrops(Occurrence):
+    """When which claw drops what it holds.
+
+    Attributes:
+        robot: The robot's name.
+        probability: That it does.
+    """
+
+    robot: Name
+    probability: Probability = 1.0
+
+
+def _begin(case: Case[ClawDrops]) -> Callable[[], None]:
+    if case.happens(case.settings.probability) and case.claw.item is not None:
+        case.robot.drop(case.claw.item)
+    return lambda: None
+
+
+FAULT = Fault(name="claw_drops", settings=ClawDrops, begin=_begin, component="claw", example={"robot": "wall_e"})

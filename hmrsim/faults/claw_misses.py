@@ -1,0 +1,33 @@
+"""A claw misses what it reaches for, so that picking up fails."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from hmrsim.faults import Case, Fault, Name, Probability, Spell
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class ClawMisses(Spell):
+    """When which claw misses.
+
+    Attributes:
+        robot: The robot's name.
+        probability: That it does, each time.
+    """
+
+    robot: Name
+    probability: Probability = 1.0
+
+
+def _begin(case: Case[ClawMisses]) -> Callable[[], None]:
+    claw = case.claw
+    misses = partial(case.happens, case.settings.probability)
+    claw.misses.append(misses)
+    return partial(claw.misses.remove, misses)
+
+
+FAULT = Fault(name="claw_misses", settings=ClawMisses, begin=_begin, component="claw", example={"robot": "wall_e"})

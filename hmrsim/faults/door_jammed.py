@@ -1,0 +1,31 @@
+"""A door stays as it is, open or closed, whoever wants it otherwise."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, cast
+
+from hmrsim.faults import Case, Fault, Name, Spell
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim.fixtures.doors import Door
+
+
+class DoorJammed(Spell):
+    """When which door jams.
+
+    Attributes:
+        door: Its name.
+    """
+
+    door: Name
+
+
+def _begin(case: Case[DoorJammed]) -> Callable[[], None]:
+    door = cast("Door", case.roster.fixtures[case.settings.door])
+    door.jam()
+    return door.free
+
+
+FAULT = Fault(name="door_jammed", settings=DoorJammed, begin=_begin, example={"door": "gate"})

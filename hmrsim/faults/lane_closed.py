@@ -1,0 +1,33 @@
+"""A lane is closed, both ways: nobody enters it, and whoever is on it drives on."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from hmrsim.faults import Case, Fault, Name, Spell
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class LaneClosed(Spell):
+    """When which lane is closed.
+
+    Attributes:
+        lane: The waypoints at its ends.
+    """
+
+    lane: Annotated[tuple[Name, ...], Field(min_length=2, max_length=2)]
+
+
+def _begin(case: Case[LaneClosed]) -> Callable[[], None]:
+    passage, (a, b) = case.roster.passage, case.settings.lane
+    lanes = [lane for lane in ((a, b), (b, a)) if lane in passage.graph.lanes.numbers]
+    passage.close(lanes, case.name, case.name)
+    return partial(passage.open, case.name)
+
+
+FAULT = Fault(name="lane_closed", settings=LaneClosed, begin=_begin, example={"lane": ["home", "door"]})

@@ -1,0 +1,46 @@
+"""A robot believes to be elsewhere: what it tells of places is off, what it does is not."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from hmrsim.faults import Case, Fault, Name, Spell
+from hmrsim.geometry import FARTHEST, Pose
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_Offset = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST)]
+
+
+class LocalisationJump(Spell):
+    """When which robot is off, and by how much.
+
+    Attributes:
+        robot: Its name.
+        dx: In the world's unit.
+        dy: Likewise.
+        yaw: In radians.
+    """
+
+    robot: Name
+    dx: _Offset = 0.0
+    dy: _Offset = 0.0
+    yaw: _Offset = 0.0
+
+
+def _begin(case: Case[LocalisationJump]) -> Callable[[], None]:
+    robot = case.robot
+
+    def misplace(jumps: tuple[LocalisationJump, ...]) -> None:
+        jumps = (*case.fellows(), *jumps)
+        robot.misplaced = Pose(*(sum(getattr(jump, key) for jump in jumps) for key in ("dx", "dy", "yaw")))
+
+    misplace((case.settings,))
+    return partial(misplace, ())
+
+
+FAULT = Fault(name="localisation_jump", settings=LocalisationJump, begin=_begin, example={"robot": "wall_e", "dx": 0.5})

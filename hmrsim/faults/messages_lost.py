@@ -1,0 +1,34 @@
+"""The connection to a robot is lost: nothing that it says arrives, and nobody can ask it anything."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.faults import Case, Fault, Name, Spell
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class MessagesLost(Spell):
+    """When which robot has no connection.
+
+    Attributes:
+        robot: Its name.
+    """
+
+    robot: Name
+
+
+def _begin(case: Case[MessagesLost]) -> Callable[[], None]:
+    name = case.settings.robot
+    case.roster.connect(name, connected=False)
+
+    def end() -> None:
+        if not case.fellows():
+            case.roster.connect(name, connected=True)
+
+    return end
+
+
+FAULT = Fault(name="messages_lost", settings=MessagesLost, begin=_begin, example={"robot": "wall_e"})

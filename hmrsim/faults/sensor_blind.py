@@ -1,0 +1,40 @@
+"""The sensors of a robot see nothing."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from hmrsim.faults import Case, Fault, Name, Spell
+from hmrsim.sensing import Sensor
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class SensorBlind(Spell):
+    """When which sensors are blind.
+
+    Attributes:
+        robot: The robot's name.
+        sensor: The component, such as ``camera``; None for all.
+    """
+
+    robot: Name
+    sensor: Name | None = None
+
+
+def _begin(case: Case[SensorBlind]) -> Callable[[], None]:
+    robot = case.robot
+
+    def look(blinding: tuple[SensorBlind, ...]) -> None:
+        causes = [each.sensor for each in (*blinding, *case.fellows())]
+        for name, one in robot.components.items():
+            if isinstance(one, Sensor):
+                one.blind = None in causes or name in causes
+
+    look((case.settings,))
+    return partial(look, ())
+
+
+FAULT = Fault(name="sensor_blind", settings=SensorBlind, begin=_begin, example={"robot": "wall_e"})

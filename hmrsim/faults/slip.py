@@ -1,0 +1,39 @@
+"""The wheels of a robot slip: it is slower, also on the way that it drives just now."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from hmrsim.faults import Case, Fault, Name, Spell
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class Slip(Spell):
+    """When which robot slips.
+
+    Attributes:
+        robot: Its name.
+        factor: What its speed is multiplied with.
+    """
+
+    robot: Name
+    factor: Annotated[float, Field(strict=True, gt=0, le=1)]
+
+
+def _begin(case: Case[Slip]) -> Callable[[], None]:
+    robot = case.robot
+
+    def slow_down(factor: float) -> None:
+        robot.slowness = factor * math.prod(fellow.factor for fellow in case.fellows())
+        robot.retime()
+
+    slow_down(case.settings.factor)
+    return lambda: slow_down(1.0)
+
+
+FAULT = Fault(name="slip", settings=Slip, begin=_begin, example={"robot": "wall_e", "factor": 0.5})

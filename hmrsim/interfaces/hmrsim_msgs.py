@@ -1,0 +1,132 @@
+"""Our own services, where ROS has none: what sensors see, and what goes wrong."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.interfaces.geometry_msgs import PoseStamped
+from hmrsim.interfaces.message import Bool, Float64, Message, String, UInt32
+from hmrsim.interfaces.simulation_interfaces import Result
+
+
+class IsDetected:
+    """Ask whether the sensors of a robot see another robot or an item."""
+
+    class Request(Message):
+        """Who looks, and for what."""
+
+        robot: String = ""
+        entity: String = ""
+
+    class Response(Message):
+        """Whether it is seen, where, and by which sensors."""
+
+        result: Result = Field(default_factory=Result)
+        detected: Bool = False
+        pose: PoseStamped = Field(default_factory=PoseStamped)
+        by: list[String] = Field(default_factory=list)
+
+
+class InjectFault:
+    """Have something go wrong."""
+
+    class Request(Message):
+        """What, with the keys of a world file; one that is zero or empty is left out.
+
+        *settings* is JSON text of further keys, for faults that others have added.
+        """
+
+        type: String = ""
+        name: String = ""
+        at: Float64 = 0.0
+        until: Float64 = 0.0
+        duration: Float64 = 0.0
+        mean_time_between: Float64 = 0.0
+        mean_duration: Float64 = 0.0
+        robot: String = ""
+        door: String = ""
+        lane: list[String] = Field(default_factory=list)
+        sensor: String = ""
+        probability: Float64 = 0.0
+        factor: Float64 = 0.0
+        cells: UInt32 = 0
+        dx: Float64 = 0.0
+        dy: Float64 = 0.0
+        yaw: Float64 = 0.0
+        settings: String = ""
+
+    class Response(Message):
+        """What came of it, and the name by which it can be cleared."""
+
+        result: Result = Field(default_factory=Result)
+        name: String = ""
+
+
+class ClearFault:
+    """Put right what goes wrong."""
+
+    class Request(Message):
+        """One fault by its name, all of a type, or all."""
+
+        name: String = ""
+        type: String = ""
+
+    class Response(Message):
+        """What came of it, and the names of those that have ended by it."""
+
+        result: Result = Field(default_factory=Result)
+        names: list[String] = Field(default_factory=list)
+
+
+class Fault(Message):
+    """Something that goes wrong, or will; *settings* is JSON text, with the keys of a world file."""
+
+    name: String = ""
+    type: String = ""
+    active: Bool = False
+    since: Time = Field(default_factory=Time)
+    settings: String = ""
+
+
+class GetFaults:
+    """Ask what goes wrong, and what is to come."""
+
+    class Request(Message):
+        """Nothing needs to be said."""
+
+    class Response(Message):
+        """Those that are known, in the order of their names."""
+
+        result: Result = Field(default_factory=Result)
+        faults: list[Fault] = Field(default_factory=list)
+
+
+class SetDoorState:
+    """Tell a door what to be from now on."""
+
+    class Request(Message):
+        """Which door, and whether it is to be ``open``, ``closed`` (it opens for robots) or ``locked``."""
+
+        name: String = ""
+        state: String = ""
+
+    class Response(Message):
+        """What came of it; a door takes its time to open."""
+
+        result: Result = Field(default_factory=Result)
+
+
+class CallLift:
+    """Have a lift come to a stop."""
+
+    class Request(Message):
+        """Which lift, and the waypoint where it is to stop."""
+
+        name: String = ""
+        stop: String = ""
+
+    class Response(Message):
+        """What came of it; a lift takes its time to come."""
+
+        result: Result = Field(default_factory=Result)

@@ -1,0 +1,81 @@
+"""What stands or lies on lanes so that nobody gets past: one drives up to it, and no farther."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from hmrsim.errors import NoRoute
+from hmrsim.geometry import SAME_PLACE, distance
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Mapping
+
+    from hmrsim.geometry import Point
+    from hmrsim.graph import Lane
+    from hmrsim.lanes import Lanes
+    from hmrsim.route import Leg, Route
+
+
+class Obstructions:
+    """Where they are, by the cause because of which their lanes are closed.
+
+    Args:
+        lanes: Where they may be.
+    """
+
+    def __init__(self, lanes: Lanes) -> None:
+        self._lanes = lanes
+        self._points: dict[str, Point] = {}
+
+    def add(self, cause: str, point: Point) -> list[Lane]:
+        """Return the lane that something is on, in each direction; nothing at a waypoint, where there is room."""
+        if point in self._lanes.at:
+            return []
+        on_lane, feet = self._lanes.feet(point)
+        if not on_lane:
+            return []
+        self._points[cause] = point
+        return [edge.leg.lane for edge, _ in feet if edge.leg.lane]
+
+    def remove(self, cause: str) -> bool:
+        """Forget one; return whether it was there."""
+        return self._points.pop(cause, None) is not None
+
+    def __contains__(self, cause: str) -> bool:
+        """Return whether something is in the way."""
+        return cause in self._points
+
+    def let_drive(self, leg: Leg, causes: Collection[str]) -> bool:
+        """Return whether a leg on a lane that is closed for these causes ends before all that is in the way there."""
+        return all(cause in self._points and not _passes(leg, self._points[cause]) for cause in causes)
+
+    def up_to(
+        self, goal: Point, closed: Mapping[Lane, Collection[str]], plan: Callable[[Point], Route]
+    ) -> Route | None:
+        """Return the shortest way to a point of a lane that is closed, from the end from which one can drive there.
+
+        Args:
+            goal: The point.
+            closed: The lanes that are closed, and the causes.
+            plan: Plans the way to an end; raises `NoRoute` as planners do.
+
+        Returns:
+            The way; None if there is none.
+        """
+        if not self._points or goal in self._lanes.at:
+            return None
+        on_lane, feet = self._lanes.feet(goal)
+        routes = []
+        for edge, _ in feet if on_lane else ():
+            leg = self._lanes.part(edge, edge.leg.start, goal)
+            if edge.leg.lane is not None and edge.leg.lane in closed and self.let_drive(leg, closed[edge.leg.lane]):
+                with suppress(NoRoute):
+                    routes.append(self._lanes.route([*plan(leg.start).legs, leg], goal))
+        return min(routes, key=lambda route: sum(leg.length for leg in route.legs), default=None)
+
+
+def _passes(leg: Leg, point: Point) -> bool:
+    """Return whether a leg on a lane leads beyond a point of that lane."""
+    before, behind = distance(leg.start, point), distance(point, leg.end)
+    return SAME_PLACE < before < leg.length and SAME_PLACE < behind < leg.length

@@ -1,0 +1,68 @@
+"""Sensors: how far they see, and which way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import Field
+
+from hmrsim.components import Settings
+from hmrsim.geometry import distance
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.geometry import Point, Pose
+
+_RESOLUTION = {"m": 0.1, "px": 8.0}
+
+
+class SensorSettings(Settings):
+    """What sensors have in common.
+
+    Attributes:
+        range: How far it sees, from the robot's centre to that of what is seen, in the world's unit.
+        resolution: How far what is seen has to move before it is told anew, likewise; None for 0.1 m, or 8 px.
+    """
+
+    range: Annotated[float, Field(strict=True, gt=0, le=1e9)] | None = None
+    resolution: Annotated[float, Field(strict=True, ge=0, le=1e9)] | None = None
+
+
+@dataclass(eq=False)
+class Sensor:
+    """One robot's sensor.
+
+    Attributes:
+        settings: What the world file says of it.
+        blind: Whether it sees nothing at all.
+    """
+
+    settings: Any
+    blind: bool = False
+
+    default_range: ClassVar[Mapping[str, float]]
+    """How far one sees of which nothing is said, by the world's unit."""
+
+    @property
+    def through_walls(self) -> bool:
+        """Whether walls and doors hide nothing from it."""
+        return False
+
+    def range(self, units: str) -> float:
+        """Return how far it sees, in *units*."""
+        return self.settings.range or self.default_range[units]
+
+    def resolution(self, units: str) -> float:
+        """Return how far what it sees has to move before it is told anew, in *units*."""
+        own: float | None = self.settings.resolution
+        return _RESOLUTION[units] if own is None else own
+
+    def covers(self, here: Pose, there: Point, units: str) -> bool:
+        """Return whether a point is where it looks from *here*, if nothing stands between."""
+        return distance(here.point, there) <= self.range(units) and self.faces(here, there)
+
+    def faces(self, _here: Pose, _there: Point) -> bool:
+        """Return whether it looks the way in which a point lies: all around, unless a kind of sensor says otherwise."""
+        return True

@@ -1,0 +1,41 @@
+"""Have a lift come to a stop."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.fixtures.lifts import Lift
+from hmrsim.interfaces.hmrsim_msgs import CallLift
+from hmrsim.interfaces.simulation_interfaces import Result
+from hmrsim.services import Service
+from hmrsim.services._results import OK, failed
+from hmrsim.world.finding import instead
+
+if TYPE_CHECKING:
+    from hmrsim.simulator import Simulator
+
+
+def _serve(simulator: Simulator, request: CallLift.Request) -> CallLift.Response:
+    return CallLift.Response(result=_call(simulator, request.name, request.stop))
+
+
+def _call(simulator: Simulator, name: str, stop: str) -> Result:
+    lifts = {other: lift for other, lift in simulator.roster.fixtures.items() if isinstance(lift, Lift)}
+    if name not in lifts:
+        return failed(f"no lift {name!r}{instead(name, lifts)}", Result.RESULT_NOT_FOUND)
+    lift = lifts[name]
+    if stop not in lift.stops:
+        return failed(f"{name!r} has no stop {stop!r}{instead(stop, lift.stops)}", Result.RESULT_NOT_FOUND)
+    lift.call(stop)
+    return OK
+
+
+SERVICE = Service(
+    name="call_lift",
+    ros_type="hmrsim_msgs/srv/CallLift",
+    request=CallLift.Request,
+    response=CallLift.Response,
+    serve=_serve,
+    changes_world=True,
+    example={"name": "lift", "stop": "upstairs"},
+)

@@ -1,0 +1,42 @@
+"""Put right what goes wrong, and call off what is to come."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.faults import registry
+from hmrsim.interfaces.hmrsim_msgs import ClearFault
+from hmrsim.interfaces.simulation_interfaces import Result
+from hmrsim.services import Service
+from hmrsim.services._results import OK, failed
+from hmrsim.world.finding import instead
+
+if TYPE_CHECKING:
+    from hmrsim.simulator import Simulator
+
+
+def _serve(simulator: Simulator, request: ClearFault.Request) -> ClearFault.Response:
+    known, name, kind = simulator.mishaps.known, request.name, request.type
+    if name and name not in known:
+        why = f"name: no fault {name!r} goes on or is to come{instead(name, known)}"
+        return ClearFault.Response(result=failed(why, Result.RESULT_NOT_FOUND))
+    if kind and kind not in registry():
+        why = f"type: no fault type {kind!r}{instead(kind, registry())}"
+        return ClearFault.Response(result=failed(why, Result.RESULT_NOT_FOUND))
+    names = sorted(
+        mishap.name for mishap in known.values() if name in ("", mishap.name) and kind in ("", mishap.fault.name)
+    )
+    for each in names:
+        simulator.mishaps.clear(each)
+    return ClearFault.Response(result=OK, names=names)
+
+
+SERVICE = Service(
+    name="clear_fault",
+    ros_type="hmrsim_msgs/srv/ClearFault",
+    request=ClearFault.Request,
+    response=ClearFault.Response,
+    serve=_serve,
+    changes_world=True,
+    example={"type": "breakdown"},
+)

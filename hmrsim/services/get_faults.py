@@ -1,0 +1,40 @@
+"""Tell what goes wrong, and what is to come."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.interfaces.hmrsim_msgs import Fault, GetFaults
+from hmrsim.services import Service
+from hmrsim.services._results import OK
+from hmrsim.sim_time import nanoseconds
+
+if TYPE_CHECKING:
+    from hmrsim.mishaps import Mishap
+    from hmrsim.simulator import Simulator
+
+
+def _serve(simulator: Simulator, _request: GetFaults.Request) -> GetFaults.Response:
+    faults = [_told(mishap) for _, mishap in sorted(simulator.mishaps.known.items())]
+    return GetFaults.Response(result=OK, faults=faults)
+
+
+def _told(mishap: Mishap) -> Fault:
+    active = mishap.end is not None
+    return Fault(
+        name=mishap.name,
+        type=mishap.fault.name,
+        active=active,
+        since=Time.from_nanoseconds(nanoseconds(mishap.since) if active else 0),
+        settings=mishap.settings.model_dump_json(exclude_none=True, exclude={"name"}),
+    )
+
+
+SERVICE = Service(
+    name="get_faults",
+    ros_type="hmrsim_msgs/srv/GetFaults",
+    request=GetFaults.Request,
+    response=GetFaults.Response,
+    serve=_serve,
+)

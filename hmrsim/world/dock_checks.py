@@ -1,0 +1,148 @@
+"""The checks of docks, and of what robots' batteries are drained by."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.actions import registry
+from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
+from hmrsim.world.finding import Finding, instead, warning
+from hmrsim.world.model import BUILT_IN_TYPES
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+
+    from hmrsim.geometry import Point
+    from hmrsim.world.finding import Path
+    from hmrsim.world.model import Dock, RobotSpec, World
+    from hmrsim.world.validation import Lost
+
+
+def check_docks(world: World, lost: Lost) -> Iterator[Finding]:
+    """Yield what is wrong or odd with the docks of a world."""
+    ways = None if lost else _Ways(world)
+    for name, dock in world.docks.items():
+        path: Path = ("docks", name, "at")
+        try:
+            point = world.dock_point(name)
+        except KeyError:
+            if not lost.has(str(dock.at), "waypoints", "places"):
+                known = [*world.waypoints, *world.places]
+                yield Finding(path, f"no waypoint or place {dock.at!r}{instead(str(dock.at), known)}", dock.at)
+            continue
+        yield from _check_names(world, name, dock, lost)
+        outside = list(_check_inside(world, path, point))
+        yield from outside
+        if dock.staging is not None:
+            yield from _check_inside(world, ("docks", name, "staging"), dock.staging)
+        if ways is not None and not outside:
+            yield from ways.check(path, name, dock, point)
+
+
+def _check_inside(world: World, path: Path, point: Point) -> Iterator[Finding]:
+    x0, y0, x1, y1 = world.bounds or (0.0, 0.0, 0.0, 0.0)
+    if world.bounds and x0 < x1 and y0 < y1 and not (x0 <= point[0] <= x1 and y0 <= point[1] <= y1):
+        spans = f"which spans ({x0:g}, {y0:g}) to ({x1:g}, {y1:g})"
+        yield Finding(path, f"({point[0]:g}, {point[1]:g}) is outside the map, {spans}", list(point))
+
+
+def _check_names(world: World, name: str, dock: Dock, lost: Lost) -> Iterator[Finding]:
+    known = [*world.robots, *world.robot_types, *BUILT_IN_TYPES]
+    for i, other in enumerate(dock.reserved_for or ()):
+        if other not in known and not lost.has(other, "robots", "robot_types"):
+            message = f"no robot or robot type {other!r}{instead(other, known)}"
+            yield Finding(("docks", name, "reserved_for", i), message, other)
+
+
+class _Ways:
+    """Which points are joined by lanes, whatever their direction, or by a straight line that nothing blocks.
+
+    Args:
+        world: Where they are; its names must be right, or what is not is left out.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        solids = [wall.solid for wall in world.walls if not isinstance(wall, tuple)]
+        self._obstacles = Obstacles([wall for wall in world.walls if isinstance(wall, tuple)], solids)
+        there = world.points.keys()
+        self._lanes = [(lane.from_, lane.to) for lane in world.lanes if {lane.from_, lane.to} <= there]
+        self._stops = [lift.stops for lift in world.lifts.values() if {*lift.stops} <= there]
+        self._part = self._parts()
+        self._starts: dict[Point, frozenset[str]] = {}
+
+    def _parts(self) -> dict[str, str]:
+        """Return for each waypoint on a lane one that stands for all that it is joined with."""
+        part: dict[str, str] = {}
+
+        def top(name: str) -> str:
+            while part.setdefault(name, name) != name:
+                part[name] = part[part[name]]
+                name = part[name]
+            return name
+
+        for a, b in self._lanes:
+            part[top(a)] = top(b)
+        for first, *others in self._stops:
+            for other in others:
+                part[top(other)] = top(first)
+        return {name: top(name) for name in part}
+
+    def check(self, path: Path, name: str, dock: Dock, point: Point) -> Iterator[Finding]:
+        """Yield a warning if no robot of those that may dock there can get to a dock."""
+        x, y = point
+        meant = [(key, robot) for key, robot in self._world.robots.items() if _may_dock(dock, key, robot)]
+        near = self._near(point)
+        if self._obstacles.occupy(point) and not self._on_lane(point):
+            yield warning(path, f"({x:g}, {y:g}) is inside an obstacle, so that no robot gets to {name!r}", [x, y])
+        elif meant and not any(self._reaches(robot, point, near) for _, robot in meant):
+            who = meant[0][0] if len(meant) == 1 else f"none of {len(meant)} robots"
+            text = f"no way leads to {name!r} at ({x:g}, {y:g}) for {who}; join it with their lanes"
+            yield warning(path, text, [x, y])
+
+    def _reaches(self, robot: RobotSpec, point: Point, near: Collection[str]) -> bool:
+        try:
+            start, kind = self._world.point(robot.at), self._world.robot_type(robot)
+        except KeyError:
+            # That it makes no sense is said where it is named.
+            return True
+        if kind.base.flies or distance(start, point) <= SAME_PLACE:
+            return True
+        if start not in self._starts:
+            self._starts[start] = self._near(start)
+        if not self._lanes:
+            return not self._obstacles.block(start, point)
+        return not self._starts[start].isdisjoint(near)
+
+    def _near(self, point: Point) -> frozenset[str]:
+        """Return the parts with a lane on which a point is, or of which the nearest point is seen from it."""
+        found: set[str] = set()
+        for a, b in self._lanes:
+            part = self._part[a]
+            if part not in found:
+                at = foot(point, self._world.points[a], self._world.points[b])
+                if distance(at, point) <= SAME_PLACE or not self._obstacles.block(point, at):
+                    found.add(part)
+        return frozenset(found)
+
+    def _on_lane(self, point: Point) -> bool:
+        ends = ((self._world.points[a], self._world.points[b]) for a, b in self._lanes)
+        return any(distance(point, foot(point, a, b)) <= SAME_PLACE for a, b in ends)
+
+
+def _may_dock(dock: Dock, name: str, robot: RobotSpec) -> bool:
+    return dock.reserved_for is None or name in dock.reserved_for or robot.type in dock.reserved_for
+
+
+def check_drains(world: World) -> Iterator[Finding]:
+    """Yield the actions that drain a battery and that there are not."""
+    carriers = (("robot_types", world.robot_types), ("robots", world.robots))
+    for key, things in carriers:
+        for name, thing in things.items():
+            settings = thing.components.get("battery") or {}
+            drain = settings.get("drain")
+            actions = drain.get("actions") if isinstance(drain, dict) else None
+            for action in actions if isinstance(actions, dict) else ():
+                if action not in registry():
+                    path: Path = (key, name, "components", "battery", "drain", "actions", action)
+                    yield Finding(path, f"no action {action!r}{instead(str(action), registry())}", action)

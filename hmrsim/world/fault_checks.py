@@ -1,0 +1,143 @@
+"""The checks of faults: their settings, and whether what they happen to is there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+
+from hmrsim.components import registry as components
+from hmrsim.components.battery import BatterySettings
+from hmrsim.faults import registry
+from hmrsim.world.explain import explain
+from hmrsim.world.finding import Finding, instead
+from hmrsim.world.model import BUILT_IN_TYPES
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping
+
+    from hmrsim.faults import AnyFault, Occurrence
+    from hmrsim.world.model import World
+    from hmrsim.world.validation import Lost
+
+
+@dataclass(frozen=True)
+class There:
+    """Who and what a fault may happen to.
+
+    Attributes:
+        robots: The components of each robot, by its name.
+        lanes: The waypoints where each lane begins and ends, in each direction in which it can be driven.
+        doors: The names of the doors.
+        cells: How many cells the battery of a robot has, by its name.
+    """
+
+    robots: Mapping[str, Collection[str]]
+    lanes: Collection[tuple[str, str]]
+    doors: Collection[str]
+    cells: Mapping[str, int]
+
+
+def check_faults(world: World, lost: Lost) -> Iterator[Finding]:
+    """Yield what is wrong with the faults of a world."""
+    there = _there(world)
+    names: dict[str, int] = {}
+    for i, fault in enumerate(world.faults):
+        found = read_fault(fault.type, fault.model_extra or {})
+        if isinstance(found, tuple):
+            kind, settings = found
+            flawed = [
+                flaw for flaw in flaws(kind, settings, there, names=names) if not _may_be_lost(flaw, settings, lost)
+            ]
+            names.setdefault(settings.name or "", i)
+        else:
+            flawed = found
+        for flaw in flawed:
+            yield Finding(("faults", i, *flaw.path), flaw.message, flaw.value)
+
+
+def read_fault(name: str, values: Mapping[str, Any]) -> tuple[AnyFault, Occurrence] | list[Finding]:
+    """Return a kind of fault and the settings that plain values stand for, or what is wrong with them."""
+    fault = registry().get(name)
+    if fault is None:
+        return [Finding(("type",), f"no fault type {name!r}{instead(name, registry())}", name)]
+    try:
+        return fault, fault.settings.model_validate(values)
+    except ValidationError as error:
+        return explain(error, values, fault.settings)
+
+
+def flaws(
+    fault: AnyFault, settings: Occurrence, there: There, *, now: float = 0.0, names: Collection[str] = ()
+) -> Iterator[Finding]:
+    """Yield why a fault can't happen.
+
+    Args:
+        fault: What goes wrong.
+        settings: To whom, and when.
+        there: To whom it may.
+        now: It must begin, and end, later than this.
+        names: Those that are taken.
+    """
+    for field, noun, known in (("robot", "robot", there.robots), ("door", "door", there.doors)):
+        name = getattr(settings, field, None)
+        if name is not None and name not in known:
+            yield Finding((field,), f"no {noun} {name!r}{instead(name, known)}", name)
+    robot: str = getattr(settings, "robot", "")
+    if robot in there.robots:
+        yield from _check_component(fault, settings, there.robots[robot])
+        yield from _check_cell(settings, there.cells.get(robot))
+    lane = getattr(settings, "lane", None)
+    if lane is not None and not {lane, lane[::-1]} & {*there.lanes}:
+        known = [f"{a}-{b}" for a, b in there.lanes]
+        yield Finding(("lane",), f"no lane {'-'.join(lane)!r}{instead('-'.join(lane), known)}", list(lane))
+    if settings.name in names:
+        yield Finding(("name",), f"there is a fault {settings.name!r} already; give another name", settings.name)
+    for field in ("at", "until"):
+        time = getattr(settings, field, None)
+        if time is not None and time < now:
+            yield Finding((field,), f"{time:g} s is over; it is {now:g} s now", time)
+
+
+def _check_component(fault: AnyFault, settings: Occurrence, carried: Collection[str]) -> Iterator[Finding]:
+    robot, sensor = settings.subject, getattr(settings, "sensor", None)
+    if fault.component is not None and fault.component not in carried:
+        yield Finding(("robot",), f"{robot} has no {fault.component}{instead(fault.component, carried)}", robot)
+    if sensor is not None and sensor not in carried:
+        yield Finding(("sensor",), f"{robot} has no {sensor!r}{instead(sensor, carried)}", sensor)
+
+
+def _check_cell(settings: Occurrence, cells: int | None) -> Iterator[Finding]:
+    cell = getattr(settings, "cell", None)
+    if cell is not None and cells is not None and cell >= cells:
+        yield Finding(("cell",), f"{settings.subject} has no cell {cell}; its battery has {cells}, from 0 on", cell)
+
+
+def _may_be_lost(flaw: Finding, settings: Occurrence, lost: Lost) -> bool:
+    """Return whether what is missing may be there but for another mistake."""
+    if flaw.path == ("lane",):
+        return lost.has("", "lanes") or any(lost.has(name, "waypoints") for name in getattr(settings, "lane", ()))
+    return lost.has(settings.subject, "robots", "doors") or bool(lost and flaw.path in (("robot",), ("sensor",)))
+
+
+def _there(world: World) -> There:
+    types = {**BUILT_IN_TYPES, **world.robot_types}
+    lanes = {(lane.from_, lane.to) for lane in world.lanes}
+    robots = {
+        # Of one that is wrong, nobody knows what it lacks.
+        name: world.robot_type(robot).components if robot.type in types else components()
+        for name, robot in world.robots.items()
+    }
+    cells = {name: cells for name, carried in robots.items() if (cells := _cells(carried.get("battery")))}
+    return There(robots, sorted(lanes | {(b, a) for a, b in lanes}), world.doors, cells)
+
+
+def _cells(settings: Any) -> int | None:
+    """Return how many cells a battery of these settings has; None if nobody knows."""
+    if not isinstance(settings, dict):
+        return None
+    try:
+        return BatterySettings.model_validate(settings).cells
+    except ValidationError:
+        return None

@@ -1,0 +1,90 @@
+"""The checks of what belongs to the building: doors and lifts."""
+
+from __future__ import annotations
+
+from collections import Counter
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from hmrsim.geometry import SAME_PLACE, crosses, distance, foot
+from hmrsim.world.finding import Finding, Path, instead, warning
+from hmrsim.world.model import BUILT_IN_TYPES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hmrsim.world.model import Door, Lift, World
+    from hmrsim.world.validation import Lost
+
+
+def check_fixtures(world: World, lost: Lost) -> Iterator[Finding]:
+    """Yield what is wrong or odd with the doors and lifts of a world."""
+    yield from _check_names(world)
+    for name, door in world.doors.items():
+        yield from _check_door(world, name, door, lost)
+    driven: dict[frozenset[str], str] = {
+        frozenset((lane.from_, lane.to)): f"lanes.{i}" for i, lane in enumerate(world.lanes)
+    }
+    for name, lift in world.lifts.items():
+        yield from _check_stops(world, name, lift, lost)
+        for pair in map(frozenset, combinations(lift.stops, 2)):
+            other = driven.setdefault(pair, f"lifts.{name}")
+            if other != f"lifts.{name}":
+                ends = " and ".join(repr(stop) for stop in sorted(pair))
+                yield Finding(("lifts", name, "stops"), f"{ends} are joined by {other} already; keep one of the two")
+
+
+def _check_names(world: World) -> Iterator[Finding]:
+    """Yield whose names are those of others that are asked for by name, too."""
+    kinds = ("robots", "items", "docks", "doors", "lifts")
+    first: dict[str, str] = {}
+    for kind in kinds:
+        for name in getattr(world, kind):
+            other = first.setdefault(name, kind)
+            if other != kind and kind in ("doors", "lifts"):
+                yield Finding((kind, name), f"{other}.{name} has this name already; choose another", name)
+
+
+def _check_door(world: World, name: str, door: Door, lost: Lost) -> Iterator[Finding]:
+    path: Path = ("doors", name)
+    if distance(*door.at) <= SAME_PLACE:
+        yield Finding((*path, "at"), "has no length: name both its jambs", [*map(list, door.at)])
+        return
+    ends = [(world.points.get(lane.from_), world.points.get(lane.to)) for lane in world.lanes]
+    if not any(a and b and crosses(a, b, *door.at) for a, b in ends) and not lost:
+        yield warning((*path, "at"), "no lane leads through it", [*map(list, door.at)])
+    for i, opener in enumerate(door.opens_for or ()):
+        known = [*world.robots, *world.robot_types, *BUILT_IN_TYPES]
+        if opener not in known and not lost.has(opener, "robots", "robot_types"):
+            message = f"no robot or robot type {opener!r}{instead(opener, known)}"
+            yield Finding((*path, "opens_for", i), message, opener)
+    if not door.open:
+        yield from _check_standing(world, name, door)
+
+
+def _check_standing(world: World, name: str, door: Door) -> Iterator[Finding]:
+    """Yield who is to begin in a closed door."""
+    for other, robot in world.robots.items():
+        try:
+            at = world.point(robot.at)
+        except KeyError:
+            continue
+        if distance(at, foot(at, *door.at)) <= SAME_PLACE:
+            message = f"({at[0]:g}, {at[1]:g}) is in the closed door {name!r}; start it elsewhere, or open the door"
+            yield Finding(("robots", other, "at"), message, robot.at)
+
+
+def _check_stops(world: World, name: str, lift: Lift, lost: Lost) -> Iterator[Finding]:
+    path: Path = ("lifts", name, "stops")
+    for i, stop in enumerate(lift.stops):
+        if stop not in world.waypoints and not lost.has(stop, "waypoints"):
+            yield Finding((*path, i), f"no waypoint {stop!r}{instead(stop, world.waypoints)}", stop)
+    for stop, times in Counter(lift.stops).items():
+        if times > 1:
+            yield Finding(path, f"{stop!r} is there {times} times; a lift stops there once", stop)
+    for a, b in combinations(dict.fromkeys(stop for stop in lift.stops if stop in world.points), 2):
+        if distance(world.points[a], world.points[b]) <= SAME_PLACE:
+            yield Finding(path, f"{a!r} and {b!r} are the same point; draw levels beside each other", [a, b])
+    if lift.at is not None and lift.at not in lift.stops:
+        message = f"{lift.at!r} is no stop of it{instead(lift.at, lift.stops)}"
+        yield Finding(("lifts", name, "at"), message, lift.at)

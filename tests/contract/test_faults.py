@@ -1,0 +1,108 @@
+"""What every kind of fault promises, whoever wrote it: run over the whole registry."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from pydantic import ValidationError
+
+from hmrsim.faults import registry
+from tests.simulation import SMALL_WORLD, simulate
+
+WORLD = {
+    **SMALL_WORLD,
+    "doors": {"gate": {"at": [[3, 1], [3, 3]]}},
+    "robot_types": {"nurse": {"components": {"claw": {}, "camera": {}, "battery": {"cells": 4}}}},
+}
+
+
+@pytest.fixture(params=registry().values(), ids=registry())
+def fault(request):
+    """Return each kind of fault in turn."""
+    return request.param
+
+
+def kinds(log):
+    """Return the kinds of what was told of faults, in order, with their times."""
+    return [(time, kind) for kind in ("fault_began", "fault_missed", "fault_ended") for time, _ in log.happened(kind)]
+
+
+def test_its_example_begins_and_ends(fault):
+    """At the times that a world file says; in an instant where that is its nature."""
+    until = {"until": 3.0} if fault.lasts else {}
+    run = simulate({**WORLD, "faults": [{"type": fault.name, "at": 2.0, **fault.example, **until}]})
+    log = run(until=5.0)
+
+    assert [(2.0, "fault_began"), (3.0 if fault.lasts else 2.0, "fault_ended")] == kinds(log)
+
+
+def test_it_can_be_injected_and_cleared(fault):
+    """While the simulation runs, by the name that the answer gives."""
+    run = simulate(WORLD)
+    injected = run.ask("inject_fault", {"type": fault.name, "settings": json.dumps(fault.example)})
+    active = [one.name for one in run.ask("get_faults").faults]
+    cleared = run.ask("clear_fault", {"type": fault.name})
+
+    names = [f"{fault.name}_1"] if fault.lasts else []
+    assert ("", f"{fault.name}_1") == (injected.result.error_message, injected.name)
+    assert (names, names) == (active, cleared.names)
+    assert [] == run.ask("get_faults").faults
+
+
+def test_it_leaves_the_world_as_it_was(fault):
+    """When it has ended, the robots, items and lanes are as in a world in which it never happened; but for cells."""
+
+    def state(run):
+        robot = run.simulator.robots["wall_e"]
+        return (
+            {name: run.ask("get_entity_info", {"entity": name}) for name in (*run.simulator.robots, "gate")},
+            robot.speed,
+            robot.unfit,
+            robot.pose_stamped(),
+            run.simulator.graph.closed,
+            run.simulator.dispatcher.cut_off,
+        )
+
+    run, calm = simulate(WORLD), simulate(WORLD)
+    run.ask("inject_fault", {"type": fault.name, "settings": json.dumps(fault.example)})
+    run.ask("clear_fault", {})
+
+    assert state(calm) == state(run)
+
+
+def test_it_is_seen_where_it_hits(fault):
+    """The tags of the robot or the door say so."""
+    run = simulate(WORLD)
+    run.ask("inject_fault", {"type": fault.name, "settings": json.dumps(fault.example)})
+    subject = fault.example.get("robot") or fault.example.get("door")
+    seen = subject and run.ask("get_entity_info", {"entity": subject}).info.tags
+
+    assert not fault.lasts or subject is None or {fault.name, fault.name.removeprefix("door_")} & {*seen}
+
+
+def test_two_at_once_end_one_by_one(fault):
+    """What two faults of a kind do is over when both are."""
+    if not fault.lasts:
+        return
+    run = simulate({**WORLD, "faults": [{"type": fault.name, **fault.example, "until": until} for until in (2, 4)]})
+    log = run(until=5.0)
+
+    assert [0.0, 0.0] == [time for time, _ in log.happened("fault_began")]
+    assert [2.0, 4.0] == [time for time, _ in log.happened("fault_ended")]
+
+
+def test_it_refuses_unknown_settings(fault):
+    """A slip in a world file is told."""
+    with pytest.raises(ValidationError, match="colour"):
+        fault.settings.model_validate({**fault.example, "colour": "red"})
+
+
+def test_a_reset_ends_it(fault):
+    """And lets the world's own faults begin anew."""
+    run = simulate({**WORLD, "faults": [{"type": fault.name, "at": 1.0, **fault.example}]})
+    run.simulator.advance(2.0)
+    run.ask("reset_simulation")
+    again = run(until=1.5)
+
+    assert 2 == len(again.happened("fault_began"))

@@ -1,0 +1,416 @@
+"""Docks: driving in and out, waiting for a free berth, and what is left behind by those who give up."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import pytest
+
+from hmrsim.actions import registry
+from hmrsim.gateway import CancelGoal, SendGoal, Topic
+from hmrsim.interfaces.nav2_msgs import DockRobot
+from hmrsim.orders import read_order
+from hmrsim.world.model import World
+from tests.simulation import simulate
+
+A, B, C, D = (letter * 32 for letter in "abcd")
+NONE, STAGING, PERCEPTION, CONTROLLING, CHARGE = 0, 1, 2, 3, 4
+
+
+@pytest.fixture
+def make_run():
+    """Return what makes simulations that listen to no more than these tests look at: some last for long."""
+    return partial(simulate, topics=frozenset({Topic.EVENTS, Topic.FEEDBACK}))
+
+
+def world(robots=("eve",), traffic="free", **dock):
+    """Return a world with a dock 5 m beside the middle of a lane of 20 m, and robots at its west end."""
+    return {
+        "waypoints": {"west": [0, 0], "east": [20, 0], "south": [0, -10], "north": [0, 10]},
+        "lanes": [["west", "east"], ["south", "west"], ["north", "west"]],
+        "docks": {"bay": {"at": [10, 5], **dock}, "charger": {"at": [20, 5], "type": "charger", "power": 2.0}},
+        "robots": {
+            name: {"at": at, "components": {"battery": {"capacity": 1000}}}
+            for name, at in zip(robots, ("west", "south", "north"), strict=False)
+        },
+        "traffic": {"policy": traffic},
+    }
+
+
+def dock(robot="eve", goal_id=A, **goal):
+    """Return the command to dock in the bay."""
+    goal.setdefault("dock_id", "bay")
+    return SendGoal(robot, "dock_robot", DockRobot.Goal.model_validate(goal), goal_id, goal_id)
+
+
+def undock(robot="eve", goal_id=B, **goal):
+    """Return the command to undock."""
+    kind = registry()["undock_robot"].goal
+    return SendGoal(robot, "undock_robot", kind.model_validate(goal), goal_id, goal_id)
+
+
+def go(x, y=0.0, robot="eve", goal_id=C):
+    """Return the command to drive somewhere."""
+    pose = {"pose": {"pose": {"position": {"x": x, "y": y}}}}
+    kind = registry()["navigate_to_pose"].goal
+    return SendGoal(robot, "navigate_to_pose", kind.model_validate(pose, strict=False), goal_id, goal_id)
+
+
+def told(log, kind):
+    """Return the times, robots and docks of what happened of a kind."""
+    return [(at, fields["robot"], fields["dock"]) for at, fields in log.happened(kind)]
+
+
+def tags(run, entity):
+    """Return the tags of an entity."""
+    return run.ask("get_entity_info", {"entity": entity}).info.tags
+
+
+class TestDocking:
+    """dock_robot."""
+
+    def test_it_lines_up_drives_in_and_is_docked(self, make_run):
+        """10 m along the lane, then 5 m beside it."""
+        run = make_run(world())
+        log = run((0.0, dock()))
+
+        assert (15.0, "SUCCEEDED") == log.changes(A)[-1]
+        assert [(15.0, "eve", "bay")] == told(log, "dock_docked")
+        assert (10.0, 5.0) == run.simulator.robots["eve"].pose().point
+        assert (True, 0, 0, "") == (
+            log.result(A).success,
+            log.result(A).error_code,
+            log.result(A).num_retries,
+            log.result(A).error_msg,
+        )
+
+    def test_its_stages_are_told(self, make_run):
+        """With the time that it has taken so far; a dock that does not charge has no last one."""
+        log = make_run(world())((0.0, dock()))
+        stages = dict.fromkeys((feedback.state, 0.0) for _, feedback in log.feedback(A))
+        first = {feedback.state: at for at, feedback in reversed(log.feedback(A))}
+        last = log.feedback(A)[-1][1]
+
+        assert [STAGING, PERCEPTION, CONTROLLING] == [state for state, _ in stages]
+        assert {STAGING: 0.0, PERCEPTION: 10.0, CONTROLLING: 10.0} == first
+        assert 15 == last.docking_time.sec
+
+    def test_at_a_charger_it_waits_until_it_charges(self, make_run):
+        """Which it does at once."""
+        run = make_run(world())
+        log = run((0.0, dock(dock_id="charger")), until=25.0)
+
+        assert (25.0, "SUCCEEDED") == log.changes(A)[-1]
+        assert CHARGE == log.feedback(A)[-1][1].state
+        assert [25.0] == [at for at, _ in log.happened("charging_began")]
+        assert {"charging", "docked:charger"} <= {*tags(run, "eve")}
+
+    def test_it_faces_as_the_dock_says(self, make_run):
+        """Where it says so."""
+        run = make_run(world(yaw=-1.0))
+        run((0.0, dock()))
+
+        assert -1.0 == run.simulator.robots["eve"].pose().yaw
+
+    def test_a_staging_pose_of_its_own(self, make_run):
+        """From which it drives in."""
+        log = make_run(world(staging=[20, 0]))((0.0, dock()))
+
+        assert 20.0 == min(at for at, feedback in log.feedback(A) if feedback.state == CONTROLLING)
+
+    def test_without_the_staging_pose_it_drives_in_from_where_it_is(self, make_run):
+        """Straight."""
+        log = make_run(world())((0.0, dock(navigate_to_staging_pose=False)))
+
+        assert (pytest.approx(125**0.5), "SUCCEEDED") == log.changes(A)[-1]
+
+    def test_a_dock_can_be_named_by_its_pose(self, make_run):
+        """And by its type, which has to be right."""
+        pose = {"pose": {"position": {"x": 10.0, "y": 5.0, "z": 0.0}}}
+        log = make_run(world())((0.0, dock(use_dock_id=False, dock_pose=pose, dock_type="dock")))
+
+        assert (15.0, "SUCCEEDED") == log.changes(A)[-1]
+
+    def test_a_dock_can_be_at_a_waypoint(self, make_run):
+        """Where it is driven to along the lanes, and need not be left to leave it."""
+        run = make_run(world(at="east"))
+        log = run((0.0, dock()), (30.0, undock()))
+
+        assert [(20.0, "SUCCEEDED"), (30.0, "SUCCEEDED")] == [log.changes(A)[-1], log.changes(B)[-1]]
+        assert [(30.0, "eve", "bay")] == told(log, "dock_undocked")
+
+    def test_whoever_is_docked_there_is_done_at_once(self, make_run):
+        """As Nav2 does."""
+        log = make_run(world())((0.0, dock()), (20.0, dock(goal_id=B)))
+
+        assert (20.0, "SUCCEEDED") == log.changes(B)[-1]
+
+    @pytest.mark.parametrize(
+        ("goal", "code", "text"),
+        [
+            ({"dock_id": "bey"}, 901, "no dock 'bey'; there are: bay, charger"),
+            ({"dock_type": "charger"}, 902, "'bay' is a dock, not a charger"),
+            ({"use_dock_id": False}, 904, "no dock at (0, 0); the nearest is 'bay', 11.1803 away"),
+        ],
+    )
+    def test_what_can_not_be_done_is_said_at_once(self, make_run, goal, code, text):
+        """With Nav2's code; the robot has not moved."""
+        log = make_run(world())((1.0, dock(**goal)))
+
+        assert (1.0, "ABORTED") == log.changes(A)[-1]
+        assert (False, code, text) == (log.result(A).success, log.result(A).error_code, log.result(A).error_msg)
+
+    def test_a_dock_may_be_reserved(self, make_run):
+        """For robots or types."""
+        log = make_run(world(("eve", "wall_e"), reserved_for=["wall_e"]))((0.0, dock()), (1.0, dock("wall_e", B)))
+
+        assert (902, "'bay' is reserved for wall_e") == (log.result(A).error_code, log.result(A).error_msg)
+        assert (26.0, "SUCCEEDED") == log.changes(B)[-1]
+
+    def test_without_a_battery_nothing_can_charge(self, make_run):
+        """Which is said before it sets out; a dock that does not charge is all the same to it."""
+        made = world()
+        made["robots"]["eve"]["components"] = {}
+        log = make_run(made)((0.0, dock(dock_id="charger")), (1.0, dock(goal_id=B)))
+
+        assert (906, "eve has no battery that 'charger' could charge") == (
+            log.result(A).error_code,
+            log.result(A).error_msg,
+        )
+        assert (16.0, "SUCCEEDED") == log.changes(B)[-1]
+
+    def test_staging_may_take_too_long(self, make_run):
+        """903, where it is then; somebody else may have the berth."""
+        run = make_run(world(("eve", "wall_e")))
+        log = run((0.0, dock(max_staging_time=4.0)), (1.0, dock("wall_e", B)))
+
+        assert (4.0, "ABORTED") == log.changes(A)[-1]
+        assert (903, "can't line up for 'bay': it takes longer than 4 s") == (
+            log.result(A).error_code,
+            log.result(A).error_msg,
+        )
+        assert (4.0, 0.0) == run.simulator.robots["eve"].pose().point
+        assert (29.0, "SUCCEEDED") == log.changes(B)[-1]
+
+    def test_a_dock_that_no_way_leads_to(self, make_run):
+        """903 with the planner's words."""
+        made = world()
+        made["walls"] = [[[-5, -20], [50, -20]]]
+        made["docks"]["bay"]["at"] = [0, -30]
+        log = make_run(made)((0.0, dock()))
+
+        assert 903 == log.result(A).error_code
+        assert log.result(A).error_msg.startswith("can't line up for 'bay': no route from (0, 0)")
+
+    def test_a_staging_pose_that_does_not_see_the_dock(self, make_run):
+        """905, with what is in the way."""
+        made = world(staging=[5, 0])
+        made["walls"] = [[[6, 1], [6, 20]]]
+        log = make_run(made)((0.0, dock()))
+
+        assert (905, "can't drive into 'bay': an obstacle stands between (5, 0) and (10, 5)") == (
+            log.result(A).error_code,
+            log.result(A).error_msg,
+        )
+
+
+class TestUndocking:
+    """undock_robot, and driving off."""
+
+    def test_it_leaves_for_the_staging_pose(self, make_run):
+        """The berth is free as soon as it moves."""
+        run = make_run(world())
+        log = run((0.0, dock()), (20.0, undock()))
+
+        assert (25.0, "SUCCEEDED") == log.changes(B)[-1]
+        assert [(20.0, "eve", "bay")] == told(log, "dock_undocked")
+        assert (10.0, 0.0) == run.simulator.robots["eve"].pose().point
+
+    @pytest.mark.parametrize(
+        ("goal", "code", "text"),
+        [
+            ({"dock_type": "charger"}, 902, "'bay' is a dock, not a charger"),
+            ({"max_undocking_time": 2.0}, 907, "can't leave 'bay' within 2 s"),
+        ],
+    )
+    def test_what_can_not_be_done(self, make_run, goal, code, text):
+        """With Nav2's codes."""
+        log = make_run(world())((0.0, dock()), (20.0, undock(**goal)))
+
+        assert (False, code, text) == (log.result(B).success, log.result(B).error_code, log.result(B).error_msg)
+
+    def test_whoever_is_not_docked_can_not_undock(self, make_run):
+        """902."""
+        log = make_run(world())((0.0, undock()))
+
+        assert (902, "eve is not docked") == (log.result(B).error_code, log.result(B).error_msg)
+
+    def test_it_can_go_on_after_a_cancel(self, make_run):
+        """From the middle of the way out."""
+        log = make_run(world())(
+            (0.0, dock()), (20.0, undock()), (22.0, CancelGoal("eve", "undock_robot", B)), (23.0, undock(goal_id=C))
+        )
+
+        assert [(22.0, "CANCELED"), (26.0, "SUCCEEDED")] == [log.changes(B)[-1], log.changes(C)[-1]]
+
+    def test_whoever_drives_off_is_docked_no_longer(self, make_run):
+        """With any goal."""
+        log = make_run(world())((0.0, dock()), (20.0, go(0)))
+
+        assert [(20.0, "eve", "bay")] == told(log, "dock_undocked")
+
+
+class TestStandingThere:
+    """Without dock_robot."""
+
+    def test_whoever_begins_at_a_dock_is_docked_there(self, make_run):
+        """And shows it, as the dock does."""
+        made = world()
+        made["robots"]["eve"]["at"] = "bay"
+        run = make_run(made)
+
+        assert "docked:bay" in tags(run, "eve")
+        assert ["dock", "dock", "full", "docked:eve"] == tags(run, "bay")
+        assert ["dock", "charger", "free"] == tags(run, "charger")
+
+    def test_whoever_is_set_there_is_docked(self, make_run):
+        """And undocked when it is set elsewhere."""
+        run = make_run(world())
+        for x, y in ((10.0, 5.0), (0.0, 0.0)):
+            run.ask("set_entity_state", {"entity": "eve", "state": {"pose": {"position": {"x": x, "y": y}}}})
+
+        assert [(0.0, "eve", "bay")] == told(run.log, "dock_docked")
+        assert [(0.0, "eve", "bay")] == told(run.log, "dock_undocked")
+
+    def test_whoever_only_drives_there_is_not(self, make_run):
+        """It has to dock."""
+        run = make_run(world())
+        log = run((0.0, go(10, 5)))
+
+        assert [] == told(log, "dock_docked")
+
+    def test_a_reset_docks_them_as_in_the_beginning(self, make_run):
+        """Whoever was docked meanwhile is where it was."""
+        made = world(("eve", "wall_e"))
+        made["robots"]["wall_e"]["at"] = "bay"
+        run = make_run(made)
+        run((0.0, go(0, robot="wall_e", goal_id=C)), (0.0, dock()), until=30.0)
+        run.ask("reset_simulation")
+
+        assert ["dock", "dock", "full", "docked:wall_e"] == tags(run, "bay")
+
+    def test_it_is_an_entity(self, make_run):
+        """Which stands where it is."""
+        run = make_run(world())
+        state = run.ask("get_entity_state", {"entity": "bay"}).state
+
+        assert (10.0, 5.0) == (state.pose.position.x, state.pose.position.y)
+        assert "dock for one robot" == run.ask("get_entity_info", {"entity": "bay"}).info.description
+
+
+class TestQueue:
+    """More robots than berths."""
+
+    def test_the_next_one_sets_out_when_a_berth_is_free(self, make_run):
+        """In the order in which they asked; meanwhile they stand where they are."""
+        run = make_run(world(("eve", "wall_e", "m_o")))
+        log = run(
+            (0.0, dock()),
+            (1.0, dock("m_o", B)),
+            (2.0, dock("wall_e", C)),
+            (30.0, go(0)),
+            (70.0, go(0, robot="m_o", goal_id=D)),
+        )
+
+        assert [(1.0, "m_o", "bay"), (2.0, "wall_e", "bay")] == told(log, "dock_queued")
+        assert [1, 2] == [fields["position"] for _, fields in log.happened("dock_queued")]
+        assert [(15.0, "eve", "bay"), (55.0, "m_o", "bay"), (95.0, "wall_e", "bay")] == told(log, "dock_docked")
+        assert NONE == log.feedback(B)[0][1].state
+
+    def test_a_dock_for_two_takes_two(self, make_run):
+        """The third waits."""
+        run = make_run(world(("eve", "wall_e", "m_o"), capacity=2))
+        run((0.0, dock()), (0.0, dock("wall_e", B)), (0.0, dock("m_o", C)), until=40.0)
+
+        assert ["dock", "dock", "full", "docked:eve", "docked:wall_e", "queued:m_o"] == tags(run, "bay")
+
+    @pytest.mark.parametrize("end", ["cancel", "preempt", "delete", "time"])
+    def test_whoever_leaves_the_queue_is_passed_over(self, make_run, end):
+        """However it ends."""
+        ends = {
+            "cancel": lambda run: run.simulator.submit(CancelGoal("wall_e", "dock_robot", B)),
+            "preempt": lambda run: run.simulator.submit(go(0, robot="wall_e", goal_id=D)),
+            "delete": lambda run: run.ask("delete_entity", {"entity": "wall_e"}),
+            "time": lambda _run: None,
+        }
+        run = make_run(world(("eve", "wall_e", "m_o")))
+        run((0.0, dock()), (1.0, dock("wall_e", B, max_staging_time=8.5)), (2.0, dock("m_o", C)), until=9.0)
+        ends[end](run)
+        log = run((30.0, undock("eve", "e" * 32)))
+
+        assert (9.5 if end == "time" else 9.0) == log.changes(B)[-1][0]
+        assert (55.0, "SUCCEEDED") == log.changes(C)[-1]
+
+    @pytest.mark.parametrize("at", [0.0, 5.0, 10.0, 12.0])
+    def test_a_cancel_at_any_stage_leaves_robot_and_dock_usable(self, make_run, at):
+        """Before it moves, lining up, there, and driving in."""
+        run = make_run(world(("eve", "wall_e")))
+        log = run(
+            (0.0, dock()),
+            (at, CancelGoal("eve", "dock_robot", A)),
+            (at, dock("wall_e", B)),
+            (at + 40, undock("wall_e", C)),
+            (at + 60, dock(goal_id=D)),
+        )
+
+        assert ["CANCELED", "SUCCEEDED", "SUCCEEDED", "SUCCEEDED"] == [
+            log.changes(each)[-1][1] for each in (A, B, C, D)
+        ]
+        assert (at, at + 25.0) == (log.changes(A)[-1][0], log.changes(B)[-1][0])
+
+    @pytest.mark.parametrize("traffic", ["reserve", "priority"])
+    def test_they_come_in_where_places_are_reserved(self, make_run, traffic):
+        """Two berths are at one point, off the lanes; the third robot waits for one of the two to leave."""
+        run = make_run(world(("eve", "wall_e", "m_o"), traffic, capacity=2))
+        log = run(
+            (0.0, dock()),
+            (0.0, dock("wall_e", B)),
+            (0.0, dock("m_o", C)),
+            (60.0, go(20, goal_id=D)),
+        )
+
+        assert ["SUCCEEDED"] * 4 == [log.changes(each)[-1][1] for each in (A, B, C, D)]
+
+    def test_whoever_has_left_a_dock_is_in_the_way_on_the_lane(self, make_run):
+        """Where places are reserved: another one waits for it to leave."""
+        run = make_run(world(("eve", "wall_e"), "reserve"))
+        log = run((0.0, dock()), (20.0, undock()), (26.0, go(20, robot="wall_e")), (60.0, go(20, goal_id=D)))
+
+        assert [(36.0, ["eve"])] == [(at, told["for"]) for at, told in log.happened("waiting") if "for" in told]
+
+
+class TestOrders:
+    """In scripts."""
+
+    def test_dock_and_undock(self, make_run):
+        """By name."""
+        made = world()
+        made["robots"]["eve"]["script"] = ["Dock bay", "Wait 5", "Undock"]
+        run = make_run(made)
+        run.simulator.run_scripts()
+
+        assert ["done"] == [script.state.value for script in run.simulator.scripts.all.values()]
+        assert 25.0 == run.simulator.now
+
+    @pytest.mark.parametrize(
+        ("text", "wrong"),
+        [
+            ("Dock bey", "no dock 'bey'; did you mean 'bay'?"),
+            ("Dock", "'Dock' says too little; expected Dock DOCK"),
+            ("Undock bay", "nothing comes after Undock, got 'bay'"),
+        ],
+    )
+    def test_orders_that_make_no_sense(self, text, wrong):
+        """Are refused."""
+        with pytest.raises(ValueError, match=wrong.replace("?", r"\?")):
+            read_order(text, World.model_validate(world()))

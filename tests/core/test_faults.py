@@ -1,0 +1,633 @@
+"""What faults do, as controllers see it: through the errors of everyday."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hmrsim.gateway import CancelGoal, GetResult, GoalChanged, Read, Refused, Sampled, SendGoal, StatusChanged, Topic
+from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.moveit_msgs import Pickup, Place
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.lockstep import Lockstep
+from hmrsim.participation import Advance, Join
+from hmrsim.replay import replay
+from hmrsim.trace import Trace
+from tests.simulation import SMALL_WORLD, simulate
+
+A, B, C = "a" * 32, "b" * 32, "c" * 32
+LOST = "no connection to wall_e; it is lost for a while"
+
+
+def go(x, y, goal_id=A, robot="wall_e", reply_to=None):
+    """Return the command that sends a robot somewhere."""
+    goal = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": float(x), "y": float(y)}}}})
+    return SendGoal(robot, "navigate_to_pose", goal, goal_id, reply_to)
+
+
+def pick(item, goal_id=A, robot="wall_e"):
+    """Return the command that has a robot pick an item up."""
+    return SendGoal(robot, "pickup", Pickup.Goal(target_name=item), goal_id)
+
+
+def faulty(*faults, **keys):
+    """Return a simulation of the small world in which things go wrong."""
+    return simulate({**SMALL_WORLD, **keys, "faults": [*faults]})
+
+
+# --- robots ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_robot_that_breaks_down_aborts_its_goal():
+    """It says where it stands."""
+    log = faulty({"type": "breakdown", "robot": "wall_e", "at": 2, "until": 5})((0.0, go(9, 2)))
+
+    assert (2.0, "ABORTED") == log.changes(A)[-1]
+    assert (9000, "wall_e has broken down at (3, 2)") == (log.result(A).error_code, log.result(A).error_msg)
+
+
+def test_a_broken_robot_takes_no_goals_until_it_is_repaired():
+    """They are rejected as not_ready."""
+    run = faulty({"type": "breakdown", "robot": "wall_e", "at": 2, "until": 5})
+    log = run((0.0, go(9, 2)), (3.0, go(9, 2, B, reply_to="B")), (5.0, go(9, 2, C)))
+
+    assert ("not_ready", "wall_e has broken down at (3, 2)") == (log.answer("B").reason, log.answer("B").error_msg)
+    assert (11.0, "SUCCEEDED") == log.changes(C)[-1]
+
+
+def test_a_broken_robot_is_in_the_way():
+    """Its lane is closed, both ways, until it is repaired."""
+    log = faulty({"type": "breakdown", "robot": "wall_e", "at": 2, "until": 5})((0.0, go(9, 2)), until=6.0)
+
+    assert [(2.0, ["door", "home"]), (2.0, ["home", "door"])] == [
+        (time, fields["lane"]) for time, fields in log.happened("lane_closed")
+    ]
+    assert [5.0, 5.0] == [time for time, _ in log.happened("lane_opened")]
+
+
+def test_a_robot_that_broke_down_twice_is_repaired_twice():
+    """The first repair does not do."""
+    run = faulty(
+        {"type": "breakdown", "robot": "wall_e", "until": 2},
+        {"type": "breakdown", "robot": "wall_e", "at": 1, "until": 4},
+    )
+    unfit = []
+    for time in (1.5, 3.0, 5.0):
+        run.simulator.advance(time)
+        unfit.append(bool(run.simulator.robots["wall_e"].unfit))
+
+    assert [True, True, False] == unfit
+
+
+def test_what_is_in_the_way_is_seen():
+    """The robot's tags say what ails it, and that nobody gets past."""
+    run = faulty({"type": "breakdown", "robot": "wall_e", "at": 2})
+    run((0.0, go(9, 2)), until=3.0)
+
+    assert ["robot", "nurse", "claw", "breakdown", "blocking"] == run.ask(
+        "get_entity_info", {"entity": "wall_e"}
+    ).info.tags
+
+
+def test_others_drive_around_a_broken_robot():
+    """By the way that is left."""
+    around = {
+        "waypoints": {"a": [0, 0], "b": [4, 0], "c": [8, 0], "d": [4, 3]},
+        "lanes": [["a", "b"], ["b", "c"], ["a", "d"], ["d", "c"]],
+        "walls": [],
+        "robots": {"wall_e": {"at": "b"}, "eve": {"at": "c"}},
+        "items": {},
+        "remap": {},
+    }
+    run = faulty({"type": "breakdown", "robot": "wall_e", "at": 2}, **around)
+    log = run((0.0, go(8, 0)), (3.0, go(0, 0, B, "eve")))
+
+    assert (13.0, "SUCCEEDED") == log.changes(B)[-1]
+
+
+def test_who_is_moved_out_of_the_way_is_in_it_no_longer():
+    """The lane is open again before the robot is repaired."""
+    run = faulty({"type": "breakdown", "robot": "wall_e", "at": 2})
+    run((0.0, go(9, 2)), until=3.0)
+    run.ask("set_entity_state", {"entity": "wall_e", "state": {"pose": {"position": {"x": 2.0, "y": 8.0}}}})
+
+    assert frozenset() == run.simulator.graph.closed
+
+
+def test_who_is_deleted_is_in_the_way_no_longer():
+    """Though the fault goes on."""
+    run = faulty({"type": "breakdown", "robot": "wall_e", "at": 2})
+    run((0.0, go(9, 2)), until=3.0)
+    run.ask("delete_entity", {"entity": "wall_e"})
+
+    assert frozenset() == run.simulator.graph.closed
+
+
+@pytest.mark.parametrize(
+    ("at", "until", "end"),
+    [(2, 4, 9.0), (4, 6, 9.0), (0, None, 16.0), (8, None, 8.0), (2, 4.5, 9.25)],
+)
+def test_a_robot_that_slips_is_slower(at, until, end):
+    """At half its speed 2 m take it twice as long; wherever on its way that begins, also at a waypoint."""
+    ends = {} if until is None else {"until": until}
+    log = faulty({"type": "slip", "robot": "wall_e", "factor": 0.5, "at": at, **ends})((0.0, go(9, 2)))
+
+    assert (end, "SUCCEEDED") == log.changes(A)[-1]
+
+
+def test_slips_multiply():
+    """Two halves are a quarter, while both last."""
+    slip = {"type": "slip", "robot": "wall_e", "factor": 0.5}
+    run = faulty({**slip, "at": 1, "until": 4}, {**slip, "at": 2, "until": 3})
+    speeds = []
+    for time in (0.5, 1.5, 2.5, 3.5, 4.5):
+        run.simulator.advance(time)
+        speeds.append(run.simulator.robots["wall_e"].speed)
+
+    assert [1.0, 0.5, 0.25, 0.5, 1.0] == speeds
+
+
+# --- lanes -----------------------------------------------------------------------------------------------------------
+
+
+def test_nobody_enters_a_closed_lane():
+    """Who plans finds no route, and is told why."""
+    log = faulty({"type": "lane_closed", "lane": ["shelf", "door"], "at": 1, "until": 9, "name": "wet"})(
+        (2.0, go(9, 2))
+    )
+
+    assert "door-shelf is closed (wet)" in log.result(A).error_msg
+    assert 208 == log.result(A).error_code
+
+
+def test_who_was_on_its_way_waits_until_the_lane_is_open():
+    """If there is no other way."""
+    log = faulty({"type": "lane_closed", "lane": ["door", "shelf"], "at": 1, "until": 9})((0.0, go(9, 2)))
+
+    assert (13.0, "SUCCEEDED") == log.changes(A)[-1]
+
+
+# --- claws -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_claw_that_drops_its_item_does_so_where_the_robot_is():
+    """It lies on the lane, which is closed until somebody picks it up; to place it fails."""
+    run = faulty({"type": "claw_drops", "robot": "wall_e", "at": 2})
+    log = run((0.0, pick("letter")), (0.0, go(9, 2, B)), until=3.0)
+    closed = run.simulator.graph.closed
+    place = SendGoal("wall_e", "place", Place.Goal(attached_object_name="letter"), "d" * 32)
+    run((10.0, place), (10.0, go(3, 2, C)), until=17.0)
+    run((17.0, pick("letter", "e" * 32)))
+
+    assert [(2.0, {"robot": "wall_e", "item": "letter", "at": [3.0, 2.0]})] == log.happened("dropped")
+    assert {("home", "door"), ("door", "home")} == set(closed)
+    assert -19 == log.result("d" * 32).error_code.val
+    assert (1, frozenset()) == (log.result("e" * 32).error_code.val, run.simulator.graph.closed)
+
+
+def test_a_claw_that_misses_fails_with_moveits_code():
+    """CONTROL_FAILED, while it lasts."""
+    log = faulty({"type": "claw_misses", "robot": "wall_e", "until": 2})(
+        (1.0, pick("letter")), (3.0, pick("letter", B))
+    )
+
+    assert (-4, "the claw has missed 'letter'") == (log.result(A).error_code.val, log.result(A).error_code.message)
+    assert 1 == log.result(B).error_code.val
+
+
+def test_a_probability_is_how_often_it_happens():
+    """Of 10,000 times about 3,000 for 0.3."""
+    run = faulty({"type": "claw_misses", "robot": "wall_e", "probability": 0.3})
+    run.simulator.advance(1.0)
+    (misses,) = run.simulator.robots["wall_e"].components["claw"].misses
+
+    assert 3000 == pytest.approx(sum(misses() for _ in range(10_000)), abs=100)
+
+
+def test_a_bulky_item_is_in_the_way():
+    """Where the world file puts it, and where it is put down."""
+    box = {"box": {"at": [3, 2], "blocks": True}}
+    run = simulate({**SMALL_WORLD, "items": box})
+    before = run.simulator.graph.closed
+    run.ask("set_entity_state", {"entity": "box", "state": {"pose": {"position": {"x": 7.0, "y": 2.0}}}})
+    after = run.simulator.graph.closed
+
+    assert {("home", "door"), ("door", "home")} == set(before)
+    assert {("door", "shelf"), ("shelf", "door")} == set(after)
+
+
+# --- what robots say -------------------------------------------------------------------------------------------------
+
+
+def test_blind_sensors_see_nothing():
+    """One of them, or all."""
+    sensors = {"components": {"camera": {}, "proximity": {}}}
+    world = {**SMALL_WORLD, "robots": {"wall_e": {"at": "home", **sensors}}, "remap": {}}
+    blind = {"type": "sensor_blind", "robot": "wall_e"}
+    run = simulate({**world, "faults": [{**blind, "sensor": "camera", "until": 3}, {**blind, "at": 1, "until": 2}]})
+    by = []
+    for time in (0.5, 1.5, 2.5, 3.5):
+        run.simulator.advance(time)
+        by.append(run.ask("is_detected", {"robot": "wall_e", "entity": "letter"}).by)
+
+    assert [["proximity"], [], ["proximity"], ["proximity"]] == by
+
+
+def test_a_jump_shows_in_what_the_robot_says():
+    """Its odometry and its feedback are off, and it arrives all the same."""
+    run = faulty({"type": "localisation_jump", "robot": "wall_e", "dx": 0.5, "yaw": 1.0, "at": 2, "until": 4})
+    log = run((0.0, go(9, 2)))
+    odom = {
+        time: event.message.pose.pose.position.x
+        for time, event in log.events
+        if isinstance(event, Sampled) and event.topic is Topic.ODOM and event.robot == "wall_e"
+    }
+    told = {time: feedback.current_pose.pose.position.x for time, feedback in log.feedback(A)}
+
+    assert (2.0, 4.5, 6.0) == pytest.approx((odom[1.0], odom[3.0], odom[5.0]))
+    assert (2.0, 4.5, 6.0) == pytest.approx((told[1.0], told[3.0], told[5.0]))
+    assert (8.0, "SUCCEEDED") == log.changes(A)[-1]
+
+
+def test_the_world_knows_where_a_robot_is_that_does_not():
+    """Entities are the truth."""
+    run = faulty({"type": "localisation_jump", "robot": "wall_e", "dx": 0.5, "at": 2})
+    run.simulator.advance(3.0)
+
+    assert 1.0 == run.ask("get_entity_state", {"entity": "wall_e"}).state.pose.position.x
+
+
+def test_what_a_lost_robot_sees_is_off_as_it_is():
+    """It sees a thing 1 m ahead of it, wherever it believes to be, and whichever way it believes to face."""
+    eye = {"at": [1, 2], "components": {"camera": {}}}
+    world = {**SMALL_WORLD, "robots": {"wall_e": eye}, "items": {"cup": {"at": [2, 2]}}, "remap": {}}
+    run = simulate({**world, "faults": [{"type": "localisation_jump", "robot": "wall_e", "dx": 3.0, "yaw": 1.5707963}]})
+    run.simulator.advance(1.0)
+    position = run.ask("is_detected", {"robot": "wall_e", "entity": "cup"}).pose.pose.position
+
+    assert (4.0, 3.0) == pytest.approx((position.x, position.y), abs=1e-6)
+
+
+# --- lost messages ---------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def cut():
+    """Return a simulation in which nobody can reach wall_e from 2 to 10 s."""
+    return faulty({"type": "messages_lost", "robot": "wall_e", "at": 2, "until": 10})
+
+
+def test_a_goal_can_not_reach_a_robot_without_connection(cut):
+    """It is rejected as not_ready."""
+    log = cut((3.0, go(9, 2, reply_to="asked")))
+
+    assert (False, "not_ready", LOST) == (
+        log.answer("asked").accepted,
+        log.answer("asked").reason,
+        log.answer("asked").error_msg,
+    )
+
+
+@pytest.mark.parametrize(
+    "command", [CancelGoal("wall_e", "wait", reply_to="asked"), Read(Topic.ODOM, "wall_e", reply_to="asked")]
+)
+def test_nothing_can_be_asked_of_it(cut, command):
+    """Nor canceled."""
+    assert Refused("robot", "wall_e", LOST) == cut((3.0, command)).answer("asked")
+
+
+def test_it_goes_on_with_what_it_does(cut):
+    """And tells how it ended when the connection is back."""
+    log = cut((0.0, go(9, 2)), (1.0, GetResult("wall_e", "navigate_to_pose", A, "early")))
+    cut((9.0, GetResult("wall_e", "navigate_to_pose", A, "late")))
+    answered = {event.reply_to: time for time, event in log.events if getattr(event, "reply_to", None)}
+
+    assert (8.0, "SUCCEEDED") == log.changes(A)[-1]
+    assert (GoalStatus.SUCCEEDED, GoalStatus.SUCCEEDED) == (log.answer("early").status, log.answer("late").status)
+    assert {"early": 10.0, "late": 10.0} == answered
+
+
+def test_nothing_that_it_publishes_arrives(cut):
+    """Until the connection is back; then its status is told anew."""
+    log = cut((0.0, go(9, 2)), until=11.0)
+    said = [
+        time
+        for time, event in log.events
+        if isinstance(event, Sampled | StatusChanged) and event.robot == "wall_e" and 2.0 < time <= 10.0
+    ]
+
+    assert [10.0, 10.0] == said
+
+
+def test_whoever_waits_is_answered_when_the_simulation_stops(cut):
+    """A request gets exactly one answer, always."""
+    log = cut((0.0, go(9, 2)), (1.0, GetResult("wall_e", "navigate_to_pose", A, "asked")), until=3.0)
+    cut.simulator.stop()
+
+    assert GoalStatus.ABORTED == log.answer("asked").status
+
+
+def test_whoever_waits_is_answered_when_the_robot_is_deleted(cut):
+    """Likewise."""
+    log = cut((0.0, go(9, 2)), (1.0, GetResult("wall_e", "navigate_to_pose", A, "asked")), until=3.0)
+    cut.ask("delete_entity", {"entity": "wall_e"})
+
+    assert GoalStatus.ABORTED == log.answer("asked").status
+
+
+def test_a_controller_in_lockstep_is_told_when_the_connection_is_back(cut):
+    """Time goes on until then."""
+    lockstep = Lockstep(cut.simulator)
+    cut.simulator.attach(lockstep)
+    lockstep.join(Join("nurse", "joined"), 0.0)
+    result = frozenset({"result"})
+    lockstep.advance(Advance("nurse", 0, math.inf, result, frozenset(), (go(9, 2),), "granted"), 0.0)
+    lockstep.begin()
+    while lockstep.proceed(16, 0.0):
+        pass
+    granted = cut.log.answer("granted")
+
+    assert (10.0, [("result", A)]) == (granted.now, [(kind, event.goal_id) for kind, _, event in granted.events])
+
+
+def test_a_connection_that_is_lost_twice_is_back_when_both_are_over(cut):
+    """And not before."""
+    cut.ask("inject_fault", {"type": "messages_lost", "robot": "wall_e", "at": 3.0, "until": 12.0})
+    lost = []
+    for time in (2.5, 11.0, 12.5):
+        cut.simulator.advance(time)
+        lost.append("wall_e" in cut.simulator.dispatcher.cut_off)
+
+    assert [True, True, False] == lost
+
+
+def test_its_own_script_goes_on():
+    """What a robot does by itself needs no connection."""
+    robots = {"wall_e": {"type": "nurse", "at": "home", "script": ["Go shelf", "Go home"]}}
+    run = faulty({"type": "messages_lost", "robot": "wall_e", "at": 2}, robots=robots, remap={})
+    run()
+
+    assert (16.0, "done") == (
+        run.simulator.scripts.all["wall_e"].ended,
+        run.simulator.scripts.all["wall_e"].state.value,
+    )
+
+
+# --- doors and batteries ---------------------------------------------------------------------------------------------
+
+
+def test_a_jammed_door_lets_nobody_through():
+    """Who waits before it goes on when it moves again."""
+    world = {**SMALL_WORLD, "doors": {"gate": {"at": [[7, 1], [7, 3]], "opening_time": 1.0}}}
+    run = simulate({**world, "faults": [{"type": "door_jammed", "door": "gate", "at": 1, "until": 9}]})
+    log = run((0.0, go(9, 2)))
+
+    assert (14.0, "SUCCEEDED") == log.changes(A)[-1]
+
+
+def test_a_battery_with_a_dead_cell_holds_less():
+    """And all of it again when the cell has been replaced."""
+    robots = {"wall_e": {"at": "home", "components": {"battery": {"capacity": 400.0, "cells": 4}}}}
+    run = faulty({"type": "battery_cell", "robot": "wall_e", "cell": 3, "at": 1, "until": 2}, robots=robots, remap={})
+    usable = []
+    for time in (0.5, 1.5, 2.5):
+        run.simulator.advance(time)
+        usable.append(run.simulator.robots["wall_e"].components["battery"].usable)
+
+    assert [400.0, 300.0, 400.0] == usable
+
+
+# --- when they happen ------------------------------------------------------------------------------------------------
+
+
+def spells(log, kind="fault_began"):
+    """Return when something was told of faults, and of which."""
+    return [(time, fields["name"]) for time, fields in log.happened(kind)]
+
+
+def test_time_does_not_go_on_for_a_fault_to_begin():
+    """But it does for one to end."""
+    run = faulty(
+        {"type": "slip", "robot": "wall_e", "factor": 0.5, "at": 1, "until": 7},
+        {"type": "slip", "robot": "eve", "factor": 0.5, "at": 8},
+    )
+    wait = SendGoal("cart", "wait", Wait.Goal.model_validate({"time": {"sec": 2}}), A)
+    log = run((0.0, wait))
+
+    assert [(1.0, "slip_1")] == spells(log)
+    assert 7.0 == run.simulator.now
+
+
+def test_random_faults_come_again_and_again():
+    """On average as often and as long as the world file says; the draws are those of the seed, subject and kind."""
+    fault = {"type": "slip", "robot": "wall_e", "factor": 0.5, "mean_time_between": 10.0, "mean_duration": 5.0}
+    log = faulty(fault, seed=7)(until=400.0)
+    chance = random.Random("7/wall_e/slip/1")
+    now, expected = 0.0, []
+    while (now := now + chance.expovariate(0.1)) < 400.0:
+        expected.append(now)
+        now += chance.expovariate(0.2)
+
+    assert 15 < len(expected) < 40
+    assert expected == pytest.approx([time for time, _ in log.happened("fault_began")])
+
+
+def test_a_robot_far_away_changes_nothing():
+    """What happens to one robot is the same whoever else there is, and whatever happens to them."""
+    fault = {"type": "breakdown", "mean_time_between": 5.0, "mean_duration": 2.0}
+    more = {**SMALL_WORLD["robots"], "bob": {"type": "nurse", "at": [3, 9]}}
+    alone = faulty({**fault, "robot": "wall_e"})
+    crowd = faulty({**fault, "robot": "bob"}, {**fault, "robot": "wall_e"}, robots=more)
+
+    def story(run):
+        log = run((0.0, go(9, 2)), (9.0, go(1, 2, B)), (19.0, go(9, 2, C)), until=40.0)
+        goals = [(time, event) for time, event in log.events if isinstance(event, GoalChanged)]
+        faults = [
+            (time, kind)
+            for kind in ("fault_began", "fault_ended")
+            for time, fields in log.happened(kind)
+            if fields["robot"] == "wall_e"
+        ]
+        return goals, faults
+
+    assert story(alone) == story(crowd)
+
+
+def test_a_fault_of_who_is_not_there_is_missed():
+    """An event says why, and the simulation goes on."""
+    run = faulty({"type": "breakdown", "robot": "eve", "at": 2})
+    run.ask("delete_entity", {"entity": "eve"})
+    log = run(until=3.0)
+
+    ((time, fields),) = log.happened("fault_missed")
+    assert (2.0, "no robot 'eve'; there are wall_e, cart") == (time, fields["why"])
+
+
+def test_a_reset_begins_the_schedule_anew():
+    """At time 0, with the same draws."""
+    run = faulty({"type": "slip", "robot": "wall_e", "factor": 0.5, "mean_time_between": 10.0, "mean_duration": 5.0})
+    first = spells(run(until=30.0))
+    run.ask("reset_simulation")
+    both = spells(run(until=30.0))
+
+    assert first
+    assert first + first == both
+
+
+def test_another_world_has_its_own_faults():
+    """Those of the one before have ended."""
+    run = faulty({"type": "breakdown", "robot": "wall_e", "at": 1})
+    run.simulator.advance(2.0)
+    run.ask("load_world", {"uri": "scenario1"})
+
+    assert [] == run.ask("get_faults").faults
+
+
+# --- asked for -------------------------------------------------------------------------------------------------------
+
+
+def test_a_fault_is_injected_with_the_keys_of_a_world_file():
+    """It begins at once, or when it says."""
+    run = faulty()
+    run.simulator.advance(1.0)
+    names = [
+        run.ask("inject_fault", {"type": "lane_closed", "lane": ["home", "door"], "until": 3.0}).name,
+        run.ask("inject_fault", {"type": "slip", "robot": "eve", "factor": 0.5, "at": 2.0, "name": "oil"}).name,
+    ]
+    log = run(until=4.0)
+
+    assert ["lane_closed_1", "oil"] == names
+    assert ([(1.0, "lane_closed_1"), (2.0, "oil")], [(3.0, "lane_closed_1")]) == (
+        spells(log),
+        spells(log, "fault_ended"),
+    )
+
+
+@pytest.mark.parametrize(
+    ("request_", "code", "why"),
+    [
+        ({}, 2, "type: no fault type ''; there are "),
+        ({"type": "slipp"}, 2, "type: no fault type 'slipp'; did you mean 'slip'?"),
+        ({"type": "slip", "robot": "wall_e"}, 4, "factor: is missing"),
+        ({"type": "slip", "robot": "wally", "factor": 0.5}, 2, "robot: no robot 'wally'; did you mean 'wall_e'?"),
+        ({"type": "slip", "robot": "wall_e", "factor": 2.0}, 4, "factor: must be at most 1, got 2.0"),
+        ({"type": "lane_closed", "lane": ["home", "shelf"]}, 2, "lane: no lane 'home-shelf'; "),
+        ({"type": "lane_closed", "lane": ["home"]}, 4, "lane"),
+        ({"type": "claw_drops", "robot": "cart"}, 4, "robot: cart has no claw; there are none"),
+        ({"type": "claw_drops", "robot": "eve", "until": 5.0}, 4, "until: unknown key 'until'"),
+        ({"type": "breakdown", "robot": "eve", "until": 0.5}, 4, "until: 0.5 s is over; it is 1 s now"),
+        ({"type": "breakdown", "robot": "eve", "until": 5.0, "duration": 1.0}, 4, "until and duration are both given"),
+        ({"type": "breakdown", "settings": "[1]"}, 4, "settings: expected the text of a JSON object, got '[1]'"),
+    ],
+)
+def test_what_makes_no_sense_is_not_injected(request_, code, why):
+    """The answer names the field, the value and what would do."""
+    run = faulty()
+    run.simulator.advance(1.0)
+    answer = run.ask("inject_fault", request_)
+
+    assert (code, "", []) == (answer.result.result, answer.name, run.ask("get_faults").faults)
+    assert why in answer.result.error_message
+
+
+def test_a_name_is_given_once():
+    """While the fault that has it is not over."""
+    run = faulty()
+    run.ask("inject_fault", {"type": "breakdown", "robot": "eve", "name": "ouch"})
+    answer = run.ask("inject_fault", {"type": "breakdown", "robot": "cart", "name": "ouch"})
+
+    assert "name: there is a fault 'ouch' already; give another name" == answer.result.error_message
+
+
+def test_a_fault_that_is_to_come_can_be_called_off():
+    """As one that goes on is ended."""
+    run = faulty({"type": "breakdown", "robot": "eve", "at": 5}, {"type": "breakdown", "robot": "cart"})
+    run.simulator.advance(1.0)
+    cleared = run.ask("clear_fault", {"type": "breakdown"}).names
+    log = run(until=6.0)
+
+    assert (["breakdown_1", "breakdown_2"], [(0.0, "breakdown_2")]) == (cleared, spells(log))
+    assert [(1.0, "breakdown_2")] == spells(log, "fault_ended")
+
+
+def test_what_is_not_there_can_not_be_cleared():
+    """The answer says what is."""
+    answer = faulty({"type": "breakdown", "robot": "eve", "name": "ouch"}).ask("clear_fault", {"name": "auch"})
+
+    assert (2, "name: no fault 'auch' goes on or is to come; did you mean 'ouch'?") == (
+        answer.result.result,
+        answer.result.error_message,
+    )
+
+
+def test_a_replay_has_the_same_faults():
+    """Those of the file, those of chance, and those that were injected."""
+    robots = {**SMALL_WORLD["robots"], "cart": {"at": "door", "script": ["Go 9 2", "Go 5 2", "Go 9 2"]}}
+    run = faulty(
+        {"type": "breakdown", "robot": "eve", "mean_time_between": 3.0, "mean_duration": 2.0},
+        {"type": "messages_lost", "robot": "wall_e", "at": 2, "until": 6},
+        robots=robots,
+    )
+    lines = []
+    trace = Trace(run.simulator, lines.append)
+    run((0.0, go(9, 2)), (3.0, go(1, 2, B)), until=4.0)
+    run.ask("inject_fault", {"type": "slip", "robot": "cart", "factor": 0.5, "duration": 3.0})
+    run((7.0, go(1, 2, C)))
+    trace.close()
+    outcome = replay("".join(lines).splitlines(keepends=True))
+
+    assert (True, None) == (outcome.complete, outcome.difference)
+    assert {"breakdown", "messages_lost", "slip"} == {fields["fault"] for _, fields in run.log.happened("fault_began")}
+
+
+TIMES = st.sampled_from([0.0, 1.0, 2.0, 4.0, 8.0, 3.3])
+SPELLS = st.one_of(
+    st.builds(lambda at, duration: {"at": at, "duration": duration}, TIMES, TIMES.filter(bool)),
+    st.builds(lambda mean: {"mean_time_between": mean, "mean_duration": mean}, TIMES.filter(bool)),
+)
+ROBOTS = st.sampled_from(["wall_e", "eve"])
+HAPPENING = {
+    "breakdown": st.just({}),
+    "slip": st.just({"factor": 0.5}),
+    "claw_misses": st.just({"probability": 0.5}),
+    "messages_lost": st.just({}),
+    "localisation_jump": st.just({"dx": 1.0}),
+}
+FAULTS = st.sampled_from(sorted(HAPPENING)).flatmap(
+    lambda kind: st.builds(
+        lambda robot, said, spell: {"type": kind, "robot": robot, **said, **spell}, ROBOTS, HAPPENING[kind], SPELLS
+    )
+)
+CLOSED = st.builds(lambda spell: {"type": "lane_closed", "lane": ["home", "door"], **spell}, SPELLS)
+GOALS = st.lists(st.tuples(ROBOTS, st.sampled_from([1.0, 5.0, 9.0])), min_size=1, max_size=6)
+
+
+@settings(max_examples=60)
+@given(st.lists(FAULTS | CLOSED, max_size=6), GOALS, st.sampled_from(["free", "reserve", "priority"]))
+def test_whatever_goes_wrong_each_goal_ends_once_and_is_answered_once(happening, goals, policy):
+    """And nothing is left of it when all faults are cleared."""
+    world = {**SMALL_WORLD, "traffic": {"policy": policy, "patience": 20.0}, "faults": happening}
+    run = simulate(world, topics=frozenset({Topic.EVENTS}))
+    sent = []
+    for number, (robot, x) in enumerate(goals, 1):
+        run.simulator.advance(2.0 * number)
+        goal_id = f"{number:032x}"
+        run.simulator.submit(go(x, 2, goal_id, robot, reply_to=("sent", number)))
+        if run.log.answer(("sent", number)).accepted:
+            sent.append(goal_id)
+            run.simulator.submit(GetResult(robot, "navigate_to_pose", goal_id, goal_id))
+    run.simulator.advance(80.0)
+    run.ask("clear_fault")
+
+    simulator = run.simulator
+    assert [1] * len(sent) == [len(run.log.answers(goal_id)) for goal_id in sent]
+    assert [1] * len(sent) == [
+        sum(status in ("SUCCEEDED", "ABORTED", "CANCELED") for _, status in run.log.changes(goal_id))
+        for goal_id in sent
+    ]
+    assert (frozenset(), set()) == (simulator.graph.closed, simulator.dispatcher.cut_off)
+    assert {("", 1.0)} == {(robot.unfit, robot.speed) for robot in simulator.robots.values()}

@@ -1,0 +1,312 @@
+"""Lifts: who waits for the cabin, how long a ride takes, and whose turn it is."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hmrsim.actions import registry as actions
+from hmrsim.gateway import CancelGoal, SendGoal, Topic
+from hmrsim.graph import WaypointGraph
+from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
+from hmrsim.traffic import registry as policies
+from hmrsim.world.model import World
+from tests.simulation import simulate
+
+EVE, BOB, ANN = "e" * 32, "b" * 32, "a" * 32
+IDS = {"eve": EVE, "bob": BOB, "ann": ANN}
+SPOTS = {"ground": (0.0, 0.0), "first": (100.0, 0.0), "second": (200.0, 0.0), "yard": (-4.0, 0.0), "ward": (104.0, 0.0)}
+
+
+def go(spot, *, robot="eve", goal_id=None):
+    """Return the command to drive to a waypoint."""
+    x, y = SPOTS[spot]
+    goal = actions()["navigate_to_pose"].goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": y}}}})
+    return SendGoal(robot, "navigate_to_pose", goal, goal_id or IDS[robot])
+
+
+def world(robots=None, *, base=None, **lift):
+    """Return three levels beside each other with a stop each: 5 s from one to the next, 2 s for the doors each time."""
+    robots = robots or {"eve": "yard"}
+    return {
+        "waypoints": {name: [*point] for name, point in SPOTS.items()},
+        "lanes": [["yard", "ground"], ["first", "ward"]],
+        "lifts": {"lift": {"stops": ["ground", "first", "second"], **lift}},
+        "robots": {name: {"at": at, "base": base or {}} for name, at in robots.items()},
+        "traffic": {"policy": "reserve"},
+    }
+
+
+def tags(run, name="lift"):
+    """Return the tags of an entity."""
+    return run.ask("get_entity_info", {"entity": name}).info.tags
+
+
+def place(run, robot="eve"):
+    """Return where a robot is."""
+    return run.simulator.robots[robot].pose().point
+
+
+def call(run, stop, name="lift"):
+    """Call a lift; return what came of it."""
+    return run.ask("call_lift", {"name": name, "stop": stop}).result
+
+
+class TestRides:
+    """How long they take, and where a robot is meanwhile."""
+
+    def test_a_ride_takes_as_long_as_its_stops_are_apart(self):
+        """4 m, two doors and two stops: 4 + 2 + 10 + 2 s, whatever the drawing says of how far that is."""
+        log = simulate(world())((0.0, go("second")))
+
+        assert (18.0, "SUCCEEDED") == log.changes(EVE)[-1]
+        assert [] == log.happened("waiting")
+
+    def test_it_takes_every_robot_as_long(self):
+        """One of 2 m/s that speeds up and turns spends 9 s in it, too: 4 m take 4 s, which is two ramps of 2 s."""
+        log = simulate(world(base={"speed": 2.0, "acceleration": 1.0, "turning_rate": 1.0}))((0.0, go("first")))
+
+        assert (13.0, "SUCCEEDED") == log.changes(EVE)[-1]
+
+    def test_a_robot_is_at_the_stop_where_it_got_in_until_it_gets_out(self):
+        """The cabin moves, the robot does not; there is no way in between on the map."""
+        run = simulate(world())
+        run((0.0, go("first")), until=8.0)
+
+        assert (0.0, 0.0) == place(run)
+        assert (0.0, 0.0) == run.simulator.robots["eve"].velocity()
+        run.simulator.run()
+        assert (100.0, 0.0) == place(run)
+
+    def test_what_is_left_of_the_way_is_what_is_left_to_drive(self):
+        """A ride is no distance, but takes time."""
+        run = simulate(world())
+        run((0.0, go("ward")), until=1.0)
+        progress = run.simulator.robots["eve"].progress()
+
+        assert (7.0, 16.0) == (progress.length, progress.seconds)
+
+    def test_events_tell_of_it(self):
+        """When it leaves, and when it arrives, with whom."""
+        log = simulate(world())((0.0, go("first")))
+
+        assert [(4.0, {"lift": "lift", "from": "ground", "to": "first", "robots": ["eve"]})] == (
+            log.happened("lift_departed")
+        )
+        assert [(13.0, {"lift": "lift", "stop": "first", "robots": ["eve"]})] == log.happened("lift_arrived")
+
+    def test_it_is_seen_as_an_entity(self):
+        """Where it is, and what it does."""
+        run = simulate(world())
+        before = tags(run)
+        run((0.0, go("first")), until=5.0)
+
+        assert ["lift", "at:ground"] == before
+        assert ["lift", "at:ground", "moving", "to:first", "carries:eve"] == tags(run)
+        run.simulator.run()
+        state = run.ask("get_entity_state", {"entity": "lift"}).state
+        assert 100.0 == state.pose.position.x
+
+    def test_a_path_from_stop_to_stop_is_a_ride(self):
+        """So a planner outside can have robots take lifts."""
+        poses = [{"pose": {"position": {"x": x}}} for x in (0.0, 100.0, 104.0)]
+        goal = actions()["follow_path"].goal.model_validate({"path": {"poses": poses}})
+        log = simulate(world())((0.0, SendGoal("eve", "follow_path", goal, EVE)))
+
+        assert (17.0, "SUCCEEDED") == log.changes(EVE)[-1]
+
+    def test_a_slower_robot_takes_the_lift_where_a_faster_one_drives(self):
+        """120 m around: 60 s at 2 m/s, 120 s at 1 m/s; the ride takes 69 s."""
+        plan = world(travel_time=65.0) | {"traffic": {"policy": "free"}}
+        plan["waypoints"] = {**plan["waypoints"], "ramp": [50, 33.166247903554]}
+        plan["lanes"] = [*plan["lanes"], ["ground", "ramp"], ["ramp", "first"]]
+        graph = WaypointGraph(World.model_validate(plan))
+
+        slow, fast = (graph.plan(SPOTS["ground"], SPOTS["first"], speed) for speed in (1.0, 2.0))
+
+        assert [("ground", "first")] == [leg.lane for leg in slow.legs]
+        assert [("ground", "ramp"), ("ramp", "first")] == [leg.lane for leg in fast.legs]
+
+
+class TestCalls:
+    """A cabin that is somewhere else comes."""
+
+    def test_a_robot_waits_until_it_has_come(self):
+        """Called at 4 s from a level away, it is there at 13 s, and up again at 22 s."""
+        log = simulate(world(at="first"))((0.0, go("first")))
+
+        waiting = {"robot": "eve", "at": [0.0, 0.0], "lane": ["ground", "first"], "why": "lift is at first"}
+        assert [(4.0, waiting)] == log.happened("waiting")
+        assert [(4.0, {"lift": "lift", "stop": "ground", "by": "eve"})] == log.happened("lift_called")
+        assert (22.0, "SUCCEEDED") == log.changes(EVE)[-1]
+
+    def test_who_calls_first_rides_first(self):
+        """Bob waits at the stop next to where the lift lets eve out, but ann has called before him."""
+        robots = {"eve": "ground", "bob": "ward", "ann": "second"}
+        log = simulate(world(robots))(
+            (0.0, go("first")), (0.0, go("ground", robot="ann")), (0.0, go("yard", robot="bob"))
+        )
+
+        # Eve: up at 9. The cabin at ann's at 18, down at 32. At bob's at 41, down at 50, and 4 m more.
+        assert [9.0, 32.0, 54.0] == [log.changes(IDS[name])[-1][0] for name in ("eve", "ann", "bob")]
+
+    def test_of_those_who_call_at_once_the_first_by_name_comes_first(self):
+        """Whoever was asked first; the cabin is elsewhere."""
+        robots = {"eve": "ground", "ann": "second"}
+        run = simulate(world(robots, at="first"))
+        for robot in robots:
+            run.simulator.submit(go("first", robot=robot))
+        log = run()
+
+        # The cabin at ann's at 9, back with her at 18; at eve's at 27, and up with her at 36.
+        assert [18.0, 36.0] == [log.changes(IDS[name])[-1][0] for name in ("ann", "eve")]
+
+    @pytest.mark.parametrize("policy", policies())
+    def test_who_gets_out_passes_who_wants_to_get_in(self, policy):
+        """Each stands where the other wants to be; where waypoints take one robot, stops take any number."""
+        plan = world({"eve": "ground", "bob": "first"}) | {"traffic": {"policy": policy}}
+        log = simulate(plan)((0.0, go("first")), (0.0, go("ground", robot="bob")))
+
+        assert [(9.0, "SUCCEEDED"), (18.0, "SUCCEEDED")] == [log.changes(goal)[-1] for goal in (EVE, BOB)]
+
+    def test_it_takes_one_robot(self):
+        """The second rides 18 s later: up, down for it, and up again."""
+        log = simulate(world({"eve": "ground", "bob": "ground"}))((0.0, go("first")), (0.0, go("first", robot="bob")))
+
+        assert [9.0, 27.0] == [log.changes(goal)[-1][0] for goal in (EVE, BOB)]
+
+    def test_it_takes_as_many_as_it_can(self):
+        """Those who want the same at the same time."""
+        log = simulate(world({"eve": "ground", "bob": "ground"}, capacity=2))(
+            (0.0, go("first")), (0.0, go("first", robot="bob"))
+        )
+
+        assert [9.0, 9.0] == [log.changes(goal)[-1][0] for goal in (EVE, BOB)]
+
+    def test_one_that_has_given_up_is_not_fetched(self):
+        """The cabin, on its way to eve, goes on to there, and no further."""
+        run = simulate(world({"eve": "ground", "bob": "second"}))
+        run((0.0, go("second")), (1.0, go("first", robot="bob")), (2.0, CancelGoal("bob", "navigate_to_pose")))
+
+        assert [14.0] == [time for time, _ in run.log.happened("lift_arrived")]
+
+    def test_the_service_calls_it(self):
+        """At once, if nobody rides."""
+        run = simulate(world())
+        answer = call(run, "second")
+        run.simulator.run()
+
+        assert Result.RESULT_OK == answer.result
+        assert [(14.0, {"lift": "lift", "stop": "second", "robots": []})] == run.log.happened("lift_arrived")
+
+    def test_the_service_has_its_turn_among_robots(self):
+        """Called before bob, it goes to the second level before it fetches him."""
+        run = simulate(world({"eve": "ground", "bob": "first"}))
+        run((0.0, go("first")), until=1.0)
+        call(run, "second")
+        log = run((2.0, go("ground", robot="bob")))
+
+        assert [(9.0, "first"), (18.0, "second"), (27.0, "first"), (36.0, "ground")] == [
+            (time, fields["stop"]) for time, fields in log.happened("lift_arrived")
+        ]
+
+    @pytest.mark.parametrize(
+        ("name", "stop", "text"),
+        [
+            ("lfit", "ground", "no lift 'lfit'; did you mean 'lift'?"),
+            ("lift", "yard", "'lift' has no stop 'yard'; there are ground, first, second"),
+        ],
+    )
+    def test_what_is_not_there_is_answered(self, name, stop, text):
+        """With what there is."""
+        answer = call(simulate(world()), stop, name)
+
+        assert (Result.RESULT_NOT_FOUND, text) == (answer.result, answer.error_message)
+
+
+class TestEndsOnTheWay:
+    """Robots whose goals end in the cabin."""
+
+    def test_it_gets_out_where_it_got_in(self):
+        """Canceled after 3 s of the ride; the cabin is back after 3 s more, and then takes it again."""
+        run = simulate(world({"eve": "ground"}))
+        run((0.0, go("first")), (3.0, CancelGoal("eve", "navigate_to_pose")))
+        here = place(run)
+        log = run((3.0, go("first", goal_id=BOB)))
+
+        assert (0.0, 0.0) == here
+        assert (15.0, "SUCCEEDED") == log.changes(BOB)[-1]
+        assert [6.0, 15.0] == [time for time, _ in log.happened("lift_arrived")]
+
+    def test_a_robot_that_is_slowed_down_rides_as_fast(self):
+        """Only what it drives afterwards takes longer: 4 m at half of 1 m/s."""
+        run = simulate(world({"eve": "ground"}))
+        run((0.0, go("ward")), until=3.0)
+        robot = run.simulator.robots["eve"]
+        robot.slowness = 0.5
+        robot.retime()
+        run.simulator.run()
+
+        assert (17.0, "SUCCEEDED") == run.log.changes(EVE)[-1]
+        assert [9.0] == [time for time, _ in run.log.happened("lift_arrived")]
+
+    def test_a_robot_that_is_taken_out_leaves_the_cabin_free(self):
+        """Deleted on the way; bob is fetched as soon as the cabin is back."""
+        run = simulate(world({"eve": "ground", "bob": "ground"}))
+        run((0.0, go("first")), (1.0, go("first", robot="bob")), until=3.0)
+        run.ask("delete_entity", {"entity": "eve"})
+        run.simulator.run()
+
+        assert (15.0, "SUCCEEDED") == run.log.changes(BOB)[-1]
+
+
+class TestAnew:
+    """Resets."""
+
+    def test_the_cabin_is_where_it_was_in_the_beginning(self):
+        """Whatever it was doing."""
+        run = simulate(world(at="first"))
+        run((0.0, go("second")), until=6.0)
+        run.ask("reset_simulation")
+
+        assert ["lift", "at:first"] == tags(run)
+        assert (22.0, "SUCCEEDED") == run((0.0, go("first", goal_id=BOB))).changes(BOB)[-1]
+
+    def test_one_that_moves_when_only_time_begins_anew_has_arrived(self):
+        """What was to come is forgotten, and so has come."""
+        run = simulate(world())
+        call(run, "first")
+        run.simulator.advance(2.0)
+        run.ask("reset_simulation", {"scope": ResetSimulation.Request.SCOPE_TIME})
+
+        assert ["lift", "at:first"] == tags(run)
+        assert Result.RESULT_OK == call(run, "second").result
+        run.simulator.run()
+        assert ["lift", "at:second"] == tags(run)
+
+
+@settings(max_examples=60)
+@given(
+    goals=st.lists(
+        st.tuples(st.sampled_from([*IDS]), st.sampled_from([*SPOTS]), st.integers(0, 6), st.booleans()), max_size=8
+    ),
+    policy=st.sampled_from([*policies()]),
+    capacity=st.sampled_from([1, 2]),
+)
+def test_no_more_ride_than_there_is_room_and_every_goal_ends(goals, policy, capacity):
+    """Whatever is wanted and canceled, the cabin goes on."""
+    plan = world({"eve": "yard", "bob": "ward", "ann": "second"}, capacity=capacity) | {"traffic": {"policy": policy}}
+    run = simulate(plan, topics=frozenset({Topic.EVENTS}))
+    for number, (robot, spot, seconds, gives_up) in enumerate(goals):
+        run.simulator.submit(go(spot, robot=robot, goal_id=f"{number + 1:032x}"))
+        run.simulator.advance(run.simulator.now + seconds)
+        assert capacity >= sum(tag.startswith("carries:") for tag in tags(run))
+        if gives_up:
+            run.simulator.submit(CancelGoal(robot, "navigate_to_pose"))
+    run.simulator.run()
+
+    ends = [run.log.changes(f"{number + 1:032x}")[-1][1] for number in range(len(goals))]
+    assert {"SUCCEEDED", "CANCELED", "ABORTED"} >= {*ends}
+    assert all(len(fields["robots"]) <= capacity for _, fields in run.log.happened("lift_arrived"))
+    assert "moving" not in tags(run)

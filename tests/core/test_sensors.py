@@ -1,0 +1,242 @@
+"""What cameras and proximity sensors see, and when it is told."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hmrsim.gateway import Read, Refused, Sampled, SendGoal, Topic
+from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from tests.simulation import simulate
+
+
+def world(*, components=None, walls=(), yaw=0.0, **items):
+    """Return a world with a robot that looks from (0, 0), and items."""
+    eye = {"at": [0, 0], "yaw": yaw, "components": components or {"camera": {}}}
+    things = {name: {"at": [*at]} for name, at in items.items()}
+    return {"robots": {"eye": eye}, "items": things, "walls": [*walls]}
+
+
+def seen(values):
+    """Return what the robot of a world sees: names by which sensors."""
+    run = simulate(values)
+    run.simulator.submit(Read(Topic.DETECTIONS, "eye", reply_to="asked"))
+    detections = run.log.answer("asked").message.detections
+    return {one.id: run.ask("is_detected", {"robot": "eye", "entity": one.id}).by for one in detections}
+
+
+@pytest.mark.parametrize(
+    ("at", "expected"),
+    [
+        ((5, 0), True),
+        ((5.01, 0), False),
+        ((3, 3), True),
+        ((3, -3), True),
+        ((3, 3.01), False),
+        ((-1, 0), False),
+        ((0, 0), True),
+    ],
+)
+def test_a_camera_sees_what_is_before_it(at, expected):
+    """Up to its range, half of its field of view to either side, the edges included."""
+    settings = {"camera": {"range": 5, "field_of_view": math.pi / 2}}
+
+    assert expected == ("cup" in seen(world(components=settings, cup=at)))
+
+
+def test_a_camera_turns_with_its_robot():
+    """It looks where the robot faces."""
+    assert {"up": ["camera"]} == seen(world(yaw=math.pi / 2, up=(0, 3), ahead=(3, 0)))
+
+
+def test_a_camera_looks_ten_metres_far():
+    """If nothing is said."""
+    assert {"near": ["camera"]} == seen(world(near=(10, 0), far=(10.01, 0)))
+
+
+def test_in_pixels_it_looks_as_far_as_there():
+    """Where a metre is 80 px."""
+    values = world(near=(800, 0), far=(801, 0)) | {"units": "px"}
+
+    assert {"near": ["camera"]} == seen(values)
+
+
+@pytest.mark.parametrize("wall", [[[1, -1], [1, 1]], {"solid": [[1, -1], [2, -1], [2, 1], [1, 1]]}])
+def test_walls_and_solids_hide_what_is_behind(wall):
+    """What is beside them is seen."""
+    half_circle = {"camera": {"field_of_view": math.pi}}
+
+    assert {"beside": ["camera"]} == seen(world(components=half_circle, walls=[wall], behind=(3, 0), beside=(2, 4)))
+
+
+def test_a_closed_door_hides_what_is_behind():
+    """And an open one does not."""
+    values = world(cup=(3, 0)) | {"doors": {"gate": {"at": [[1, -1], [1, 1]]}}}
+    opened = {**values, "doors": {"gate": {"at": [[1, -1], [1, 1]], "open": True}}}
+
+    assert ({}, {"cup": ["camera"]}) == (seen(values), seen(opened))
+
+
+def test_proximity_is_all_around():
+    """And not as far as a camera."""
+    settings = {"proximity": {}}
+
+    assert {"behind": ["proximity"]} == seen(world(components=settings, behind=(-2, 0), far=(2.1, 0)))
+
+
+def test_walls_hide_from_proximity_unless_it_goes_through():
+    """As radio tags do."""
+    wall = [[1, -1], [1, 1]]
+    shut, through = ({"proximity": {"through_walls": through}} for through in (False, True))
+
+    assert {} == seen(world(components=shut, walls=[wall], cup=(2, 0)))
+    assert {"cup": ["proximity"]} == seen(world(components=through, walls=[wall], cup=(2, 0)))
+
+
+def test_both_may_see_the_same():
+    """The answer names them in order."""
+    assert {"cup": ["camera", "proximity"]} == seen(world(components={"proximity": {}, "camera": {}}, cup=(1, 0)))
+
+
+def test_robots_are_seen_and_what_they_carry():
+    """But nobody sees itself, nor what it carries itself."""
+    claw = {"claw": {"reach": 2}, "proximity": {}}
+    values = world(components=claw, mine=(0, 0), its=(1, 0))
+    values["robots"]["other"] = {"type": "fetcher", "at": [1, 0]}
+    run = simulate(values)
+    robots, items = run.simulator.robots, run.simulator.items
+    robots["eye"].pick(items["mine"])
+    robots["other"].pick(items["its"])
+    run.simulator.submit(Read(Topic.DETECTIONS, "eye", reply_to="asked"))
+
+    assert ["its", "other"] == [one.id for one in run.log.answer("asked").message.detections]
+
+
+def test_a_detection_says_what_and_where():
+    """Its pose is of the map, its class the robot's type."""
+    values = world(yaw=0.0)
+    values["robots"]["other"] = {"type": "fetcher", "at": [3, 1], "yaw": math.pi, "base": {"radius": 0.25}}
+    run = simulate(values)
+    run.simulator.submit(Read(Topic.DETECTIONS, "eye", reply_to="asked"))
+    sampled = run.log.answer("asked")
+    (detection,) = sampled.message.detections
+    (result,) = detection.results
+
+    assert ("eye", "map", 1) == (sampled.robot, sampled.message.header.frame_id, detection.header.stamp.nanosec)
+    assert ("other", "fetcher", 1.0) == (detection.id, result.hypothesis.class_id, result.hypothesis.score)
+    assert (3.0, 1.0, 1.0) == (
+        result.pose.pose.position.x,
+        result.pose.pose.position.y,
+        result.pose.pose.orientation.z,
+    )
+    assert (3.0, 0.5) == (detection.bbox.center.position.x, detection.bbox.size.x)
+
+
+def test_a_robot_without_sensors_has_no_detections():
+    """Whoever asks is told what is missing."""
+    run = simulate()
+    run.simulator.submit(Read(Topic.DETECTIONS, "cart", reply_to="asked"))
+
+    assert Refused("robot", "cart", "cart has no sensor, such as a camera; it sees nothing") == run.log.answer("asked")
+
+
+@pytest.mark.parametrize(
+    ("request_", "code", "why"),
+    [
+        ({"robot": "eyes", "entity": "cup"}, 2, "robot: no robot 'eyes'; did you mean 'eye'?"),
+        ({"robot": "eye", "entity": "cap"}, 2, "no entity 'cap'; there are: eye, cup"),
+    ],
+)
+def test_it_can_not_be_asked_of_who_is_not_there(request_, code, why):
+    """The answer says who is."""
+    result = simulate(world(cup=(1, 0))).ask("is_detected", request_).result
+
+    assert (code, why) == (result.result, result.error_message)
+
+
+# --- when it is told -------------------------------------------------------------------------------------------------
+
+ROAD = {
+    "waypoints": {"a": [0, 0], "b": [20, 0]},
+    "lanes": [["a", "b"]],
+    "robots": {
+        "eye": {"at": [0, 1], "components": {"proximity": {"range": 3, "resolution": 1.5}}},
+        "cart": {"at": "b"},
+    },
+}
+
+
+def told(run):
+    """Return when the watcher told what it sees, and where that was."""
+    return [
+        (round(time, 6), [(one.id, round(one.bbox.center.position.x, 6)) for one in event.message.detections])
+        for time, event in run.log.events
+        if isinstance(event, Sampled) and event.topic is Topic.DETECTIONS
+    ]
+
+
+def test_it_is_told_when_it_changes():
+    """Who comes, who moves farther than the resolution, who goes; and at first whatever there is."""
+    goal = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": 0.0}}}})
+    run = simulate(ROAD, topics=frozenset({Topic.DETECTIONS}), detection_rate=1.0)
+    run((0.0, SendGoal("cart", "navigate_to_pose", goal)), until=22.0)
+
+    assert [
+        (1.0, []),
+        (18.0, [("cart", 2.0)]),
+        (20.0, [("cart", 0.0)]),
+    ] == told(run)
+
+
+def test_nothing_is_computed_that_nobody_wants(monkeypatch):
+    """Not even looked at."""
+    run = simulate(ROAD, topics=frozenset({Topic.EVENTS}))
+    monkeypatch.setattr(run.simulator.detections, "look", lambda *_: pytest.fail("it looked"))
+
+    run.simulator.advance(5.0)
+
+
+# --- all of it at once -----------------------------------------------------------------------------------------------
+
+COORDINATES = st.integers(-6, 6)
+POINTS = st.tuples(COORDINATES, COORDINATES)
+WALLS = st.lists(st.tuples(POINTS, POINTS).filter(lambda wall: wall[0] != wall[1]), max_size=4)
+
+
+def _side(a, b, c):
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _on(point, a, b):
+    return _side(a, b, point) == 0 and all(min(a[i], b[i]) <= point[i] <= max(a[i], b[i]) for i in (0, 1))
+
+
+def _meet(a, b, c, d):
+    """Return whether two segments with whole coordinates meet, exactly."""
+    if _on(a, c, d) or _on(b, c, d) or _on(c, a, b) or _on(d, a, b):
+        return True
+    return _side(a, b, c) * _side(a, b, d) < 0 and _side(c, d, a) * _side(c, d, b) < 0
+
+
+@given(st.lists(POINTS, min_size=1, max_size=6), WALLS, st.integers(0, 3))
+def test_what_is_in_range_in_view_and_in_no_shadow_is_seen(points, walls, quarter):
+    """And nothing else, as a look at each thing and each wall by itself finds."""
+    cos, sin = [(1, 0), (0, 1), (-1, 0), (0, -1)][quarter]
+    items = {f"item_{i}": point for i, point in enumerate(points)}
+    settings = {"camera": {"range": 5, "field_of_view": math.pi / 2}}
+    values = world(
+        components=settings, walls=[[*map(list, wall)] for wall in walls], yaw=quarter * math.pi / 2, **items
+    )
+
+    expected = {
+        name
+        for name, (x, y) in items.items()
+        if x * x + y * y <= 25
+        and x * cos + y * sin >= abs(y * cos - x * sin)
+        and not any(_meet((0, 0), (x, y), *wall) for wall in walls)
+    }
+
+    assert expected == set(seen(values))

@@ -1,0 +1,88 @@
+"""Batteries and docks, seen from outside."""
+
+from __future__ import annotations
+
+import pytest
+
+SUCCEEDED, ABORTED = 4, 6
+CHARGING = 1
+
+WORLD = {
+    "name": "energy",
+    "waypoints": {"home": [0, 0], "shelf": [20, 0]},
+    "lanes": [["home", "shelf"]],
+    "docks": {"charger": {"at": [0, 5], "type": "charger", "power": 2}},
+    "robots": {
+        "eve": {"at": "home", "components": {"battery": {"capacity": 100, "initial_charge": 30}}},
+        "cart": {"at": "shelf"},
+    },
+}
+
+
+@pytest.fixture
+def tester(serve):
+    """A client of a world with a robot that lasts half a minute, and of one without a battery."""
+    return serve(WORLD, real_time_factor=0)
+
+
+def test_the_latest_battery_state_can_be_got(tester, wait):
+    """After 10 s of 30."""
+    tester.do("eve/wait", wait(10))
+    (reply,) = tester.ask("eve/battery_state")
+
+    assert "application/json;sensor_msgs/msg/BatteryState" == reply.encoding
+    assert 0.2 == pytest.approx(reply.body["percentage"])
+    assert ("eve", True, 7) == (reply.body["serial_number"], reply.body["present"], len(reply.body["cell_voltage"]))
+
+
+def test_a_robot_without_a_battery_says_so(tester):
+    """As an error reply."""
+    (reply,) = tester.ask("cart/battery_state")
+
+    assert (False, "cart has no battery") == (reply.ok, reply.body["error"])
+
+
+def test_who_asks_for_all_batteries_gets_those_that_there_are(tester):
+    """And no error for the others."""
+    replies = tester.ask("*/battery_state")
+
+    assert [(True, "hmrsim/eve/battery_state")] == [(reply.ok, reply.key) for reply in replies]
+
+
+def test_who_subscribes_hears_each_second_and_each_event(tester, wait):
+    """At 10 s it is low, at 25 s critical."""
+    heard = tester.hear("eve/battery_state")
+    events = tester.hear("_world/events")
+    tester.do("eve/wait", wait(26))
+    events.wait(lambda bodies: any(body["kind"] == "battery_critical" for body in bodies))
+    bodies = heard.wait(lambda bodies: any(body["percentage"] <= 0.05 for body in bodies))
+
+    assert {"battery_low", "battery_critical"} <= {body["kind"] for body in events.bodies}
+    assert any(body["percentage"] == pytest.approx(0.2) and body["header"]["stamp"]["sec"] == 10 for body in bodies)
+
+
+def test_an_empty_robot_is_not_ready(tester, wait, go):
+    """The goal that ran is aborted with the place, the next one rejected."""
+    ended = tester.do("eve/wait", wait(60))
+    answer = tester.send("eve/navigate_to_pose", go(20, 0))
+
+    assert (ABORTED, "battery empty at (0, 0)") == (ended["status"], ended["result"]["error_msg"])
+    assert (False, "not_ready", "battery empty at (0, 0)") == (
+        answer["accepted"],
+        answer["reason"],
+        answer["error_msg"],
+    )
+
+
+def test_it_docks_charges_and_undocks(tester):
+    """With the keys and fields of Nav2."""
+    docked = tester.do("eve/dock_robot", {"dock_id": "charger"})
+    state = tester.one("eve/battery_state")
+    tags = tester.one("_world/get_entity_info", {"entity": "charger"})["info"]["tags"]
+    undocked = tester.do("eve/undock_robot", {})
+
+    assert {"success": True, "error_code": 0, "num_retries": 0, "error_msg": ""} == docked["result"]
+    assert (SUCCEEDED, SUCCEEDED) == (docked["status"], undocked["status"])
+    assert CHARGING == state["power_supply_status"]
+    assert 2 / 25.2 == pytest.approx(state["current"])
+    assert ["dock", "charger", "full", "docked:eve"] == tags
