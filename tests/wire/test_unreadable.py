@@ -155,7 +155,7 @@ def test_who_is_not_there_can_only_be_sent_goals(shared, verb, name, field, valu
         ("wall_e/weather", "wall_e has no topic 'weather' to get; it has: odom"),
         ("nobody/odom", "no robot 'nobody'; there are: wall_e, eve, cart"),
         ("nobody/wait/_action/status", "nobody/wait"),
-        ("_world/weather", "the world has no 'weather' to get; there are: clock, delete_entity"),
+        ("_world/weather", "the world has no 'weather' to get; there are: call_lift, clear_fault"),
     ],
 )
 def test_what_can_not_be_got_is_an_error(shared, key, text):
