@@ -168,8 +168,10 @@ class Obstacles:
 
     def occupy(self, point: Point) -> bool:
         """Return whether *point* is on a wall or inside a solid."""
+        x, y = point
+        near = self._near((x - _HAIR, y - _HAIR), (x + _HAIR, y + _HAIR))
         return any(inside(point, outline) for outline in self._solids) or any(
-            distance(point, foot(point, a, b)) <= SAME_PLACE for a, b in self._segments
+            distance(point, foot(point, a, b)) <= SAME_PLACE for a, b in near
         )
 
     def edges_of_shadow(self, eye: Point, a: Point, b: Point) -> list[Point]:

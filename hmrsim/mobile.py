@@ -126,6 +126,11 @@ class Mobile:
         return None if self._drive is None else self._drive.legs[self._number]
 
     @property
+    def legs_ahead(self) -> list[Leg]:
+        """The legs that it has not driven to their ends; none when it stands."""
+        return [] if self._drive is None else [leg for leg in self._drive.legs[self._number :] if leg]
+
+    @property
     def waits(self) -> bool:
         """Whether something is in its way, so that it stands on its way."""
         return self._waits
@@ -353,7 +358,7 @@ class Mobile:
         if self._drive.in_pieces:
             self._set_out(self._number)
         else:
-            self._begin(self._driven([leg for leg in self._drive.legs[self._number :] if leg]), admitted=True)
+            self._begin(self._driven(self.legs_ahead), admitted=True)
 
     def step_back(self) -> None:
         """Not have set out at this instant after all, and wait."""

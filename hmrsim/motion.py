@@ -253,11 +253,12 @@ def drive(
         total = math.fsum(leg.length for leg in stretch)
         top = min(speed, stretch[0].speed_limit)
         profile = Trapezoid(total, top, acceleration) if acceleration else None
-        before = 0.0
+        before = began = 0.0
         for leg in stretch:
             seconds = leg.length / top
             if profile:
-                seconds = profile.time(before + leg.length) - profile.time(before)
+                ended = profile.time(before + leg.length)
+                began, seconds = ended, ended - began
             end = Pose(*leg.end, yaw)
             made.append(Piece(Pose(*leg.start, yaw), end, leg.length, seconds, leg, profile, before))
             before += leg.length

@@ -14,5 +14,7 @@ def folder(kind: str) -> Path:
 
 
 def shipped_maps() -> dict[str, Path]:
-    """Return the shipped worlds by bare name, in order of name."""
-    return {path.stem: path for path in sorted(folder("maps").glob("*.yaml"))}
+    """Return the shipped worlds by bare name, such as ``hospital`` and ``zoo/crossing``, in order of name."""
+    maps = folder("maps")
+    found = {path.relative_to(maps).with_suffix("").as_posix(): path for path in maps.rglob("*.yaml")}
+    return dict(sorted(found.items()))

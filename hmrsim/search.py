@@ -7,6 +7,7 @@ import math
 from array import array
 from collections import OrderedDict
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from hmrsim.geometry import Point, distance
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 
 _TIE = 1e-9
 """Trips whose times differ by less than this share take equally long."""
+
+_KEPT_SPEEDS = 16
+"""Speeds for which it is kept how long each lane takes."""
 
 _KEPT_NODES = 4_000_000
 """Waypoints in all kept trees together: some 48 MB."""
@@ -59,6 +63,9 @@ class Trees:
         self._closed = closed
         self._into = _without(lanes.into, closed)
         self._out = _without(lanes.out, closed)
+        # Nothing is to be settled where there is no choice.
+        self._forks = [node for node, out in enumerate(self._out) if len(out) > 1]
+        self._seconds = lru_cache(_KEPT_SPEEDS)(self._seconds_at)
         self._trees: OrderedDict[tuple[Point, float], Tree] = OrderedDict()
         self._most = max(64, _KEPT_NODES // max(1, len(lanes.out)))
 
@@ -82,7 +89,7 @@ class Trees:
         """Search backwards from *goal* for the quickest way from every waypoint (Dijkstra)."""
         cost = array("d", [math.inf]) * len(self._lanes.out)
         tree = Tree(goal, goal in self._lanes.at, cost, array("i", [-1]) * len(self._lanes.out), {})
-        found = cost[:]
+        found, takes = cost[:], self._seconds(speed)
         if tree.on_lanes:
             heap: list[_Entry] = [(0.0, self._lanes.at[goal], 0, -1, None)]
         else:
@@ -104,12 +111,16 @@ class Trees:
                 tree.leave[node] = leave
             cost[node], tree.step[node] = seconds, number
             for edge in self._into[node]:
-                total = seconds + (edge.ride or edge.length / min(speed, edge.speed_limit))
+                total = seconds + takes[edge.number]
                 if total < found[edge.start]:
                     found[edge.start] = total
                     heapq.heappush(heap, (total, edge.start, 2 * edge.number, edge.number, None))
         self._settle_ties(tree, speed)
         return tree
+
+    def _seconds_at(self, speed: float) -> array[float]:
+        """Return how long each lane takes at this greatest speed, by its number."""
+        return array("d", [edge.seconds(speed) for edge in self._lanes.edges])
 
     def _leaving(self, edge: Edge, leave: Point, goal: Point, speed: float) -> _Entry:
         """Return what to do at the start of a lane that is left at a point for the destination."""
@@ -118,15 +129,16 @@ class Trees:
 
     def _settle_ties(self, tree: Tree, speed: float) -> None:
         """Where several ways take equally long, choose the next waypoint that comes first by name."""
-        cost, step = tree.cost, tree.step
-        for node, number in enumerate(step):
+        cost, step, takes = tree.cost, tree.step, self._seconds(speed)
+        for node in self._forks:
+            number = step[node]
             if number < 0 or node in tree.leave:
                 continue
             most, taken = cost[node] * (1 + _TIE), self._lanes.edges[number].end
             for edge in self._out[node]:
                 if edge.end >= taken:
                     break
-                if cost[edge.end] < cost[node] and cost[edge.end] + edge.seconds(speed) <= most:
+                if cost[edge.end] < cost[node] and cost[edge.end] + takes[edge.number] <= most:
                     step[node] = edge.number
                     break
 

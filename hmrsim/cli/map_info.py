@@ -92,7 +92,6 @@ def facts(loaded: LoadedWorld) -> dict[str, Any]:
             {"name": name, **one.model_dump(), "at": world.dock_point(name)} for name, one in world.docks.items()
         ],
         "remap": world.remap,
-        "not_acted_on": list(_not_acted_on(world)),
     }
 
 
@@ -127,15 +126,6 @@ def _points(world: World) -> Iterator[Point]:
     yield from (world.point(thing.at) for things in named for thing in things.values())
 
 
-def _not_acted_on(world: World) -> Iterator[str]:
-    """Yield what a simulation keeps and does not act on; a line goes when the simulation learns it."""
-    kept = {
-        "traffic": world.traffic.policy != "free",
-        "lanes' capacity": any(lane.capacity is not None for lane in world.lanes),
-    }
-    return (name for name, there in kept.items() if there)
-
-
 def _lines(values: dict[str, Any]) -> Iterator[str]:
     units = values["units"]
     yield f"{values['name']} ({values['file']}, {values['format']})"
@@ -153,8 +143,6 @@ def _lines(values: dict[str, Any]) -> Iterator[str]:
     yield from _listed("places", (f"{one['name']} {_at(one)}" for one in values["places"]))
     yield from _listed("docks", (f"{one['name']} {_at(one)} {one['type']}" for one in values["docks"]))
     yield from _listed("remap", (f"{alias} -> {target}" for alias, target in values["remap"].items()))
-    if values["not_acted_on"]:
-        yield f"kept, but not acted on: {', '.join(values['not_acted_on'])}"
     yield f"seed {values['seed']}, hash {values['hash']}"
     if values["warnings"]:
         yield f"{_counted(values['warnings'], 'warnings')}; see `hmrsim map validate {values['file']}`"

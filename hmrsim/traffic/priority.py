@@ -86,13 +86,13 @@ class Priority(Reserve):
             self._tell(circle)
             robot = min(circle, key=rank)
         blockers = self.passage.blockers(robot)
-        if not all(other.stands or other.waits for other in blockers):
-            # Who is on its way will be off it, and tell.
-            return
         self._stuck[robot] = None
+        if not all(other.stands or other.waits for other in blockers):
+            # Who is on its way will be off it.
+            return
         if any(other in self._untyings or (other.waits and rank(other) < rank(robot)) for other in blockers):
             return
-        if not self._push(robot):
+        if not (self._push(robot) or self._clear_lanes(robot)):
             self._untie(robot)
 
     def keeps_aside(self, robot: Mobile) -> bool:
@@ -124,6 +124,19 @@ class Priority(Reserve):
         if goes:
             self.passage.release(robot)
         return True
+
+    def _clear_lanes(self, robot: Mobile) -> bool:
+        """Have somebody leave a lane in whose middle it stands, so that nobody gets past; return whether one can."""
+        lanes = self.passage.graph.lanes
+        for slot in range(len(lanes.names), len(lanes.names) + len(lanes.tracks)):
+            if not any(self._gives_way(other, robot) for other in self.slots.inside(slot)):
+                continue
+            chain = self._chain(slot, robot, robot, {robot: None})
+            if chain is not None and self.slots.exchange([(other, way.leg) for other, way in chain]):
+                for other, way in chain:
+                    self.passage.push(other, way.leg, robot)
+                return True
+        return False
 
     def _chain(
         self, slot: int, first: Mobile, pusher: Mobile, pushed: dict[Mobile, None]

@@ -105,10 +105,10 @@ class Reserve:
         return robot.rerouted < self.settings.reroutes and robot.reroute([*self._not_now(robot)])
 
     def _back_off(self, robot: Mobile, circle: Sequence[Mobile]) -> bool:
-        """Have a robot drive to a free waypoint beside it that nobody of the circle is about to need, if any."""
+        """Have a robot drive to a free waypoint beside it that nobody else of the circle will need, if any."""
         if robot.rerouted >= self.settings.reroutes or not robot.may_make_room:
             return False
-        wanted = {slot for other in circle if (leg := other.next_leg) for slot in leg.slots}
+        wanted = {slot for other in circle if other is not robot for leg in other.legs_ahead for slot in leg.slots}
         for way in exits(self.passage, robot):
             if way.end not in wanted and self.slots.exchange([(robot, way.leg)]):
                 robot.rerouted += 1
@@ -179,6 +179,12 @@ def exits(passage: Passage, robot: Mobile) -> list[Exit]:
 def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[float]:
     """Return how many robots may be in each slot."""
     of_waypoints = {name: at.capacity for name, at in world.waypoints.items() if isinstance(at, Waypoint)}
+    for name, dock in world.docks.items():
+        at = lanes.at.get(world.dock_point(name))
+        if at is not None and dock.capacity > 1:
+            # Whoever is docked there stands at its waypoint.
+            waypoint = lanes.names[at]
+            of_waypoints[waypoint] = max(of_waypoints.get(waypoint) or 1, dock.capacity)
     of_lanes = {frozenset((lane.from_, lane.to)): lane.capacity for lane in world.lanes}
     capacities = [of_waypoints.get(name) or settings.waypoint_capacity for name in lanes.names]
     capacities += [of_lanes.get(frozenset(track)) or settings.lane_capacity for track in lanes.tracks]

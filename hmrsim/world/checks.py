@@ -12,7 +12,6 @@ from hmrsim.actions import registry
 from hmrsim.components import registry as components
 from hmrsim.errors import Problem
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
-from hmrsim.traffic import registry as policies
 from hmrsim.world.dock_checks import check_docks, check_drains
 from hmrsim.world.explain import explain
 from hmrsim.world.fault_checks import check_faults
@@ -21,6 +20,7 @@ from hmrsim.world.fixture_checks import check_fixtures
 from hmrsim.world.lane_checks import check_lanes
 from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world.script_checks import check_scripts
+from hmrsim.world.traffic_checks import check_traffic
 from hmrsim.world.validation import Lost
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def check(world: World, lost: Lost | None = None) -> list[Finding]:
         check_fixtures(world, lost),
         _check_inside(world),
         check_drains(world),
-        _check_traffic(world),
+        check_traffic(world),
         check_faults(world, lost),
         _check_remap(world, lost),
         check_scripts(world, lost),
@@ -224,20 +224,6 @@ def _check_items(world: World, lost: Lost) -> Iterator[Finding]:
         point = _point(world, item.at, ("items", name, "at"), lost)
         if isinstance(point, Finding):
             yield point
-
-
-def _check_traffic(world: World) -> Iterator[Finding]:
-    policy = policies().get(world.traffic.policy)
-    if policy is None:
-        message = f"no traffic policy {world.traffic.policy!r}{instead(world.traffic.policy, policies())}"
-        yield Finding(("traffic", "policy"), message, world.traffic.policy)
-        return
-    settings = world.traffic.model_dump()
-    try:
-        policy.settings.model_validate(settings)
-    except ValidationError as error:
-        for finding in explain(error, settings, policy.settings):
-            yield Finding(("traffic", *finding.path), finding.message, finding.value)
 
 
 def _check_remap(world: World, lost: Lost) -> Iterator[Finding]:

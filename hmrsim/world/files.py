@@ -26,10 +26,10 @@ def find(source: str | Path) -> Path:
         raise _error("", "the name of the world is empty; expected a file, or the name of a shipped world")
     if path.is_file():
         return path
-    bare = isinstance(source, str) and path.name == name and not path.suffix
     shipped = shipped_maps()
-    if bare and name in shipped:
+    if name in shipped and isinstance(source, str):
         return shipped[name]
+    bare = isinstance(source, str) and path.name == name and not path.suffix
     if bare and not path.exists():
         raise _error(name, f"no such file, and no shipped world of that name{instead(name, shipped)}")
     if path.stem in shipped and not path.exists():

@@ -97,6 +97,16 @@ ERRORS = [
         "lifts.lift.stops",
         "'shelf' and 'attic' are the same point; draw levels beside each other",
     ),
+    (
+        {"robots": {"eve": {"at": [1.4, 1], "base": {"radius": 0.5}}}, "traffic": {"policy": "reserve"}},
+        "robots.eve.at",
+        "starts 0.4 from 'wall_e'; under 'reserve' keep 0.5 away",
+    ),
+    (
+        {"robots": {"eve": {"at": "home"}}, "traffic": {"policy": "priority"}},
+        "robots.eve.at",
+        "starts 0 from 'wall_e'; under 'priority' keep 1e-06 away",
+    ),
     ({"traffic": {"policy": "reserves"}}, "traffic.policy", "no traffic policy 'reserves'; did you mean 'reserve'?"),
     ({"traffic": {"policy": "reserve", "patience": 0}}, "traffic.patience", "must be greater than 0, got 0"),
     ({"traffic": {"colour": "red"}}, "traffic.colour", "unknown key 'colour'"),

@@ -1,0 +1,305 @@
+"""Who may be where: the policies of traffic."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from itertools import pairwise
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from hmrsim.gateway import CancelGoal, SendGoal, Topic
+from hmrsim.geometry import SAME_PLACE, distance, foot
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
+from hmrsim.interfaces.nav2_msgs import FollowPath, NavigateToPose
+from hmrsim.interfaces.simulation_interfaces import SpawnEntity
+from tests.simulation import simulate
+
+A, B, C = (letter * 32 for letter in "abc")
+EVENTS = frozenset({Topic.EVENTS})
+CROSS = {
+    "waypoints": {"west": [0, 0], "centre": [10, 0], "east": [20, 0], "north": [10, 10], "south": [10, -10]},
+    "lanes": [["west", "centre"], ["centre", "east"], ["north", "centre"], ["centre", "south"]],
+    "robots": {"ann": {"at": "west"}, "bob": {"at": "north"}},
+}
+TRACK = {
+    "waypoints": {"a": [0, 0], "b": [10, 0], "c": [20, 0], "bay": [10, 5]},
+    "lanes": [["a", "b"], ["b", "c"], ["b", "bay"]],
+    "robots": {"ann": {"at": "a"}, "bob": {"at": "c"}},
+}
+BYPASS = {
+    "waypoints": {"a": [0, 0], "b": [10, 0], "c": [20, 0], "d": [30, 0], "up": [10, 5], "over": [20, 5]},
+    "lanes": [["a", "b"], ["b", "c"], ["c", "d"], ["b", "up"], ["up", "over"], ["over", "c"]],
+    "robots": {"ann": {"at": "a"}, "bob": {"at": "b"}},
+}
+
+
+def go(robot, x, y, goal_id):
+    """Return the command that sends a robot to a point."""
+    pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
+    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose), goal_id)
+
+
+def under(policy, world, **settings_of_it):
+    """Return a simulation of a world under a policy."""
+    return simulate({**world, "traffic": {"policy": policy, **settings_of_it}})
+
+
+def end(log, goal_id):
+    """Return when and how a goal ended, and what it says."""
+    return (*log.changes(goal_id)[-1], log.result(goal_id).error_msg)
+
+
+class TestFree:
+    """Robots pass through each other."""
+
+    def test_nobody_waits(self):
+        """Both cross at the same instant."""
+        log = under("free", CROSS)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, -10, B)))
+
+        assert [(20.0, "SUCCEEDED", "")] * 2 == [end(log, A), end(log, B)]
+        assert [] == log.happened("waiting")
+
+
+class TestReserve:
+    """A robot holds what it occupies and what comes next."""
+
+    def test_who_comes_later_waits_and_it_is_told_for_whom(self):
+        """Until the other has left the place that it needs."""
+        log = under("reserve", CROSS)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, -10, B)))
+
+        waiting = {"robot": "bob", "at": [10.0, 10.0], "lane": ["north", "centre"], "for": ["ann"]}
+        assert [(0.0, waiting)] == log.happened("waiting")
+        assert [(10.0, {"robot": "bob", "waited": 10.0})] == log.happened("went_on")
+        assert [(20.0, "SUCCEEDED", ""), (30.0, "SUCCEEDED", "")] == [end(log, A), end(log, B)]
+
+    def test_waiting_shows_in_feedback(self):
+        """As a recovery; the distance stays as it is."""
+        run = under("reserve", CROSS)
+        log = run((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, -10, B)), until=5.0)
+        _, feedback = log.feedback(B)[-1]
+
+        assert (1, 20.0) == (feedback.number_of_recoveries, feedback.distance_remaining)
+
+    def test_a_waypoint_may_have_room_for_more(self):
+        """As the world says."""
+        centre = {"at": [10, 0], "capacity": 2}
+        world = {**CROSS, "waypoints": {**CROSS["waypoints"], "centre": centre}}
+        log = under("reserve", world)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, -10, B)))
+
+        assert [(20.0, "SUCCEEDED", "")] * 2 == [end(log, A), end(log, B)]
+
+    @pytest.mark.parametrize(("capacity", "ends"), [(1, 30.0), (2, 20.0)])
+    def test_a_lane_may_have_room_for_more(self, capacity, ends):
+        """It counts whoever is on it, whatever the direction."""
+        lanes = [{"from": "west", "to": "east", "capacity": capacity}]
+        waypoints = {"west": [0, 0], "east": [10, 0]}
+        waypoints = {name: {"at": at, "capacity": 2} for name, at in waypoints.items()}
+        robots = {"ann": {"at": "west"}, "bob": {"at": "east"}}
+        run = under("reserve", {"waypoints": waypoints, "lanes": lanes, "robots": robots})
+        log = run((10.0, go("ann", 10, 0, A)), (10.0, go("bob", 0, 0, B)))
+
+        assert ends == end(log, B)[0]
+
+    def test_patience_ends_a_goal_that_is_blocked(self):
+        """With the reason, and the place."""
+        run = under("reserve", TRACK, patience=5.0)
+        log = run((0.0, go("ann", 20, 0, A)))
+
+        assert (15.0, "ABORTED", "blocked for 5 s at (10, 0): by bob") == end(log, A)
+        assert FollowPath.Result.PATIENCE_EXCEEDED == log.result(A).error_code
+
+    def test_a_robot_goes_around_one_that_stands_for_good(self):
+        """If there is another way."""
+        world = {**BYPASS, "robots": {"ann": {"at": "b"}, "bob": {"at": "c"}}}
+        waypoints = {**world["waypoints"], "end": [30, 5]}
+        lanes = [*world["lanes"], ["over", "end"]]
+        log = under("reserve", {**world, "waypoints": waypoints, "lanes": lanes})((0.0, go("ann", 30, 5, A)))
+
+        assert (25.0, "SUCCEEDED", "") == end(log, A)
+
+    def test_a_circle_is_told_when_it_closes(self):
+        """With the robots and their lanes."""
+        log = under("reserve", TRACK)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
+
+        told = {"robots": ["ann", "bob"], "lanes": [["b", "c"], ["c", "b"]]}
+        assert [(10.0, told)] == log.happened("deadlock")
+
+    def test_in_a_circle_one_takes_another_way(self):
+        """The one that set out last."""
+        world = {**BYPASS, "robots": {"ann": {"at": "a"}, "bob": {"at": "d"}}}
+        log = under("reserve", world)((0.0, go("ann", 30, 0, A)), (0.0, go("bob", 0, 0, B)))
+
+        assert ["bob"] == [fields["robot"] for _, fields in log.happened("rerouted")]
+        assert ["SUCCEEDED"] * 2 == [end(log, A)[1], end(log, B)[1]]
+
+    def test_or_backs_off_where_there_is_room(self):
+        """And then goes on."""
+        log = under("reserve", TRACK)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
+
+        made_room = {"robot": "ann", "by": "bob", "from": [10.0, 0.0], "to": [10.0, 5.0]}
+        assert [(10.0, made_room)] == log.happened("made_room")
+        assert [(35.0, "SUCCEEDED", ""), (30.0, "SUCCEEDED", "")] == [end(log, A), end(log, B)]
+
+    def test_or_gives_up_where_nothing_helps(self):
+        """One of them, and only one at once."""
+        world = {**TRACK, "lanes": TRACK["lanes"][:2]}
+        log = under("reserve", world)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
+
+        text = "deadlock: ann waits for bob waits for ann; there is no other way"
+        assert (10.0, "ABORTED", text) == end(log, B)
+
+    def test_a_goal_that_is_canceled_leaves_the_queue(self):
+        """Nothing is left behind that would be granted a place."""
+        run = under("reserve", CROSS)
+        log = run(
+            (0.0, go("ann", 20, 0, A)),
+            (0.0, go("bob", 10, -10, B)),
+            (5.0, CancelGoal("bob", "navigate_to_pose", B)),
+            (30.0, go("ann", 0, 0, C)),
+        )
+
+        assert (50.0, "SUCCEEDED", "") == end(log, C)
+        assert (10.0, 10.0) == run.simulator.robots["bob"].pose().point
+
+    def test_two_do_not_stand_on_one_spot_off_the_lanes(self):
+        """The second waits where it would leave the lane."""
+        world = {**CROSS, "robots": {"ann": {"at": "west"}, "bob": {"at": "east"}}}
+        run = under("reserve", world)
+        log = run((0.0, go("ann", 14, 4, A)), (0.0, go("bob", 14, 4, B)), until=30.0)
+
+        assert "SUCCEEDED" == end(log, B)[1]
+        assert (10.0, {"robot": "ann", "at": [10.0, 0.0], "for": ["bob"]}) == log.happened("waiting")[-1]
+
+    def test_a_robot_that_flies_is_in_nobodys_way(self):
+        """And nobody in its."""
+        world = {**CROSS, "robots": {**CROSS["robots"], "fly": {"at": "centre", "base": {"flies": True}}}}
+        log = under("reserve", world)((0.0, go("ann", 20, 0, A)), (0.0, go("fly", 0, 0, B)))
+
+        assert [(20.0, "SUCCEEDED", ""), (10.0, "SUCCEEDED", "")] == [end(log, A), end(log, B)]
+
+
+class TestPriority:
+    """Whoever set out first has the others make room."""
+
+    def test_a_robot_that_stands_makes_room(self):
+        """And stays where it has gone."""
+        run = under("priority", TRACK)
+        log = run((0.0, go("ann", 10, 0, A)), (20.0, go("bob", 0, 0, B)))
+
+        assert (40.0, "SUCCEEDED", "") == end(log, B)
+        assert (10.0, 5.0) == run.simulator.robots["ann"].pose().point
+
+    def test_a_full_ring_moves_on_all_at_once(self):
+        """There need not be a free place in it."""
+        corners = {"a": [0, 0], "b": [10, 0], "c": [10, 10], "d": [0, 10]}
+        ring = ["a", "b", "c", "d", "a"]
+        world = {
+            "waypoints": corners,
+            "lanes": [list(pair) for pair in pairwise(ring)],
+            "robots": {f"r_{name}": {"at": name} for name in corners},
+        }
+        goals = [go(f"r_{a}", *corners[b], a * 32) for a, b in pairwise(ring)]
+        log = under("priority", world)(*[(0.0, goal) for goal in goals])
+
+        assert [(10.0, "SUCCEEDED", "")] * 4 == [end(log, name * 32) for name in corners]
+
+    def test_who_is_at_work_does_not_make_room(self):
+        """The others wait for it."""
+        run = under("priority", CROSS, patience=None)
+        run((0.0, go("ann", 10, 0, A)))
+        wait = {"time": {"sec": 7}}
+        run.simulator.submit(SendGoal("ann", "wait", _message("wait", wait), B))
+        log = run((10.0, go("bob", 10, -10, C)))
+
+        assert (37.0, "SUCCEEDED", "") == end(log, C)
+
+    def test_a_goal_given_while_it_makes_room_begins_afterwards(self):
+        """It counts on it for whom it made room."""
+        run = under("priority", TRACK)
+        log = run((0.0, go("ann", 10, 0, A)), (20.0, go("bob", 0, 0, B)), (22.0, go("ann", 20, 0, C)))
+
+        assert (45.0, "SUCCEEDED", "") == end(log, C)
+
+
+def _message(action, plain):
+    from hmrsim.actions import registry  # noqa: PLC0415 - for one test
+
+    return registry()[action].goal.model_validate(plain)
+
+
+class TestPlacing:
+    """Where robots can be put."""
+
+    def test_a_robot_spawned_onto_another_is_refused(self):
+        """Footprints must not overlap."""
+        world = {**CROSS, "robot_types": {"cart": {"base": {"radius": 0.5}}}}
+        run = simulate({**world, "robots": {"ann": {"type": "cart", "at": "west"}}})
+        pose = {"pose": {"position": {"x": 0.8, "y": 0.0}}}
+        answer = run.ask("spawn_entity", {"name": "bob", "uri": "robot_type:cart", "initial_pose": pose})
+
+        assert SpawnEntity.Response.INVALID_POSE == answer.result.result
+        assert "(0.8, 0) is 0.8 from ann; keep 1 away" == answer.result.error_message
+
+
+@st.composite
+def crowds(draw):
+    """Return a random grid on which every lane is part of a circle, with robots and goals."""
+    columns, rows = draw(st.sampled_from([(2, 2), (3, 2), (3, 3), (4, 3)]))
+    at = {f"n{x}{y}": [x * 10.0, y * 10.0] for x in range(columns) for y in range(rows)}
+    lanes = [[f"n{x}{y}", f"n{x + 1}{y}"] for x in range(columns - 1) for y in range(rows)]
+    lanes += [[f"n{x}{y}", f"n{x}{y + 1}"] for x in range(columns) for y in range(rows - 1)]
+    number = draw(st.integers(2, max(2, len(at) * 2 // 3)))
+    starts = draw(st.permutations(sorted(at)))[:number]
+    speeds = st.sampled_from([0.5, 1.0, 2.0])
+    robots = {f"r{i}": {"at": start, "base": {"speed": draw(speeds)}} for i, start in enumerate(starts)}
+    times = st.sampled_from([0.0, 0.0, 5.0, 7.5, 20.0])
+    goals = [(draw(times), name, at[draw(st.sampled_from(sorted(at)))]) for name in robots]
+    cancels = draw(st.lists(st.tuples(times, st.sampled_from(sorted(robots))), max_size=2))
+    return {"waypoints": at, "lanes": lanes, "robots": robots}, sorted(goals), sorted(cancels)
+
+
+def check_places(simulator):
+    """Fail if two robots are at one waypoint or on one lane."""
+    lanes = simulator.graph.lanes
+    there = Counter()
+    for robot in simulator.robots.values():
+        point = robot.pose().point
+        node = next((i for i, other in enumerate(lanes.points) if distance(point, other) <= SAME_PLACE), None)
+        if robot.sets_out:
+            continue
+        tracks = [
+            track
+            for track in lanes.tracks
+            if distance(point, foot(point, *(simulator.world.points[end] for end in track))) <= SAME_PLACE
+        ]
+        there[lanes.names[node] if node is not None else tracks[0]] += 1
+    assert [] == [(place, number) for place, number in there.items() if number > 1], simulator.now
+
+
+@pytest.mark.parametrize("policy", ["reserve", "priority"])
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(crowd=crowds())
+def test_never_two_in_one_place_and_every_goal_ends(policy, crowd):
+    """At every instant; where nobody is canceled, priority brings everybody to the goal."""
+    world, goals, cancels = crowd
+    patience = {} if policy == "reserve" else {"patience": None}
+    run = simulate({**world, "traffic": {"policy": policy, **patience}}, topics=EVENTS)
+    simulator = run.simulator
+    commands = [(at, go(name, *point, f"{i:032x}")) for i, (at, name, point) in enumerate(goals, 1)]
+    commands += [(at + 1.0, CancelGoal(name, "navigate_to_pose")) for at, name in cancels]
+    for at, command in sorted(commands, key=lambda timed: timed[0]):
+        while simulator.take(at, 1):
+            check_places(simulator)
+        simulator.advance(at)
+        simulator.submit(command)
+        check_places(simulator)
+    while simulator.take(math.inf, 1, idle=False):
+        check_places(simulator)
+
+    ends = [run.log.changes(command.goal_id)[-1][1] for _, command in commands if isinstance(command, SendGoal)]
+    assert {"SUCCEEDED", "ABORTED", "CANCELED"}.issuperset(ends)
+    if policy == "priority" and not cancels:
+        assert {"SUCCEEDED"} == set(ends)

@@ -1,0 +1,45 @@
+"""Nasty little worlds for traffic."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.resources import shipped_maps
+from hmrsim.world import load_world
+from tests.simulation import simulate
+
+ZOO = [name for name in shipped_maps() if name.startswith("zoo/")]
+
+
+def run(name, policy):
+    """Return a simulation of one of them under a policy, after all of its scripts have ended."""
+    world = load_world(name).world
+    made = simulate({**world.model_dump(mode="json", by_alias=True), "traffic": {"policy": policy}})
+    made.simulator.run_scripts(3600.0)
+    return made
+
+
+def test_the_zoo_is_known_by_name():
+    """As all shipped worlds are."""
+    there = {"charger_queue", "corridor_swap", "crossing", "dead_end", "token_swap"}
+    assert there <= {name.removeprefix("zoo/") for name in ZOO}
+
+
+@pytest.mark.parametrize("policy", ["free", "reserve", "priority"])
+@pytest.mark.parametrize("name", ZOO)
+def test_every_goal_ends(name, policy):
+    """Whatever the policy."""
+    made = run(name, policy)
+
+    assert not made.simulator.scripts.running
+    assert [] == list(made.simulator.dispatcher.servers.active())
+
+
+@pytest.mark.parametrize("name", ZOO)
+def test_every_goal_succeeds_under_priority(name):
+    """Nobody is left behind, and nobody gives up."""
+    made = run(name, "priority")
+    scripts = made.simulator.scripts.all.values()
+
+    assert [] == [(script.robot, script.error) for script in scripts if script.error]
+    assert all(script.done == len(script.orders) for script in scripts)
