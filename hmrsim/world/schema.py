@@ -33,12 +33,13 @@ def world_schema() -> dict[str, Any]:
         _describe(definition, getattr(model, name))
     _describe(schema, World)
     definitions["Lane"] = {"anyOf": [_LANE_PAIR, definitions["Lane"]]}
-    settings = {name: _settings(component.settings) for name, component in components().items()}
+    settings = {name: _settings(component.settings, definitions) for name, component in components().items()}
     definitions["RobotType"]["properties"]["components"] = _one_of_each(settings)
     definitions["RobotSpec"]["properties"]["components"] = _one_of_each(
         {name: {"anyOf": [part, {"type": "null"}]} for name, part in settings.items()}
     )
-    definitions["Fault"] = {"anyOf": [_fault(name, _settings(fault.settings)) for name, fault in faults().items()]}
+    kinds = {name: _settings(fault.settings, definitions) for name, fault in faults().items()}
+    definitions["Fault"] = {"anyOf": [_fault(name, part) for name, part in kinds.items()]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **schema,
@@ -57,9 +58,12 @@ def _one_of_each(settings: dict[str, Any]) -> dict[str, Any]:
     return {"type": "object", "default": {}, "properties": settings, "additionalProperties": False}
 
 
-def _settings(kind: type[BaseModel]) -> dict[str, Any]:
-    """Return the schema of a component's settings, which has no parts of its own."""
+def _settings(kind: type[BaseModel], definitions: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of the settings of a component or a fault; what they are made of joins the *definitions*."""
     schema = kind.model_json_schema(by_alias=True)
+    for name, part in schema.pop("$defs", {}).items():
+        _describe(part, getattr(inspect.getmodule(kind), name))
+        definitions[name] = part
     _describe(schema, kind)
     return schema
 

@@ -31,6 +31,7 @@ TINY = {
     "scale": {"sizes": (1, 10), "window": 0.02, "side": 4},
     "scenario2": {"rounds": 2, "crowd": 3, "side": 4},
     "start_up": {"rounds": 1},
+    "traffic": {"rounds": 1, "seconds": 50.0, "robots": 4, "side": 4},
 }
 
 

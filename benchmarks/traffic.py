@@ -1,0 +1,123 @@
+"""What the rules of traffic cost a lane that is driven: the same crowd under each policy, in turns.
+
+One crowd goes about its errands in the warehouse, another wanders without rest over a grid of single tracks, where a
+robot in four meets somebody head on. The ratio is to robots that pass through each other, of processor time a lane.
+"""
+
+from __future__ import annotations
+
+import gc
+import random
+import time
+from typing import TYPE_CHECKING, Any
+
+from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
+from benchmarks._report import Row
+from hmrsim.gateway import Happened, Topic
+from hmrsim.simulator import Simulator
+from hmrsim.world import load_world
+from hmrsim.world.model import World
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim.gateway import Event
+
+QUICK: dict[str, Any] = {"rounds": 1, "seconds": 100.0}
+
+_POLICIES = ("free", "reserve", "priority")
+_MOST = 1.5
+_LEAST_FACTOR = 2000.0
+_LONGEST = 36_000.0
+
+
+class _Lanes:
+    """A sink that counts lanes as they are driven."""
+
+    def __init__(self) -> None:
+        self.driven = 0
+
+    def emit(self, event: Event) -> None:
+        """Count the event if a robot begins a lane."""
+        self.driven += isinstance(event, Happened) and event.kind == "motion" and event.fields["lane"] is not None
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether it takes a topic."""
+        return topic is Topic.MOTION
+
+
+def run(rounds: int = 5, seconds: float = 1000.0, robots: int = 100, side: int = SIDE) -> list[Row]:
+    """Measure both crowds under each policy."""
+    return [*_warehouse(rounds), *_grid(rounds, seconds, robots, side)]
+
+
+def _warehouse(rounds: int) -> list[Row]:
+    world = load_world("warehouse").world
+    rows = _compared("warehouse", world, rounds, lambda simulator: simulator.run_scripts(_LONGEST))
+    simulator, spent = Simulator(world), float("inf")
+    for _ in range(rounds):
+        simulator = Simulator(world)
+        began = time.perf_counter()
+        simulator.run_scripts(_LONGEST)
+        spent = min(spent, time.perf_counter() - began)
+    title = f"warehouse as it is shipped, {len(world.robots)} robots with batteries, under {world.traffic.policy}"
+    return [*rows, Row(title, simulator.now / spent, "times real time", at_least=_LEAST_FACTOR)]
+
+
+def _grid(rounds: int, seconds: float, robots: int, side: int) -> list[Row]:
+    world = grid_world(robots, side=side)
+    starts = random.Random(1).sample(sorted(world.waypoints), robots)
+    placed = {f"robot_{number}": {"at": start} for number, start in enumerate(starts)}
+    plain = world.model_dump(mode="json", by_alias=True, exclude_defaults=True)
+
+    def wander(simulator: Simulator) -> None:
+        plan_everything(simulator)
+        Wanderers(simulator).start(simulator.robots)
+        began = time.process_time()
+        simulator.advance(seconds)
+        simulator.spent = time.process_time() - began  # type: ignore[attr-defined]  # planning is not what is measured
+
+    return _compared(f"{robots} on a grid", World.model_validate(plain | {"robots": placed}), rounds, wander)
+
+
+def _compared(title: str, world: World, rounds: int, go: Callable[[Simulator], None]) -> list[Row]:
+    """Return what a lane costs under each policy, the least of several rounds."""
+    worlds = {policy: _under(world, policy) for policy in _POLICIES}
+    lanes = {policy: _driven(each, go) for policy, each in worlds.items()}
+    least = dict.fromkeys(_POLICIES, float("inf"))
+    for _ in range(rounds):
+        for policy, each in worlds.items():
+            least[policy] = min(least[policy], _spent(each, go) / max(1, lanes[policy]))
+    return [
+        Row(
+            f"{title}, a lane under {policy}",
+            cost * 1e6,
+            "µs",
+            ratio=None if policy == "free" else cost / least["free"],
+            ratio_at_most=_MOST if policy == "reserve" else None,
+        )
+        for policy, cost in least.items()
+    ]
+
+
+def _under(world: World, policy: str) -> World:
+    """Return the same world under another policy, with what it says of capacities."""
+    plain = world.model_dump(mode="json", by_alias=True)
+    said = {key: value for key, value in plain["traffic"].items() if policy != "free" and key != "policy"}
+    return World.model_validate(plain | {"traffic": {"patience": None, **said, "policy": policy}})
+
+
+def _driven(world: World, go: Callable[[Simulator], None]) -> int:
+    simulator, lanes = Simulator(world), _Lanes()
+    simulator.attach(lanes)
+    go(simulator)
+    return lanes.driven
+
+
+def _spent(world: World, go: Callable[[Simulator], None]) -> float:
+    simulator = Simulator(world)
+    gc.collect()
+    began = time.process_time()
+    go(simulator)
+    spent: float = getattr(simulator, "spent", time.process_time() - began)
+    return spent
