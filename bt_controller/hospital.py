@@ -16,7 +16,7 @@ from bt_controller.action_leaf import ActionLeaf
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
-from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.interfaces.nav2_msgs import DockRobot, Wait
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -36,6 +36,8 @@ PLACES: Final[Mapping[str, tuple[float, float]]] = MappingProxyType(
         "ward_c": (30.6, 6.5),
         "ward_d": (38.6, 6.5),
         "nurse_station": (27.0, 12.8),
+        "lab_floor": (17.0, 16.0),
+        "corridor_east": (34.0, 11.0),
     }
 )
 """As in ``maps/hospital.yaml``, in metres: a controller knows the house it works in."""
@@ -47,7 +49,7 @@ def mission(robot: str) -> Behaviour:
         case "wall_e":
             steps = [_deliver("medicine", "pharmacy", "ward_a"), _go("nurse_station")]
         case "eve":
-            steps = [_deliver("blood_samples", "ward_a", "lab"), _go("nurse_station")]
+            steps = [_deliver("blood_samples", "ward_a", "lab"), _charge("charger_2")]
         case "burn_e":
             steps = [_deliver("linen", "laundry", "ward_c")]
         case "nan_e":
@@ -56,8 +58,10 @@ def mission(robot: str) -> Behaviour:
             steps = [_deliver("defibrillator", "nurse_station", "ward_b"), _stay("Treat the patient", 20)]
         case "auto":
             steps = [_visit("ward_a_window"), _visit("ward_b_window")]
+        case "m_o":
+            steps = [_go("corridor_east"), _stay("Mop the corridor", 20), _charge("charger_4")]
         case "vaq_m":
-            steps = [_go("lab"), _stay("Disinfect the lab", 30)]
+            steps = [_go("lab_floor"), _stay("Disinfect the lab", 30), _charge("charger_8")]
         case _:
             steps = [_go("nurse_station"), _stay("Clean", 15)]
     return Sequence(f"Mission of {robot}", memory=True, children=steps)
@@ -77,6 +81,10 @@ def _visit(place: str) -> Behaviour:
 
 def _go(place: str) -> Behaviour:
     return NavToPoseActionClient(f"Go to {place}", pose_goal(*PLACES[place]))
+
+
+def _charge(dock: str) -> Behaviour:
+    return _leaf(f"Charge at {dock}", "dock_robot", DockRobot.Goal(dock_id=dock))
 
 
 def _pick_up(item: str) -> Behaviour:

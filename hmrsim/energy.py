@@ -244,7 +244,7 @@ class Energy:
             header=Header(stamp=Time.from_nanoseconds(nanoseconds(now))),
             voltage=math.fsum(volts),
             temperature=settings.temperature,
-            current=flow / settings.nominal_voltage,
+            current=flow / settings.nominal_voltage + 0.0,
             charge=battery.ampere_hours(battery.charge(now)),
             capacity=battery.ampere_hours(battery.usable),
             design_capacity=battery.ampere_hours(settings.capacity),
@@ -255,6 +255,7 @@ class Energy:
             present=True,
             cell_voltage=volts,
             cell_temperature=[settings.temperature] * settings.cells,
+            location=self._robot.dock.name if self._robot.dock else "",
             serial_number=self._robot.name,
         )
 

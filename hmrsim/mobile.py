@@ -430,10 +430,14 @@ class Mobile:
 
     def retime(self) -> None:
         """Go on at the speed that it can go now."""
-        if self._drive is None or self._waits or self._way is None:
+        if self._drive is None or self._way is None:
+            return
+        if self._waits:
+            self._drive = self._driven(self.legs_ahead)
+            self._seconds, self._number = self._drive.seconds, 0
             return
         leg, here = self.next_leg, self.pose().point
-        rest = [leg for leg in self._drive.legs[self._number :] if leg]
+        rest = self.legs_ahead
         at_end = leg is not None and here == leg.end
         if at_end:
             rest = rest[1:]

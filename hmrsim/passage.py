@@ -110,6 +110,7 @@ class Passage:
         self._inside: dict[Mobile, list[Barrier]] = {}
         self._closed: dict[Lane, dict[str, str]] = {}
         self._obstructions = Obstructions(graph.lanes)
+        self._queues: dict[Mobile, Callable[[], Sequence[Mobile]]] = {}
         self._asking: deque[Mobile] = deque()
         self._patient: deque[Wait] = deque()
         self._patience_ends: Timeout | None = None
@@ -150,7 +151,7 @@ class Passage:
             )
             if up_to is not None:
                 return up_to
-            closed = [f"{a}-{b} is closed ({next(iter(why.values()))})" for (a, b), why in self._closed.items()]
+            closed = [f"{a}-{b} is closed ({'; '.join(why.values())})" for (a, b), why in self._closed.items()]
             closed += [f"{a}-{b} may not be driven by {robot.name}" for a, b in kept_off]
             raise NoRoute(error.code, f"{error}; {', '.join(closed)}") from None
 
@@ -203,7 +204,7 @@ class Passage:
 
     def _closure(self, lane: Lane) -> dict[str, Any]:
         fields: dict[str, Any] = {"lane": [*lane]}
-        return fields | ({"why": next(iter(self._closed[lane].values()))} if lane in self._closed else {})
+        return fields | ({"why": "; ".join(self._closed[lane].values())} if lane in self._closed else {})
 
     def add_barrier(self, barrier: Barrier) -> None:
         """Have robots pass something on its lanes, and ask it when they leave the lanes, too."""
@@ -224,6 +225,19 @@ class Passage:
         self._leave_barriers(robot)
         if self._rules is not None and not robot.flies:
             self._rules.stand(robot, self._slots_at(robot.pose().point))
+
+    def full_at(self, point: Point, name: str = "") -> str | None:
+        """Return the waypoint or lane at a point, if nobody but the robot of this name may come there; else None."""
+        if self._rules is None:
+            return None
+        lanes = self.graph.lanes
+        for slot in self._slots_at(point):
+            others = [robot for robot in self._rules.inside(slot) if robot.name != name]
+            if self._rules.full(slot) and others:
+                track = slot - len(lanes.names)
+                what = f"waypoint {lanes.names[slot]!r}" if track < 0 else "lane {}-{}".format(*lanes.tracks[track])
+                return f"{what}, which {others[0].name} has"
+        return None
 
     def remove(self, robot: Mobile) -> None:
         """Take note that a robot is there no longer."""
@@ -320,7 +334,7 @@ class Passage:
         """Return what is in the way of a leg, but for traffic, or ""."""
         lane = leg.lane
         if lane and self._may_not_enter(lane, leg):
-            return f"{lane[0]}-{lane[1]} is closed: {next(iter(self._closed[lane].values()))}"
+            return f"{lane[0]}-{lane[1]} is closed: {'; '.join(self._closed[lane].values())}"
         # Each is asked: what opens for robots begins to.
         barriers = self._barriers.get(lane, ()) if lane else self._off_lanes
         whys = [why for barrier in barriers if (why := barrier.why_not(robot, leg))]
@@ -391,8 +405,24 @@ class Passage:
 
     def blockers(self, robot: Mobile) -> Sequence[Mobile]:
         """Return for whom a robot waits; nobody if it does not wait, or for something else."""
+        if robot in self._queues:
+            return self._queues[robot]()
         wait = self.waits.get(robot)
         return self._rules.blockers(robot, wait.leg) if wait and not wait.why and self._rules else ()
+
+    def queue(self, robot: Mobile, holders: Callable[[], Sequence[Mobile]]) -> None:
+        """Take note that a robot stands in a queue until one of the *holders* leaves; `unqueue` it again."""
+        self._queues[robot] = holders
+        # Those who wait for it may do so in vain from now on.
+        self.may_make_room(robot)
+
+    def unqueue(self, robot: Mobile) -> None:
+        """Take note that a robot stands in a queue no longer; nothing happens if it does not."""
+        self._queues.pop(robot, None)
+
+    def is_held_up(self, robot: Mobile) -> bool:
+        """Return whether a robot can't do what it wants to because of others."""
+        return robot.waits or robot in self._queues
 
     def _wait(self, robot: Mobile, leg: Leg, why: str) -> None:
         self._leave_barriers(robot)

@@ -24,25 +24,29 @@ _HEAD: Final = """\
 #
 # A warehouse, in metres, written by tools/generate_warehouse.py: change that, and run it.
 #
-#     y 50  parking and chargers: a one-way street north of each aisle
-#     y 42  northern main aisle
+#     y 50  parking and chargers: a one-way street north of each aisle, two of them joined at their ends
+#     y 42  northern main aisle, a lane to the east and one to the west
 #           racks: aisles a to m, one-way in turn to the north and to the south
-#     y 26.5  cross aisle
+#     y 26.5  cross aisle, to the east
 #           racks
-#     y 11  southern main aisle
+#     y 11  southern main aisle, a lane to the east and one to the west
 #     y 6   packing stations, driven through from west to east
 #
-# Goods come in at the west, where the dock road leads north, and go out at the east, where it leads south.
+# Goods come in at the west, where the dock road leads north, and go out at the east, where it leads south. Docks are
+# driven through, too. All is one-way but the bays, of which each robot has its own: nobody meets anybody head-on.
 name: warehouse
 units: m
 bounds: [0, 0, 80, 52]
 seed: 7
+traffic: {policy: reserve, patience: null, waypoint_capacity: 2, lane_capacity: 2}
 """
 
-_SOUTH, _CROSS, _NORTH, _TOP = 11.0, 26.5, 42.0, 50.0
+_SOUTH, _CROSS, _NORTH, _TOP = 11.0, 26.5, 42.0, 50.4
 _SHELVES: Final = (15.0, 18.75, 22.5, 30.5, 34.25, 38.0)
 _RACKS: Final = ((13.0, 24.5), (28.5, 40.0))
-_PARKING: Final = (43.6, 45.2, 46.8, 48.4)
+_LANE: Final = 0.8
+"""How far the two lanes of a main aisle are from its middle."""
+_PARKING: Final = (44.2, 45.8, 47.4, 49.0)
 _DOCK_STOPS: Final = tuple(14 + 2.5 * i for i in range(11))
 _GATE: Final = 1.5
 """Half of a gate's width."""
@@ -63,6 +67,9 @@ _GOODS: Final = {
     "m": ("parquet", 18.0),
 }
 """What lies in each aisle, and its weight in kg."""
+
+_RUSH: Final = 1500
+"""Seconds in which all that is to be fetched is asked for."""
 
 _ROBOT_TYPES: Final = """\
   # Small and fast: a single light piece at a time.
@@ -123,15 +130,19 @@ class _World:
         self.waypoints.append(f"  # {title}")
         self.lanes.append(f"  # {title}")
 
-    def waypoint(self, name: str, x: float, y: float) -> str:
+    def waypoint(self, name: str, x: float, y: float, *, capacity: int = 1) -> str:
         """Add a waypoint; return its name."""
-        self.waypoints.append(f"  {name}: [{x:g}, {y:g}]")
+        at = f"[{x:g}, {y:g}]"
+        self.waypoints.append(f"  {name}: {at if capacity == 1 else f'{{at: {at}, capacity: {capacity}}}'}")
         return name
 
-    def road(self, names: Sequence[str], limit: float, *, one_way: bool = False) -> None:
-        """Add the lanes that lead through waypoints in this order."""
-        direction = ", one_way: true" if one_way else ""
-        self.lanes += [f"  - {{from: {a}, to: {b}{direction}, speed_limit: {limit:g}}}" for a, b in pairwise(names)]
+    def road(self, names: Sequence[str], limit: float) -> None:
+        """Add the one-way lanes that lead through waypoints in this order."""
+        self.lanes += [f"  - {{from: {a}, to: {b}, one_way: true, speed_limit: {limit:g}}}" for a, b in pairwise(names)]
+
+    def driveway(self, road: str, bay: str) -> None:
+        """Add the lane that leads from a road to a bay and back."""
+        self.lanes.append(f"  - {{from: {road}, to: {bay}, speed_limit: 0.5}}")
 
     def wall(self, *points: tuple[float, float]) -> None:
         """Add a wall."""
@@ -183,20 +194,22 @@ def _outline(points: Sequence[tuple[float, float]]) -> str:
 def _lay_out_aisles(world: _World) -> None:
     for aisle in _GOODS:
         world.chapter(f"Aisle {aisle}, to the {'north' if _northward(aisle) else 'south'}.")
-        keys = ("south", "1", "2", "3", "cross", "4", "5", "6", "north")
-        stops = sorted([_SOUTH, _CROSS, _NORTH, *_SHELVES])
+        keys = ("south_e", "south_w", "1", "2", "3", "cross", "4", "5", "6", "north_e", "north_w")
+        mains = (main + side for main in (_SOUTH, _NORTH) for side in (-_LANE, _LANE))
+        stops = sorted([*mains, _CROSS, *_SHELVES])
         names = [world.waypoint(f"{aisle}_{key}", _x(aisle), y) for key, y in zip(keys, stops, strict=True)]
-        world.road(names if _northward(aisle) else names[::-1], 1.2, one_way=True)
+        world.road(names if _northward(aisle) else names[::-1], 1.2)
 
 
 def _lay_out_packing(world: _World) -> None:
+    """Add the packing stations: each has room for three, and an exit of its own."""
     aisles = [*_GOODS]
     for number, (aisle, after) in enumerate(zip(aisles[::2], aisles[1::2], strict=False), start=1):
         name = f"pack_{number}"
         world.chapter(f"Packing station {number}.")
-        world.waypoint(name, _x(aisle), 6)
+        world.waypoint(name, _x(aisle), 6, capacity=3)
         leave = world.waypoint(f"{name}_exit", _x(after), 6)
-        world.road([f"{aisle}_south", name, leave, f"{after}_south"], 0.8, one_way=True)
+        world.road([f"{aisle}_south_e", name, leave, f"{after}_south_e"], 0.8)
         world.places.append(f"  {name}: {{at: [{_x(aisle):g}, 6]}}")
 
 
@@ -204,9 +217,11 @@ def _lay_out_docks(world: _World) -> None:
     """Add the dock roads, and the main aisles that lead from one to the other."""
     west = _dock_road(world, "west", "inbound", 4.5, -2.0)
     east = _dock_road(world, "east", "outbound", 75.5, 2.0)
-    world.lanes.append("  # The main aisles, and the cross aisle between them: both ways.")
-    for key, limit in (("south", 2.0), ("cross", 1.5), ("north", 2.0)):
-        world.road([west[key], *(f"{aisle}_{key}" for aisle in _GOODS), east[key]], limit)
+    world.lanes.append("  # The main aisles, a lane each way, and the cross aisle between them, to the east.")
+    for key in ("south", "north"):
+        world.road([west[key], *(f"{aisle}_{key}_e" for aisle in _GOODS), east[key]], 2.0)
+        world.road([east[key], *(f"{aisle}_{key}_w" for aisle in reversed(_GOODS)), west[key]], 2.0)
+    world.road([west["cross"], *(f"{aisle}_cross" for aisle in _GOODS), east["cross"]], 1.5)
 
 
 def _dock_road(world: _World, side: str, kind: str, x: float, outward: float) -> dict[str, str]:
@@ -215,15 +230,17 @@ def _dock_road(world: _World, side: str, kind: str, x: float, outward: float) ->
     numbers = count(1)
     stops = {"south": _SOUTH, **{str(i): y for i, y in enumerate(_DOCK_STOPS, start=1)}, "north": _NORTH}
     names = {y: world.waypoint(f"{side}_{key}", x, y) for key, y in stops.items()}
-    along = [*names.values()]
-    world.road(along if side == "west" else along[::-1], 1.5, one_way=True)
+    along = [*names.values()] if side == "west" else [*names.values()][::-1]
+    world.road(along, 1.5)
     for dock, y in enumerate(_DOCK_STOPS[::2], start=1):
-        world.road([names[y], world.waypoint(f"{kind}_{dock}", x + outward, y)], 0.5)
+        # Who leaves a dock does so past where others may wait for it.
+        after = along[along.index(names[y]) + 1]
+        world.road([names[y], world.waypoint(f"{kind}_{dock}", x + outward, y), after], 0.5)
         world.places.append(f"  {kind}_{dock}: {{at: [{x + outward:g}, {y:g}]}}")
     for y in _DOCK_STOPS:
         if y != _CROSS:
             world.bays.append(_Bay(f"{side}_bay_{next(numbers)}", _FACING_WEST if side == "west" else _FACING_EAST))
-            world.road([names[y], world.waypoint(world.bays[-1].name, x - outward, y)], 0.5)
+            world.driveway(names[y], world.waypoint(world.bays[-1].name, x - outward, y))
     return {"south": names[_SOUTH], "cross": names[_CROSS], "north": names[_NORTH]}
 
 
@@ -234,8 +251,8 @@ def _lay_out_parking(world: _World) -> None:
         world.chapter(f"The parking street {aisle}, to the {'north' if _northward(aisle) else 'south'}.")
         x = _x(aisle)
         street = [world.waypoint(f"street_{aisle}_{row}", x, y) for row, y in enumerate(_PARKING, start=1)]
-        names = [f"{aisle}_north", *street, world.waypoint(f"{aisle}_top", x, _TOP)]
-        world.road(names if _northward(aisle) else names[::-1], 1.0, one_way=True)
+        names = [f"{aisle}_north_w", *street, world.waypoint(f"{aisle}_top", x, _TOP)]
+        world.road(names if _northward(aisle) else names[::-1], 1.0)
         for (stop, y), side in product(zip(street, _PARKING, strict=True), (-1.3, 1.3)):
             if y == _PARKING[-1] and x < _x("m"):
                 chargers += 1
@@ -245,9 +262,12 @@ def _lay_out_parking(world: _World) -> None:
                 bays += 1
                 name = f"bay_{bays:02}"
                 world.bays.append(_Bay(name, _FACING_EAST if side < 0 else _FACING_WEST))
-            world.road([stop, world.waypoint(name, x + side, y)], 0.5)
-    world.lanes.append("  # What joins the streets in the north.")
-    world.road([f"{aisle}_top" for aisle in _GOODS], 1.0)
+            world.driveway(stop, world.waypoint(name, x + side, y))
+    world.lanes.append("  # The ends of the streets: up the one, down the other.")
+    aisles = [*_GOODS]
+    for up in aisles[::2]:
+        down = "l" if up == "m" else aisles[aisles.index(up) + 1]
+        world.road([f"{up}_top", f"{down}_top"], 1.0)
 
 
 def _build(world: _World) -> None:
@@ -261,7 +281,7 @@ def _build(world: _World) -> None:
         world.wall((x, y0), (x, y1))
     world.walls.append("  # Racks.")
     for (y0, y1), x in product(_RACKS, range(14, 67, 4)):
-        world.solid(x - 0.9, y0, x + 0.9, y1)
+        world.solid(x - 0.8, y0, x + 0.8, y1)
     world.walls.append("  # Packing tables.")
     for aisle in [*_GOODS][:-1:2]:
         world.solid(_x(aisle) - 1.5, 3.8, _x(aisle) + 1.5, 4.8)
@@ -304,7 +324,9 @@ def _man(world: _World) -> None:
     for kind, scripts in fleet.items():
         for number, script in enumerate(scripts, start=1):
             bay = next(bays)
-            orders = ", ".join([*script, f"Go {bay.name}"])
+            # Counting takes so long that a battery is nearly empty then.
+            home = f"Dock charger_{number:02}" if kind == "inspector" else f"Go {bay.name}"
+            orders = ", ".join([*script, home])
             yaw = f", yaw: {bay.yaw:g}" if bay.yaw else ""
             line = f"{kind}_{number:02}: {{type: {kind}, at: {bay.name}{yaw}, script: [{orders}]}}"
             world.robots += _wrapped(line)
@@ -323,35 +345,36 @@ def _fetch(robots: int, above: float, most: float) -> Iterator[list[str]]:
     fitting = [(number, aisle) for number, aisle in goods if above < _GOODS[aisle][1] <= most]
     for i, (number, aisle) in enumerate(fitting[:robots]):
         item = f"{_GOODS[aisle][0]}_{number}"
-        # In waves, so that not everybody drives off at once.
-        start = [f"Wait {10 * (i % 6)}"] if i % 6 else []
+        # Orders come in all the time.
+        start = [f"Wait {_RUSH * i // robots}"] if i else []
         yield [*start, f"Go {aisle}_{number}", f"Grab {item}", f"Go pack_{i % 6 + 1}", f"Drop {item}"]
 
 
 def _put_away(pallet: int, dock: int) -> list[str]:
     """Return the orders to bring a pallet from its dock to a rack."""
-    start = [f"Wait {60 * (pallet // 7)}"] if pallet // 7 else []
+    start = [f"Wait {150 * (pallet - 1)}"] if pallet > 1 else []
     rack = f"{[*_GOODS][pallet]}_{pallet % len(_SHELVES) + 1}"
     return [*start, f"Go inbound_{dock}", f"Grab pallet_{pallet}", f"Go {rack}", f"Drop pallet_{pallet}"]
 
 
 def _tow(i: int) -> list[str]:
-    """Return the orders to tow trolleys from inbound to outbound docks, twice."""
+    """Return the orders to tow trolleys from inbound to outbound docks, four times."""
     tour = [f"Go inbound_{i % 6 + 1}", "Wait 30", f"Go outbound_{6 - i % 6}", "Wait 30"]
-    return [f"Wait {15 * i + 5}", *tour * 2]
+    return [f"Wait {30 * i + 5}", *tour * 4]
 
 
 def _ship(i: int) -> list[str]:
-    """Return the orders to bring parcels from a packing station to an outbound dock, three times."""
+    """Return the orders to bring parcels from a packing station to an outbound dock, six times."""
     tour = [f"Go pack_{i % 6 + 1}", "Wait 20", f"Go outbound_{i % 6 + 1}", "Wait 15"]
-    return [f"Wait {20 * i + 60}", *tour * 3]
+    return [f"Wait {20 * i + 60}", *tour * 6]
 
 
 def _inspect(i: int) -> list[str]:
     """Return the orders to count the shelves of an aisle, in the order in which it is driven."""
     aisle = [*_GOODS][2 * i + 1]
     numbers = range(1, len(_SHELVES) + 1)
-    return [order for number in reversed(numbers) for order in (f"Go {aisle}_{number}", "Wait 10")]
+    counts = [order for number in reversed(numbers) for order in (f"Go {aisle}_{number}", "Wait 10")]
+    return [f"Wait {250 * i + 100}", *counts]
 
 
 if __name__ == "__main__":

@@ -107,7 +107,7 @@ def _find(robot: Robot, goal: DockRobot.Goal) -> Berths:
     if goal.use_dock_id:
         dock = robot.docks.get(goal.dock_id)
         if dock is None:
-            there = ", ".join(robot.docks) or "none"
+            there = ", ".join(sorted(robot.docks)) or "none"
             raise GoalAborted(_RESULT.DOCK_NOT_IN_DB, f"no dock {goal.dock_id!r}; there are: {there}")
     else:
         dock = _nearest(robot, goal)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
-from hmrsim.actions._navigation import drive, facing, point_of
+from hmrsim.actions._navigation import drive, extent, facing, point_of
 from hmrsim.actions._places import check_reachable, numbers, pose
 from hmrsim.geometry import heading
 from hmrsim.interfaces.nav2_msgs import FollowPath
@@ -21,11 +21,14 @@ if TYPE_CHECKING:
 def _process(
     robot: Robot, goal: FollowPath.Goal, report: Report[FollowPath.Feedback]
 ) -> Generator[Any, Any, FollowPath.Result]:
-    report.sample(
-        lambda: FollowPath.Feedback(distance_to_goal=robot.distance_remaining, speed=abs(robot.velocity()[0]))
-    )
     poses = goal.path.poses
-    yield from drive(robot, [point_of(at) for at in poses], facing(poses[-1]))
+    points = [point_of(at) for at in poses]
+    # What comes after an obstacle will not be driven, and is a part of the way all the same.
+    beyond = extent(robot, [robot.pose().point, *points])[0] - robot.straight_through(points)[0].length
+    report.sample(
+        lambda: FollowPath.Feedback(distance_to_goal=robot.distance_remaining + beyond, speed=abs(robot.velocity()[0]))
+    )
+    yield from drive(robot, points, facing(poses[-1]))
     return FollowPath.Result()
 
 

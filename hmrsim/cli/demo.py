@@ -42,8 +42,8 @@ examples:
 _WORLD: Final = "hospital"
 _TREE: Final = "bt_controller.hospital:mission"
 _START_SECONDS: Final = 15.0
-_MISSION_SECONDS: Final = 200.0
-"""Simulated seconds after which the mission is given up; it takes about 100."""
+_MISSION_SECONDS: Final = 300.0
+"""Simulated seconds after which the mission is given up; it takes about 160."""
 _FREE_SECONDS: Final = 15.0
 """Wall seconds that it may take besides."""
 _LOOK: Final = 0.1

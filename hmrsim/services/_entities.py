@@ -41,7 +41,7 @@ class BadPose(ValueError):
 
 def unknown(simulator: Simulator, name: str) -> Result:
     """Return that there is no such entity."""
-    there = ", ".join(entity.name for entity in simulator.roster)
+    there = ", ".join(sorted(entity.name for entity in simulator.roster))
     return failed(f"no entity {name!r}; there are: {there or 'none'}", Result.RESULT_NOT_FOUND)
 
 

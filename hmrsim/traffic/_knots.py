@@ -19,7 +19,7 @@ def circle_of(passage: Passage, robot: Mobile) -> list[Mobile]:
     todo = [robot]
     for waiting in todo:
         blockers = passage.blockers(waiting)
-        if not blockers or not all(other.waits for other in blockers):
+        if not blockers or not all(passage.is_held_up(other) for other in blockers):
             return []
         for other in blockers:
             if other not in waits_for:

@@ -41,6 +41,10 @@ class Slots:
         """Return who occupies a slot, in order of coming."""
         return self._inside[slot]
 
+    def at_rest(self, idle: Callable[[Mobile], bool]) -> bool:
+        """Return whether all that occupy anything stand or wait, and are *idle*."""
+        return all((other.stands or other.waits) and idle(other) for inside in self._inside for other in inside)
+
     def missing(self, robot: Mobile, slots: tuple[int, ...]) -> Iterator[int]:
         """Yield those of some slots that a robot does not have and can't have now."""
         return (slot for slot in slots if self._free[slot] < 1 and slot not in robot.slots)

@@ -58,6 +58,9 @@ def find_moves(rules: Priority, robot: Mobile, target: int, most: int) -> list[M
         target: The waypoint.
         most: How many situations are looked at, at most, in all.
     """
+    if robot.slots[-1] >= len(rules.passage.graph.lanes.out):
+        # It stands in the middle of a lane, which only those before it and behind it can leave.
+        return None
     group = [robot]
     while len(group) < _MOST_ROBOTS and most > 0:
         joining = next(_around(rules, group, target), None)

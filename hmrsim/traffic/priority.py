@@ -72,6 +72,11 @@ class Priority(Reserve):
             stuck, self._stuck = self._stuck, {}
             self.passage.look_again([*stuck])
 
+    def blockers(self, robot: Mobile, leg: Leg) -> Sequence[Mobile]:
+        """Return who occupies what a robot would need, or for whose sake it is moved."""
+        untying = self._untyings.get(robot)
+        return super().blockers(robot, leg) or ([untying.first] if untying and untying.first is not robot else [])
+
     def halted(self, robot: Mobile) -> None:
         """Give up the knot of which a robot is a part: the next move would wait for it."""
         if robot in self._untyings:
@@ -191,8 +196,11 @@ class Priority(Reserve):
         self._searched[robot] = now
         moves = find_moves(self, robot, wait.leg.slots[-1], self._most_states)
         if moves is None:
-            if any(other.stands for other in self.passage.blockers(robot)):
-                self.go_around(robot)
+            around = any(other.stands for other in self.passage.blockers(robot)) and self.go_around(robot)
+            circle = [] if around else circle_of(self.passage, robot)
+            if circle and self.slots.at_rest(lambda other: self.passage.is_held_up(other) or not other.busy):
+                # Nobody moves, and nobody ever will.
+                self.give_up(circle)
             return
         untying = Untying(robot, moves)
         self._untyings.update(dict.fromkeys(untying.robots, untying))

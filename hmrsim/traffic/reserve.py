@@ -97,8 +97,13 @@ class Reserve:
         for solve in (self._turn_off, self._back_off):
             if any(solve(robot, circle) for robot in last_first):
                 return
+        self.give_up(circle)
+
+    def give_up(self, circle: Sequence[Mobile]) -> None:
+        """End the goal of the robot of a circle that set out last."""
         text = f"deadlock: {' waits for '.join(robot.name for robot in (*circle, circle[0]))}; there is no other way"
-        last_first[0].give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text))
+        last = max((robot for robot in circle if robot.waits), key=rank)
+        last.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text))
 
     def _turn_off(self, robot: Mobile, _circle: Sequence[Mobile]) -> bool:
         """Have a robot take a way that begins with a lane that it can have now, if there is one."""

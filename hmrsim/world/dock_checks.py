@@ -116,14 +116,17 @@ class _Ways:
 
     def _near(self, point: Point) -> frozenset[str]:
         """Return the parts with a lane on which a point is, or of which the nearest point is seen from it."""
-        found: set[str] = set()
+        found: dict[str, bool] = {}
         for a, b in self._lanes:
             part = self._part[a]
-            if part not in found:
+            if not found.get(part):
                 at = foot(point, self._world.points[a], self._world.points[b])
-                if distance(at, point) <= SAME_PLACE or not self._obstacles.block(point, at):
-                    found.add(part)
-        return frozenset(found)
+                if distance(at, point) <= SAME_PLACE:
+                    found[part] = True
+                elif not self._obstacles.block(point, at):
+                    found[part] = False
+        on_lane = [part for part, on_it in found.items() if on_it]
+        return frozenset(on_lane or found)
 
     def _on_lane(self, point: Point) -> bool:
         ends = ((self._world.points[a], self._world.points[b]) for a, b in self._lanes)

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from hmrsim.components import registry as components
 from hmrsim.components.battery import BatterySettings
 from hmrsim.faults import registry
+from hmrsim.sensing import SensorSettings
 from hmrsim.world.explain import explain
 from hmrsim.world.finding import Finding, instead
 from hmrsim.world.model import BUILT_IN_TYPES
@@ -104,8 +105,9 @@ def _check_component(fault: AnyFault, settings: Occurrence, carried: Collection[
     robot, sensor = settings.subject, getattr(settings, "sensor", None)
     if fault.component is not None and fault.component not in carried:
         yield Finding(("robot",), f"{robot} has no {fault.component}{instead(fault.component, carried)}", robot)
-    if sensor is not None and sensor not in carried:
-        yield Finding(("sensor",), f"{robot} has no {sensor!r}{instead(sensor, carried)}", sensor)
+    sensors = [name for name in carried if issubclass(components()[name].settings, SensorSettings)]
+    if sensor is not None and sensor not in sensors:
+        yield Finding(("sensor",), f"{robot} has no sensor {sensor!r}{instead(sensor, sensors)}", sensor)
 
 
 def _check_cell(settings: Occurrence, cells: int | None) -> Iterator[Finding]:

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 _DEEPEST = 10
 """Includes inside each other."""
 
+_IN_TURN = "includes this file in turn; take one of the two includes out"
+
 _MOST_FILES = 100
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".pdf", ".webp")
@@ -100,7 +102,8 @@ class _Includes:
             target = _target(name, above, self.seen)
             if isinstance(target, str):
                 self.merged.problems.append(source.problem(Finding(("include", i), target, name)))
-                self.merged.complete = False
+                # What a file that includes itself has to say is known.
+                self.merged.complete = self.merged.complete and target.endswith(_IN_TURN)
             elif target not in self.seen:
                 self.seen.add(target)
                 try:
@@ -139,7 +142,7 @@ def _target(name: object, above: tuple[Path, ...], seen: set[Path]) -> Path | st
     if Path(name).is_absolute() or not target.is_relative_to(folder):
         wrong = "is outside the folder of this file; include files beside or below it"
     elif target in above:
-        wrong = "includes this file in turn; take one of the two includes out"
+        wrong = _IN_TURN
     elif len(above) > _DEEPEST:
         wrong = f"is included {len(above)} deep; at most {_DEEPEST}"
     elif len(seen) >= _MOST_FILES:

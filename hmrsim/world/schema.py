@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.components import registry as components
 from hmrsim.faults import registry as faults
+from hmrsim.traffic import registry as policies
 from hmrsim.world import model
-from hmrsim.world.model import World
+from hmrsim.world.model import Traffic, World
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -38,6 +39,8 @@ def world_schema() -> dict[str, Any]:
     definitions["RobotSpec"]["properties"]["components"] = _one_of_each(
         {name: {"anyOf": [part, {"type": "null"}]} for name, part in settings.items()}
     )
+    rules = {name: _settings(policy.settings, definitions) for name, policy in policies().items()}
+    definitions["Traffic"] = {"anyOf": [_policy(name, part) for name, part in rules.items()]}
     kinds = {name: _settings(fault.settings, definitions) for name, fault in faults().items()}
     definitions["Fault"] = {"anyOf": [_fault(name, part) for name, part in kinds.items()]}
     return {
@@ -45,6 +48,13 @@ def world_schema() -> dict[str, Any]:
         **schema,
         "title": "hmrsim world",
     }
+
+
+def _policy(name: str, settings: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of the settings of one policy of traffic, which is told by its name; the default needs none."""
+    kind = {"policy": {"const": name, "description": "Who rules traffic."}}
+    required = [] if name == Traffic().policy else ["policy"]
+    return {**settings, "properties": {**settings["properties"], **kind}, "required": required}
 
 
 def _fault(name: str, settings: dict[str, Any]) -> dict[str, Any]:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
 from itertools import combinations
 
 import pytest
 
 from bt_controller.hospital import PLACES, mission
+from hmrsim.graph import WaypointGraph
 from hmrsim.world import load_world
 
 
@@ -34,6 +38,76 @@ def test_eight_robots_of_seven_types(hospital):
 
     assert (8, 7) == (len(hospital.robots), len({robot.type for robot in hospital.robots.values()}))
     assert all(a != b for a, b in combinations(bases, 2))
+
+
+def test_fetchers_carriers_a_drone_and_a_cleaner(hospital):
+    """Five robots have claws, one of them flies, and the cleaner is the slowest of all."""
+    kinds = {name: hospital.robot_type(robot) for name, robot in hospital.robots.items()}
+
+    assert ["wall_e", "eve", "burn_e", "nan_e", "d_fib"] == [
+        n for n, kind in kinds.items() if "claw" in kind.components
+    ]
+    assert ["d_fib"] == [name for name, kind in kinds.items() if kind.base.flies]
+    assert "m_o" == min(kinds, key=lambda name: kinds[name].base.speed)
+
+
+def test_everybody_begins_at_a_charger_of_its_own(hospital):
+    """And has a battery that it can charge there."""
+    assert [f"charger_{i}" for i in range(1, 9)] == [robot.at for robot in hospital.robots.values()]
+    assert all("battery" in hospital.robot_type(robot).components for robot in hospital.robots.values())
+
+
+def test_who_goes_to_the_pharmacy_may(hospital):
+    """Its door opens for some only, and those whose mission leads there are among them."""
+    visitors = [name for name in hospital.robots if any(n.name == "Go to pharmacy" for n in mission(name).iterate())]
+
+    assert ("nurse", "courier") == hospital.doors["pharmacy"].opens_for
+    assert ["wall_e"] == visitors
+    assert "nurse" == hospital.robots["wall_e"].type
+
+
+def test_there_is_a_way_around_the_visitors(hospital):
+    """While people fill the corridor, all places are reached through the wards."""
+    (closed,) = (fault.model_extra["lane"] for fault in hospital.faults if fault.type == "lane_closed")
+    graph = WaypointGraph(hospital)
+    graph.closed = frozenset([tuple(closed), tuple(reversed(closed))])
+    lanes = [leg.lane for leg in graph.plan(PLACES["kitchen"], PLACES["ward_d"], 1.0).legs]
+
+    assert ("ward_a_aisle", "ward_b_aisle") in lanes
+    assert all(graph.plan(PLACES["kitchen"], point, 1.0).legs for name, point in PLACES.items() if name != "kitchen")
+
+
+@pytest.fixture(scope="module")
+def traces(tmp_path_factory):
+    """Return the exit codes and the traces of two demos in lockstep."""
+    paths = [tmp_path_factory.mktemp("demo") / "run.jsonl" for _ in range(2)]
+    command = [sys.executable, "-m", "hmrsim.cli", "demo", "--clock", "lockstep", "--json", "--trace"]
+    codes = [subprocess.run([*command, str(path)], capture_output=True, check=False).returncode for path in paths]
+    return codes, [path.read_bytes() for path in paths]
+
+
+@pytest.mark.system
+def test_the_mission_is_the_same_each_time(traces):
+    """In lockstep all succeed, and two runs have the same trace."""
+    codes, (first, second) = traces
+
+    assert [0, 0] == codes
+    assert first == second
+
+
+@pytest.mark.system
+def test_the_mission_has_obstacles(traces):
+    """One robot takes another way since people fill the corridor, others wait for doors and for each other."""
+    lines = [json.loads(line) for line in traces[1][0].splitlines()]
+    happened = [line for line in lines if "stamp" in line]
+
+    assert ["visitors", "wet_floor"] == [line["name"] for line in happened if line["kind"] == "fault_began"]
+    assert ["nan_e"] == [line["robot"] for line in happened if line["kind"] == "rerouted"]
+    assert (12, 5) == (
+        sum("is opening" in line.get("why", "") for line in happened if line["kind"] == "waiting"),
+        sum("for" in line for line in happened if line["kind"] == "waiting"),
+    )
+    assert 153 == lines[-1]["stamp"]["sec"]
 
 
 def test_nobody_has_the_errand_of_another(hospital):

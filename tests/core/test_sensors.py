@@ -147,7 +147,7 @@ def test_a_robot_without_sensors_has_no_detections():
     ("request_", "code", "why"),
     [
         ({"robot": "eyes", "entity": "cup"}, 2, "robot: no robot 'eyes'; did you mean 'eye'?"),
-        ({"robot": "eye", "entity": "cap"}, 2, "no entity 'cap'; there are: eye, cup"),
+        ({"robot": "eye", "entity": "cap"}, 2, "no entity 'cap'; there are: cup, eye"),
     ],
 )
 def test_it_can_not_be_asked_of_who_is_not_there(request_, code, why):

@@ -123,7 +123,7 @@ class TestStates:
         result = run.ask(service, {"entity": "hal"}).result
 
         assert Result.RESULT_NOT_FOUND == result.result
-        assert "no entity 'hal'; there are: wall_e, eve, cart, parcel, anvil, letter" == result.error_message
+        assert "no entity 'hal'; there are: anvil, cart, eve, letter, parcel, wall_e" == result.error_message
 
 
 class TestNamedPoses:

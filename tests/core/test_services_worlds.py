@@ -176,13 +176,15 @@ class TestAvailable:
         """Each can be loaded."""
         worlds = run.ask("get_available_worlds").worlds
 
-        assert ["hospital", "scenario1", "scenario2", "warehouse"] == [world.world_resource.uri for world in worlds]
+        names = [world.world_resource.uri for world in worlds]
+        assert ["hospital", "scenario1", "scenario2", "warehouse"] == names[:4]
+        assert "zoo/lift" in names[4:]
 
     @pytest.mark.parametrize(
         ("request_", "code", "number"),
         [
             ({"additional_sources": ["https://example.org"]}, 2, 0),
-            ({"additional_sources": ["https://example.org"], "continue_on_error": True}, 1, 4),
+            ({"additional_sources": ["https://example.org"], "continue_on_error": True}, 1, 11),
             ({"filter": {"tags": ["indoor"]}}, 0, 0),
         ],
     )

@@ -223,6 +223,22 @@ class TestPriority:
 
         assert (45.0, "SUCCEEDED", "") == end(log, C)
 
+    def test_one_that_stands_in_the_middle_of_a_lane_makes_room_too(self):
+        """By driving on to its end."""
+        run = under("priority", TRACK)
+        run((0.0, go("bob", 15, 0, A)))
+        log = run((10.0, go("ann", 20, 0, B)))
+
+        assert ("SUCCEEDED", (20.0, 0.0)) == (end(log, B)[1], run.simulator.robots["ann"].pose().point)
+
+    def test_where_nobody_will_ever_move_again_one_gives_up(self):
+        """Whatever the patience."""
+        world = {**TRACK, "lanes": TRACK["lanes"][:2]}
+        log = under("priority", world, patience=None)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
+
+        text = "deadlock: ann waits for bob waits for ann; there is no other way"
+        assert (10.0, "ABORTED", text) == end(log, B)
+
 
 def _message(action, plain):
     from hmrsim.actions import registry  # noqa: PLC0415 - for one test
@@ -232,6 +248,15 @@ def _message(action, plain):
 
 class TestPlacing:
     """Where robots can be put."""
+
+    def test_a_lane_takes_no_more_than_it_has_room_for(self):
+        """Though they would be far apart."""
+        run = under("reserve", CROSS)
+        run.ask("set_entity_state", {"entity": "ann", "state": {"pose": {"position": {"x": 2.0}}}})
+        answer = run.ask("set_entity_state", {"entity": "bob", "state": {"pose": {"position": {"x": 8.0}}}})
+
+        text = "(8, 0) is on lane centre-west, which ann has, where there is no room for one more robot"
+        assert text == answer.result.error_message
 
     def test_a_robot_spawned_onto_another_is_refused(self):
         """Footprints must not overlap."""

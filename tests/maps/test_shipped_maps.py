@@ -14,6 +14,7 @@ from hmrsim.graph import WaypointGraph
 from hmrsim.resources import folder, shipped_maps
 from hmrsim.simulator import Simulator
 from hmrsim.world import load_world
+from hmrsim.world.model import Traffic
 from tests.simulation import Log
 
 NAVIGATE = registry()["navigate_to_pose"]
@@ -43,8 +44,10 @@ def go(x, y):
 
 
 def test_what_is_shipped():
-    """The folder has these worlds, and nothing else that would be taken for one."""
-    assert ["hospital", "scenario1", "scenario2", "warehouse"] == list(shipped_maps())
+    """The folder has these worlds and a zoo, and nothing else that would be taken for one."""
+    zoo = ["charger_queue", "corridor_swap", "crossing", "dead_end", "door", "lift", "token_swap"]
+
+    assert ["hospital", "scenario1", "scenario2", "warehouse", *(f"zoo/{name}" for name in zoo)] == list(shipped_maps())
 
 
 def test_nothing_is_odd(loaded):
@@ -73,10 +76,11 @@ def test_everything_is_reached_from_everywhere(loaded):
 
 
 def test_every_robot_drives(loaded):
-    """In virtual time all robots set out at once, and each arrives; nobody follows a script meanwhile."""
+    """All robots set out at once, and each arrives where nobody and nothing is in its way, nor any script."""
     log = Log(frozenset())
     robots = {name: robot.model_copy(update={"script": ()}) for name, robot in loaded.world.robots.items()}
-    simulator = Simulator(loaded.world.model_copy(update={"robots": robots}), [log])
+    empty = {"robots": robots, "traffic": Traffic(), "doors": {}, "faults": ()}
+    simulator = Simulator(loaded.world.model_copy(update=empty), [log])
     points = places(loaded.world)
     for i, robot in enumerate(simulator.robots, start=1):
         simulator.submit(SendGoal(robot, NAVIGATE.name, go(*points[i % len(points)]), goal_id=f"{i:032x}"))

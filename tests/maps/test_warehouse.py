@@ -10,9 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from hmrsim.gateway import Happened, Topic
 from hmrsim.scripts import ScriptState
 from hmrsim.simulator import Simulator
 from hmrsim.world import load_world
+from tests.simulation import Log
 
 GENERATOR = Path(__file__).parents[2] / "tools" / "generate_warehouse.py"
 
@@ -77,15 +79,17 @@ def test_parked_robots_have_room(world):
 def _driven_through(world):
     """Return the waypoints that are no end of the road."""
     degree = Counter(name for lane in world.lanes for name in (lane.from_, lane.to))
-    return [point for name, point in world.waypoints.items() if degree[name] > 1]
+    return [point for name, point in world.points.items() if degree[name] > 1]
 
 
 def test_everybody_has_something_to_do(world):
-    """Every script is of words that robots know, and ends where the robot was parked."""
+    """Every script is of words that robots know, and ends where the robot was parked, or at a charger."""
     words = {word for robot in world.robots.values() for word, _ in orders(robot)}
+    docked = [name for name, robot in world.robots.items() if robot.script[-1].startswith("Dock charger_")]
 
-    assert {"Go", "Grab", "Drop", "Wait"} == words
-    assert all(robot.script[-1] == f"Go {robot.at}" for robot in world.robots.values())
+    assert {"Go", "Grab", "Drop", "Wait", "Dock"} == words
+    assert [f"inspector_0{i}" for i in range(1, 7)] == docked
+    assert all(robot.script[-1] == f"Go {robot.at}" for name, robot in world.robots.items() if name not in docked)
 
 
 def test_every_grab_can_be_done(world):
@@ -100,19 +104,43 @@ def test_every_grab_can_be_done(world):
     assert (76, 1) == (len(taken), max(taken.values()))
 
 
-def test_every_script_is_carried_out(world):
-    """All robots do all that they have to in a quarter of an hour of virtual time."""
-    simulator = Simulator(world)
-    simulator.run()
+@pytest.fixture(scope="module")
+def shift(world):
+    """Return the simulator after all scripts, and what happened."""
+    log = Log(frozenset({Topic.EVENTS}))
+    simulator = Simulator(world, [log])
+    simulator.run_scripts()
+    return simulator, [event for _, event in log.events if isinstance(event, Happened)]
+
+
+def test_every_script_is_carried_out(world, shift):
+    """All robots do all that they have to in some half an hour of virtual time, and nobody is where another one is."""
+    simulator, _ = shift
 
     scripts = simulator.scripts.all
     assert dict.fromkeys(world.robots, ScriptState.DONE) == {name: script.state for name, script in scripts.items()}
-    assert 600 < simulator.now < 900
+    assert ("reserve", 1869.9) == (world.traffic.policy, round(simulator.now, 1))
 
 
-def test_some_aisles_are_one_way(world):
-    """Aisles are driven in one direction, main aisles in both, and all lanes have a limit."""
-    ways = {(lane.from_, lane.to): lane.one_way for lane in world.lanes}
+def test_robots_wait_for_each_other_but_not_for_ever(shift):
+    """There is traffic, and no deadlock that would have to be untied."""
+    kinds = Counter(event.kind for event in shift[1])
 
-    assert (ways["a_1", "a_2"], ways["b_2", "b_1"], ways["a_south", "b_south"]) == (True, True, False)
+    assert (130, 0) == (kinds["waiting"], kinds["deadlock"])
+
+
+def test_every_robot_has_a_battery_that_lasts(world, shift):
+    """Nobody is stopped by an empty battery, and who counts shelves charges at the end."""
+    kinds = Counter(event.kind for event in shift[1])
+
+    assert all("battery" in world.robot_type(robot).components for robot in world.robots.values())
+    assert (0, 6) == (kinds["battery_empty"], kinds["charging_began"])
+
+
+def test_all_but_the_bays_is_one_way(world):
+    """Nobody meets anybody head-on, and all lanes have a limit."""
+    both_ways = {lane.to for lane in world.lanes if not lane.one_way}
+
+    assert {*world.docks} | {robot.at for robot in world.robots.values()} <= both_ways
+    assert all("bay" in name or name in world.docks for name in both_ways)
     assert all(lane.speed_limit for lane in world.lanes)

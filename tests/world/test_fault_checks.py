@@ -59,7 +59,7 @@ def test_faults_that_make_sense_are_no_problem():
         (
             {"type": "sensor_blind", "robot": "eve", "sensor": "camera"},
             "faults.0.sensor",
-            "eve has no 'camera'; there are claw",
+            "eve has no sensor 'camera'; there are none",
         ),
         (
             {"type": "lane_closed", "lane": ["home", "doors"]},
