@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.cli.goal_summary import error_in
+from hmrsim.cli.telling import words_for
 from hmrsim.goal import GoalStatus
 
 if TYPE_CHECKING:
@@ -85,6 +86,9 @@ class Story:
         """Take an event of ``_world/events``; yield what people want to know."""
         stamp = event["stamp"]
         self.sim_time = stamp["sec"] + stamp["nanosec"] * _SECOND
+        told = words_for(event)
+        if told:
+            yield Line(self.sim_time, "world", event.get("robot") or "", told)
         robot = self.robots.get(event.get("robot", ""))
         if robot is None:
             return

@@ -45,6 +45,7 @@ class Turns:
     def _next(self, now: float) -> int | None:
         """Return the first line that may be told; None if all have to wait."""
         for i, (until, line) in enumerate(self._waiting):
-            if line.source == self._turns.get(line.robot, "tree") or until <= now:
+            # What concerns no robot waits for nobody.
+            if not line.robot or line.source == self._turns.get(line.robot, "tree") or until <= now:
                 return i
         return None

@@ -46,7 +46,9 @@ def test_demo(told):
 
 def test_demo_tells_cause_before_effect(told):
     """What the tree and the world say of one robot is in order, and its times never go back."""
-    lines = [line for line in told[0][:-1] if line["robot"] == "wall_e"]
+    traffic = ("left ", "waits", "takes ", "makes ")
+    said = [line for line in told[0][:-1] if line["robot"] == "wall_e"]
+    lines = [line for line in said if not line["text"].startswith(traffic)]
 
     assert [
         "Go to pharmacy begun",
