@@ -8,19 +8,17 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
+from hmrsim.closures import Closures
 from hmrsim.errors import GoalAborted, NoRoute
 from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
-from hmrsim.obstructions import Obstructions
+from hmrsim.patience import Patience
 from hmrsim.traffic import registry as policies
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Sequence
-
-    from simpy import Timeout
+    from collections.abc import Callable, Collection, Sequence
 
     from hmrsim.environment import Environment
     from hmrsim.geometry import Point
@@ -85,8 +83,7 @@ class Passage:
         world: Likewise.
         graph: Likewise.
         happened: Likewise.
-        changed: Called when lanes have been closed or opened. None while all is being put in its place: then it is no
-            news which are closed.
+        closures: The lanes that nobody may enter now.
         needed: Whether anything can be in anybody's way.
         waits: Who waits, in the order in which they began to.
     """
@@ -104,19 +101,15 @@ class Passage:
         self.happened = happened
         self.waits: dict[Mobile, Wait] = {}
         self._env = env
-        self.changed: Callable[[], None] | None = None
         self._barriers: dict[Lane, list[Barrier]] = {}
         self._off_lanes: list[Barrier] = []
         self._inside: dict[Mobile, list[Barrier]] = {}
-        self._closed: dict[Lane, dict[str, str]] = {}
-        self._obstructions = Obstructions(graph.lanes)
+        self.closures = Closures(graph, happened, self._follow_closures)
         self._queues: dict[Mobile, Callable[[], Sequence[Mobile]]] = {}
         self._asking: deque[Mobile] = deque()
-        self._patient: deque[Wait] = deque()
-        self._patience_ends: Timeout | None = None
         policy = policies()[world.traffic.policy]
         settings = policy.settings.model_validate(world.traffic.model_dump())
-        self._patience = settings.patience
+        self._patience = Patience(env, settings.patience, waits=self._still_waits, lost=self._give_up)
         self._rules = policy.rule(self, settings) if policy.rule else None
         self._obstructed = False
         self.needed = self._rules is not None
@@ -144,67 +137,17 @@ class Passage:
                 return self.graph.detour(start, goal, robot.speed, kept_off, avoid)
             return self.graph.plan(start, goal, robot.speed, kept_off)
         except NoRoute as error:
-            if error.code != ComputePathToPose.Result.NO_VALID_PATH or not (kept_off or self._closed):
+            if error.code != ComputePathToPose.Result.NO_VALID_PATH or not (kept_off or self.closures.lanes):
                 raise
-            up_to = self._obstructions.up_to(
-                goal, self._closed, lambda end: self.graph.plan(start, end, robot.speed, [*kept_off, *avoid])
+            up_to = self.closures.obstructions.up_to(
+                goal, self.closures.lanes, lambda end: self.graph.plan(start, end, robot.speed, [*kept_off, *avoid])
             )
             if up_to is not None:
                 return up_to
-            closed = [f"{a}-{b} is closed ({'; '.join(why.values())})" for (a, b), why in self._closed.items()]
-            closed += [f"{a}-{b} may not be driven by {robot.name}" for a, b in kept_off]
+            closed = self.closures.told() + [f"{a}-{b} may not be driven by {robot.name}" for a, b in kept_off]
             raise NoRoute(error.code, f"{error}; {', '.join(closed)}") from None
 
-    # --- lanes that are closed ------------------------------------------------------------------------------------
-
-    def close(self, lanes: Iterable[Lane], cause: str, why: str) -> None:
-        """Let nobody enter some lanes, because of a *cause* by which they can be opened again; who is there goes on."""
-        for lane in lanes:
-            self._closed.setdefault(lane, {})[cause] = why
-        self._close()
-
-    def open(self, cause: str) -> None:
-        """Open the lanes again that were closed because of a *cause*, if nothing else keeps them closed."""
-        for lane, causes in [*self._closed.items()]:
-            causes.pop(cause, None)
-            if not causes:
-                del self._closed[lane]
-        self._close()
-
-    def obstruct(self, name: str, point: Point, why: str) -> None:
-        """Close the lane, both ways, on which something stands or lies that nobody gets past; a waypoint has room."""
-        cause = _cause(name)
-        lanes = self._obstructions.add(cause, point)
-        if lanes:
-            self.close(lanes, cause, why)
-
-    def is_obstructed_by(self, name: str) -> bool:
-        """Return whether something is in the way on a lane."""
-        return _cause(name) in self._obstructions
-
-    def clear(self, name: str) -> None:
-        """Open the lanes again on which something was in the way; nothing happens if it was not."""
-        cause = _cause(name)
-        if self._obstructions.remove(cause):
-            self.open(cause)
-
-    def _close(self) -> None:
-        before, now = self.graph.closed, frozenset(self._closed)
-        if before == now:
-            return
-        self.graph.closed = now
-        self._update_needed()
-        if self.changed is None:
-            return
-        for kind, lanes in (("lane_closed", now - before), ("lane_opened", before - now)):
-            for lane in sorted(lanes):
-                self.happened(kind, partial(self._closure, lane))
-        self.changed()
-        self.look_again([*self.waits])
-
-    def _closure(self, lane: Lane) -> dict[str, Any]:
-        fields: dict[str, Any] = {"lane": [*lane]}
-        return fields | ({"why": "; ".join(self._closed[lane].values())} if lane in self._closed else {})
+    # --- what is on lanes -----------------------------------------------------------------------------------------
 
     def add_barrier(self, barrier: Barrier) -> None:
         """Have robots pass something on its lanes, and ask it when they leave the lanes, too."""
@@ -213,8 +156,12 @@ class Passage:
             self._barriers.setdefault(lane, []).append(barrier)
         self._update_needed()
 
+    def _follow_closures(self) -> None:
+        self._update_needed()
+        self.look_again([*self.waits])
+
     def _update_needed(self) -> None:
-        self._obstructed = bool(self._off_lanes) or bool(self._closed)
+        self._obstructed = bool(self._off_lanes) or bool(self.closures.lanes)
         self.needed = self._rules is not None or self._obstructed
 
     # --- who is where ---------------------------------------------------------------------------------------------
@@ -241,7 +188,7 @@ class Passage:
 
     def remove(self, robot: Mobile) -> None:
         """Take note that a robot is there no longer."""
-        self.clear(robot.name)
+        self.closures.clear(robot.name)
         self._forget(robot)
         self._leave_barriers(robot)
         if self._rules is not None and not robot.flies:
@@ -332,24 +279,20 @@ class Passage:
 
     def _in_the_way(self, robot: Mobile, leg: Leg) -> str:
         """Return what is in the way of a leg, but for traffic, or ""."""
-        lane = leg.lane
-        if lane and self._may_not_enter(lane, leg):
-            return f"{lane[0]}-{lane[1]} is closed: {'; '.join(self._closed[lane].values())}"
+        closed = self.closures.why(leg)
+        if closed:
+            return closed
         # Each is asked: what opens for robots begins to.
-        barriers = self._barriers.get(lane, ()) if lane else self._off_lanes
+        barriers = self._barriers.get(leg.lane, ()) if leg.lane else self._off_lanes
         whys = [why for barrier in barriers if (why := barrier.why_not(robot, leg))]
         return whys[0] if whys else ""
-
-    def _may_not_enter(self, lane: Lane, leg: Leg) -> bool:
-        closed = lane in self._closed and leg.start == self.graph.waypoints[lane[0]]
-        return closed and not self._obstructions.let_drive(leg, self._closed[lane])
 
     def _for_good(self, robot: Mobile, leg: Leg) -> bool:
         """Return whether to wait would be vain, so that a robot had better take another way."""
         if not leg.lane:
             return False
         barriers = self._barriers.get(leg.lane, ())
-        return leg.lane in self._closed or not all(barrier.may_pass(robot) for barrier in barriers)
+        return leg.lane in self.closures.lanes or not all(barrier.may_pass(robot) for barrier in barriers)
 
     def _enter_barriers(self, robot: Mobile, leg: Leg) -> None:
         self._leave_barriers(robot)
@@ -365,7 +308,7 @@ class Passage:
 
     def is_open(self, lane: Lane) -> bool:
         """Return whether nothing but traffic can be in the way on a lane."""
-        return lane not in self._closed and lane not in self._barriers
+        return lane not in self.closures.lanes and lane not in self._barriers
 
     def push(self, robot: Mobile, leg: Leg, by: Mobile) -> None:
         """Have a robot make room for another by driving a leg, whose slots it has been given."""
@@ -429,7 +372,7 @@ class Passage:
         wait = self.waits[robot] = Wait(robot, leg, self._env.now, why)
         if self._rules is not None:
             self._rules.stand(robot, robot.slots[-1:])
-        self._begin_patience(wait)
+        self._patience.begin(wait)
         self.happened("waiting", lambda: self._described(wait))
 
     def decide(self, robot: Mobile) -> None:
@@ -452,49 +395,24 @@ class Passage:
             return fields | {"why": wait.why}
         return fields | {"for": sorted(other.name for other in self.blockers(robot))}
 
-    def _begin_patience(self, wait: Wait) -> None:
-        """Have a robot give up when it has waited for too long; all have the same patience, so one clock will do."""
-        if self._patience is None:
-            return
-        self._patient.append(wait)
-        if self._patience_ends is None:
-            self._wind_up()
+    def _still_waits(self, wait: Wait) -> bool:
+        return self.waits.get(wait.robot) is wait
 
-    def _wind_up(self) -> None:
-        """Set the clock for the one that has waited longest."""
-        self._patience_ends = None
-        while self._patient and self.waits.get(self._patient[0].robot) is not self._patient[0]:
-            self._patient.popleft()
-        if self._patient and self._patience is not None:
-            left = self._patient[0].since + self._patience - self._env.now
-            self._patience_ends = self._env.timeout(max(0.0, left))
-            self._patience_ends.callbacks = [lambda _event: self._lose_patience()]
-
-    def _lose_patience(self) -> None:
-        wait = self._patient.popleft()
+    def _give_up(self, wait: Wait) -> None:
+        """End the goal of a robot that has no patience any more."""
         robot = wait.robot
-        if self.waits.get(robot) is wait:
-            by = " and ".join(sorted(other.name for other in self.blockers(robot)))
-            why = wait.why or f"by {by or 'somebody'}"
-            x, y = robot.pose().point
-            text = f"blocked for {self._env.now - wait.since:g} s at ({x:g}, {y:g}): {why}"
-            robot.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text))
-        self._wind_up()
+        by = " and ".join(sorted(other.name for other in self.blockers(robot)))
+        why = wait.why or f"by {by or 'somebody'}"
+        x, y = robot.pose().point
+        text = f"blocked for {self._env.now - wait.since:g} s at ({x:g}, {y:g}): {why}"
+        robot.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text))
 
     def _forget(self, robot: Mobile) -> None:
         """Let a robot wait no longer."""
         wait = self.waits.pop(robot, None)
         if wait is None:
             return
-        if not self.waits and self._patience_ends is not None:
-            # Nobody waits: time need not go on for the clock's sake.
-            if self._patience_ends.callbacks is not None:
-                self._env.abandon(self._patience_ends)
-            self._patience_ends = None
-            self._patient.clear()
+        if not self.waits:
+            self._patience.stop()
         if self._rules is not None:
             self._rules.forget(robot, wait.leg)
-
-
-def _cause(name: str) -> str:
-    return f"{name} in the way"

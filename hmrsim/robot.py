@@ -218,9 +218,9 @@ class Robot(Mobile):
 
     def _obstruct(self) -> None:
         """Be in the way where it is if it can't get out of it, and nowhere else."""
-        self._passage.clear(self.name)
+        self._passage.closures.clear(self.name)
         if self.unfit and not self.flies:
-            self._passage.obstruct(self.name, self.pose().point, self.unfit)
+            self._passage.closures.obstruct(self.name, self.pose().point, self.unfit)
 
     def let_go(self) -> None:
         """Lay down whatever its components hold where it is."""
@@ -312,7 +312,7 @@ class Robot(Mobile):
         item.carrier = self
         if self.energy is not None:
             self.energy.carry(handled=True)
-        self._passage.clear(item.name)
+        self._passage.closures.clear(item.name)
         self._happened("picked", lambda: {"robot": self.name, "item": item.name})
 
     def put(self, item: Item, point: Point) -> None:
@@ -327,10 +327,10 @@ class Robot(Mobile):
         point = self.pose().point
         self.lose(item)
         self._lay(item, point)
-        self._passage.obstruct(item.name, point, f"{item.name} has fallen there")
+        self._passage.closures.obstruct(item.name, point, f"{item.name} has fallen there")
         self._happened("dropped", lambda: {"robot": self.name, "item": item.name, "at": [*point]})
 
     def _lay(self, item: Item, point: Point) -> None:
         item.carrier, item.point = None, point
         if item.blocks:
-            self._passage.obstruct(item.name, point, f"{item.name} lies there")
+            self._passage.closures.obstruct(item.name, point, f"{item.name} lies there")

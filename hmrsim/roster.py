@@ -96,7 +96,7 @@ class Roster:
         site = Site(self._env, world, self.passage, lambda: self.robots, self._happened)
         self.fixtures = install_all(site)
         self._docks = {dock.name: dock for dock in self.fixtures.values() if isinstance(dock, Berths)}
-        self.passage.changed = self._ways_changed
+        self.passage.closures.changed = self._ways_changed
         self._serve(self._own_robots())
         for item in self.items.values():
             self._lay(item, item.point)
@@ -172,7 +172,7 @@ class Roster:
             if item.carrier is not None:
                 item.carrier.lose(item)
             del self.items[name]
-            self.passage.clear(name)
+            self.passage.closures.clear(name)
             self._happened("deleted", lambda: {"entity": name})
 
     def move(self, entity: Robot | Item, pose: Pose, why: str) -> None:
@@ -214,9 +214,9 @@ class Roster:
     def _lay(self, item: Item, point: Point) -> None:
         """Have an item lie somewhere, in the way there if it is bulky, and nowhere else."""
         item.carrier, item.point = None, point
-        self.passage.clear(item.name)
+        self.passage.closures.clear(item.name)
         if item.blocks:
-            self.passage.obstruct(item.name, point, f"{item.name} lies there")
+            self.passage.closures.obstruct(item.name, point, f"{item.name} lies there")
 
     def _ways_changed(self) -> None:
         self._emit(RosterChanged())
