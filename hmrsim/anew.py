@@ -80,10 +80,13 @@ def _end_all(simulator: Simulator, why: str, *, scripts: bool) -> None:
     simulator.gate.halt(why)
     simulator.roster.abort(why)
     simulator.mishaps.end()
+    for _, robot in sorted(simulator.robots.items()):
+        # One that makes room for another has no goal.
+        robot.halt()
 
 
 def _restart_time(simulator: Simulator) -> None:
-    accounts = [robot.energy for robot in simulator.robots.values() if robot.energy]
+    accounts = [robot.energy for _, robot in sorted(simulator.robots.items()) if robot.energy]
     for account in accounts:
         account.stop()
     simulator.env.restart()
@@ -91,6 +94,7 @@ def _restart_time(simulator: Simulator) -> None:
         account.go_on()
     for fixture in simulator.roster.fixtures.values():
         fixture.settle()
+    simulator.roster.passage.begin_anew()
     simulator.gate.shut()
     simulator.telemetry.refresh(0.0)
     simulator.generation += 1

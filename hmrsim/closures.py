@@ -47,11 +47,15 @@ class Closures:
 
     def open(self, cause: str) -> None:
         """Open the lanes again that were closed because of a *cause*, if nothing else keeps them closed."""
-        for lane, causes in [*self.lanes.items()]:
-            causes.pop(cause, None)
-            if not causes:
+        fewer = [lane for lane, causes in self.lanes.items() if cause in causes]
+        for lane in fewer:
+            del self.lanes[lane][cause]
+            if not self.lanes[lane]:
                 del self.lanes[lane]
         self._update()
+        if any(lane in self.lanes for lane in fewer):
+            # What keeps it closed still may let somebody go a part of the way.
+            self._follow()
 
     def obstruct(self, name: str, point: Point, why: str) -> None:
         """Close the lane, both ways, on which something stands or lies that nobody gets past; a waypoint has room."""

@@ -49,10 +49,10 @@ class WaypointGraph:
     def __init__(self, world: World) -> None:
         self.name = world.name
         self.waypoints = world.points
-        self.lanes = self._lanes = Lanes(world)
-        self.ways = self._lanes.ways
+        self.lanes = Lanes(world)
+        self.ways = self.lanes.ways
         self._closed: frozenset[Lane] = frozenset()
-        self._planner = Planner(self._lanes)
+        self._planner = Planner(self.lanes)
         self._planners = OrderedDict({self._closed: self._planner})
 
     @cached_property
@@ -80,11 +80,11 @@ class WaypointGraph:
 
     def clear(self, a: Point, b: Point) -> bool:
         """Return whether nothing stands on the straight line from *a* to *b* now: no wall, and no closed door."""
-        return self._lanes.clear_now(a, b)
+        return self.lanes.clear_now(a, b)
 
     def set_door(self, at: tuple[Point, Point], *, is_open: bool) -> None:
         """Take note that a door is open now, or closed; it is known by where its jambs are."""
-        self._lanes.set_door(at, is_open=is_open)
+        self.lanes.set_door(at, is_open=is_open)
 
     @property
     def closed(self) -> frozenset[Lane]:
@@ -99,8 +99,8 @@ class WaypointGraph:
     def _planner_without(self, lanes: frozenset[Lane]) -> Planner:
         planner = self._planners.get(lanes)
         if planner is None:
-            numbers = {self._lanes.numbers[lane] for lane in lanes if lane in self._lanes.numbers}
-            planner = self._planners[lanes] = Planner(self._lanes, numbers)
+            numbers = {self.lanes.numbers[lane] for lane in lanes if lane in self.lanes.numbers}
+            planner = self._planners[lanes] = Planner(self.lanes, numbers)
             if len(self._planners) > _KEPT_PLANNERS:
                 self._planners.popitem(last=False)
         self._planners.move_to_end(lanes)
@@ -129,10 +129,10 @@ class WaypointGraph:
         Raises:
             NoRoute: No way leads there (208).
         """
-        if start not in self._lanes.at:
+        if start not in self.lanes.at:
             return self.plan(start, goal, speed, [*closed, *avoid])
         planner = self._planner_without(self._closed.union(closed)) if closed else self._planner
-        numbers = {self._lanes.numbers[lane] for lane in avoid}
+        numbers = {self.lanes.numbers[lane] for lane in avoid}
         route = planner.detour(start, goal, speed, numbers)
         if route is None:
             raise NoRoute(ComputePathToPose.Result.NO_VALID_PATH, "no other route")
@@ -144,8 +144,8 @@ class WaypointGraph:
         Raises:
             NoRoute: The goal is outside the map (204), or inside an obstacle (206).
         """
-        self._lanes.check(goal)
-        return self._lanes.route([Leg(start, goal, distance(start, goal))], goal)
+        self.lanes.check(goal)
+        return self.lanes.route([Leg(start, goal, distance(start, goal))], goal)
 
     def find_ways(self, goal: Point, speed: float) -> None:
         """Find the quickest ways to a destination from everywhere, so that to plan one takes no time.
@@ -161,11 +161,11 @@ class WaypointGraph:
         Raises:
             NoRoute: It is outside the map (203) or inside an obstacle (205).
         """
-        self._lanes.check(point, START)
+        self.lanes.check(point, START)
 
     def reach(self, a: Point, b: Point, *, flies: bool = False) -> tuple[Point, str]:
         """Return how far one gets on the straight line from *a* to *b*, and what stops one before its end; or ""."""
-        return self._lanes.reach(a, b, flies=flies)
+        return self.lanes.reach(a, b, flies=flies)
 
     def straight_through(self, points: Sequence[Point], *, flies: bool = False) -> tuple[Route, str]:
         """Return the straight legs from point to point as far as nothing stands in the way, and what does; or "".
@@ -179,17 +179,17 @@ class WaypointGraph:
             if flies:
                 blocked = self.reach(a, b, flies=True)[1]
                 if blocked:
-                    return self._lanes.route(legs), blocked
+                    return self.lanes.route(legs), blocked
                 legs.append(Leg(a, b, distance(a, b)))
                 continue
-            edge = self._lanes.edge_between(a, b)
+            edge = self.lanes.edge_between(a, b)
             try:
-                self._lanes.check(b)
+                self.lanes.check(b)
             except NoRoute as wrong:
                 if edge is None:
-                    return self._lanes.route(legs), str(wrong)
+                    return self.lanes.route(legs), str(wrong)
             if edge is None and not self.clear(a, b):
                 between = f"({a[0]:g}, {a[1]:g}) and ({b[0]:g}, {b[1]:g})"
-                return self._lanes.route(legs), f"an obstacle stands between {between}"
-            legs.append(self._lanes.part(edge, a, b) if edge else Leg(a, b, distance(a, b)))
-        return self._lanes.route(legs), ""
+                return self.lanes.route(legs), f"an obstacle stands between {between}"
+            legs.append(self.lanes.part(edge, a, b) if edge else Leg(a, b, distance(a, b)))
+        return self.lanes.route(legs), ""

@@ -127,6 +127,10 @@ class Lanes:
         self.driven = [edge for edge in self.edges if not edge.ride]
         self.names, self.points = names, points
         self.tracks = [(names[a], names[b]) for a, b in tracks]
+        self._by_slot: dict[int, list[Edge]] = {}
+        for edge in self.edges:
+            for slot in edge.leg.slots:
+                self._by_slot.setdefault(slot, []).append(edge)
         self.numbers = {edge.leg.lane: edge.number for edge in self.edges if edge.leg.lane}
         self.out: list[list[Edge]] = [[] for _ in names]
         self.into: list[list[Edge]] = [[] for _ in names]
@@ -215,7 +219,7 @@ class Lanes:
 
     def leading_to(self, slot: int) -> list[Edge]:
         """Return the lanes, in each direction, of which a slot is a part."""
-        return [edge for edge in self.edges if slot in edge.leg.slots]
+        return self._by_slot.get(slot, [])
 
     def part(self, edge: Edge, a: Point, b: Point) -> Leg:
         """Return the leg that drives a part of a lane."""

@@ -82,6 +82,7 @@ class Mishaps:
         self._happened = happened
         self._seed = 0
         self._count: Counter[tuple[str, str]] = Counter()
+        roster.leaving = self._put_right_at
         self._reserved: set[str] = set()
         self._active: list[Mishap] = []
 
@@ -97,13 +98,22 @@ class Mishaps:
         ]
         self._reserved = {settings.name for _, settings in said if settings.name}
         for kind, settings in said:
-            if (settings.at or self._env.now) >= self._env.now:
+            if settings.at is None or settings.at >= self._env.now:
                 self._schedule(self._add(kind, settings))
 
     def end(self) -> None:
         """Put right everything, and let nothing more go wrong."""
         for mishap in [*self.known.values()]:
             self._drop(mishap)
+
+    def _put_right_at(self, name: str) -> None:
+        """Put right what goes on at a robot that is about to be taken out; it may happen to another of its name."""
+        for mishap in [each for each in self._active if each.settings.subject == name]:
+            if mishap.over is not None:
+                self._env.abandon(mishap.over)
+                mishap.over = None
+            self._put_right(mishap)
+            self._after(mishap)
 
     def hitting(self, name: str) -> list[str]:
         """Return what kinds of fault go on at a robot or a door."""
@@ -219,12 +229,12 @@ class Mishaps:
     def _there(self) -> There:
         """Return who and what a fault may happen to now."""
         roster, batteries = self._roster, {}
-        for name, robot in roster.robots.items():
+        for name, robot in sorted(roster.robots.items()):
             if isinstance(battery := robot.components.get("battery"), Battery):
                 batteries[name] = battery.settings.cells
         doors = [fixture.name for fixture in roster.fixtures.values() if fixture.kind == "door"]
         return There(
-            robots={name: robot.components for name, robot in roster.robots.items()},
+            robots={name: robot.components for name, robot in sorted(roster.robots.items())},
             lanes=roster.passage.graph.lanes.numbers,
             doors=doors,
             cells=batteries,

@@ -247,14 +247,17 @@ class Mobile:
         yield from self._carry_out(driven, heeds=False)
 
     def _driven(self, legs: Sequence[Leg]) -> Drive:
-        """Return how it drives legs from where it is, and then turns to the final yaw of its way, if any."""
+        """Return how it drives legs from where it is, and then turns to the final yaw of its way, if any.
+
+        Who makes room is off at once, for whoever comes counts on it, and does not turn before or afterwards.
+        """
         return drive(
             self.pose(),
             legs,
-            self._way[1] if self._way else None,
+            self._way[1] if self._way and not self._aside else None,
             speed=self.speed,
             acceleration=self.base.acceleration,
-            turning_rate=self.base.turning_rate,
+            turning_rate=None if self._aside else self.base.turning_rate,
         )
 
     def _carry_out(self, driven: Drive, *, heeds: bool) -> Generator[Any, Any, None]:
@@ -385,6 +388,8 @@ class Mobile:
         self.recoveries += 1
         self.rerouted += 1
         self._happened("rerouted", lambda: {"robot": self.name, "at": [*self.pose().point]})
+        # It may have to turn first, and then asks later.
+        self._passage.forget(self)
         self._begin(self._driven(route.legs))
         return True
 
@@ -396,7 +401,7 @@ class Mobile:
         if self._drive is None:
             self._way, self._arrived, self._heeds = None, Event(self._env), True
         self._drive, self._aside = None, True
-        self._begin(drive(self.pose(), [leg], None, speed=self.speed), admitted=True)
+        self._begin(self._driven([leg]), admitted=True)
 
     def _stay_aside(self) -> None:
         """Wait until it may go on, having made room for somebody."""

@@ -119,6 +119,11 @@ class Passage:
         """The simulated time, in seconds."""
         return self._env.now
 
+    def begin_anew(self) -> None:
+        """Forget what the rules of traffic know of the past; nobody may be on the way."""
+        if self._rules is not None:
+            self._rules.begin_anew()
+
     # --- planning -------------------------------------------------------------------------------------------------
 
     def plan(self, robot: Mobile, start: Point, goal: Point, avoid: Collection[Lane] = ()) -> Route:
@@ -168,7 +173,7 @@ class Passage:
 
     def place(self, robot: Mobile) -> None:
         """Take note that a robot stands where it has not driven to, or begins to be there."""
-        self._forget(robot)
+        self.forget(robot)
         self._leave_barriers(robot)
         if self._rules is not None and not robot.flies:
             self._rules.stand(robot, self._slots_at(robot.pose().point))
@@ -189,7 +194,7 @@ class Passage:
     def remove(self, robot: Mobile) -> None:
         """Take note that a robot is there no longer."""
         self.closures.clear(robot.name)
-        self._forget(robot)
+        self.forget(robot)
         self._leave_barriers(robot)
         if self._rules is not None and not robot.flies:
             self._rules.halted(robot)
@@ -197,7 +202,7 @@ class Passage:
 
     def stopped(self, robot: Mobile, leg: Leg | None, *, arrived: bool) -> None:
         """Take note that a robot stands, at the end of a leg or on its way; *leg* is None if it has not begun one."""
-        self._forget(robot)
+        self.forget(robot)
         self._leave_barriers(robot)
         if self._rules is None or robot.flies:
             return
@@ -206,7 +211,7 @@ class Passage:
         if arrived:
             slots = robot.slots[-1:]
         elif leg is not None and not leg.ride:
-            slots = leg.slots[:1] if leg.lane else ()
+            slots = leg.slots[:1] if leg.lane else self._slots_at(robot.pose().point)
         else:
             self._stand_back(robot, self._rules)
             return
@@ -245,7 +250,7 @@ class Passage:
         """Return whether a robot may begin a leg now; if not, it waits, and will be told to go on."""
         if self.waits and robot in self.waits:
             # It has taken another way.
-            self._forget(robot)
+            self.forget(robot)
         why = self._in_the_way(robot, leg) if self._obstructed else ""
         if not why and (self._rules is None or self._rules.take(robot, leg)):
             if self._obstructed:
@@ -312,7 +317,7 @@ class Passage:
 
     def push(self, robot: Mobile, leg: Leg, by: Mobile) -> None:
         """Have a robot make room for another by driving a leg, whose slots it has been given."""
-        self._forget(robot)
+        self.forget(robot)
         start = [*robot.pose().point]
         told = {"robot": robot.name, "by": by.name, "from": start, "to": [*leg.end]}
         self.happened("made_room", lambda: told)
@@ -321,7 +326,7 @@ class Passage:
     def release(self, robot: Mobile) -> None:
         """Let a robot go on that has been given the slots of the leg for which it waits."""
         wait = self.waits[robot]
-        self._forget(robot)
+        self.forget(robot)
         self._enter_barriers(robot, wait.leg)
         waited = self._env.now - wait.since
         self.happened("went_on", lambda: {"robot": robot.name, "waited": waited})
@@ -407,8 +412,8 @@ class Passage:
         text = f"blocked for {self._env.now - wait.since:g} s at ({x:g}, {y:g}): {why}"
         robot.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text))
 
-    def _forget(self, robot: Mobile) -> None:
-        """Let a robot wait no longer."""
+    def forget(self, robot: Mobile) -> None:
+        """Let a robot wait no longer; nothing happens if it does not."""
         wait = self.waits.pop(robot, None)
         if wait is None:
             return

@@ -110,7 +110,7 @@ class Planner:
                 return self._lanes.route([*self._back(node, came), *rest], goal)
             for edge in self._lanes.out[node]:
                 if edge.number not in avoid and edge.number not in self._closed and edge.end not in came:
-                    total = seconds + edge.length / min(speed, edge.speed_limit)
+                    total = seconds + edge.seconds(speed)
                     heapq.heappush(heap, (total + tree.cost[edge.end], total, edge.end, edge.number))
         return None
 
@@ -199,5 +199,5 @@ class Planner:
         if how.leave is None and start == edge.leg.start:
             return edge.leg
         end = edge.leg.end if how.leave is None else (tree.goal if tree.on_lanes else how.leave)
-        slots = edge.leg.slots if how.leave is None else edge.leg.slots[:1]
+        slots = edge.leg.slots if end == edge.leg.end else edge.leg.slots[:1]
         return Leg(start, end, distance(start, end), edge.leg.lane, edge.speed_limit, slots)

@@ -176,8 +176,8 @@ class Robot(Mobile):
         self.ailments.clear()
         self.retire()
         self.components = self._equip()
-        self.energy = self._power_up()
         self.move_to(self.home)
+        self.energy = self._power_up()
 
     def retire(self) -> None:
         """Take no place in a dock any more, and expect nothing."""
@@ -297,6 +297,11 @@ class Robot(Mobile):
         finally:
             if not over.processed:
                 self._env.abandon(over)
+
+    @property
+    def may_make_room(self) -> bool:
+        """Whether it stands, and could go somewhere else for a while: it is well, and in no dock."""
+        return not self.unfit and self.dock is None and super().may_make_room
 
     def act(self, action: str, *, begins: bool) -> None:
         """Take note that a goal of an action begins, or ends."""

@@ -43,7 +43,10 @@ class Roster:
         spawned: The names of those that are not of the world file.
         passage: What is in their way.
         fixtures: What belongs to the building, by name.
+        leaving: Told the name of a robot that is about to be taken out.
     """
+
+    leaving: Callable[[str], None]
 
     fixtures: dict[str, Fixture]
 
@@ -71,6 +74,7 @@ class Roster:
         self._emit = emit
         self.spawned: set[str] = set()
         self.robots = {}
+        self.leaving = lambda _name: None
 
     def __iter__(self) -> Iterator[Robot | Item | Fixture]:
         """Yield all robots, then all items, then all fixtures."""
@@ -86,7 +90,7 @@ class Roster:
 
     def fill(self, world: World, graph: WaypointGraph) -> None:
         """Begin with all that is in a world, and nothing else."""
-        for robot in self.robots.values():
+        for _, robot in sorted(self.robots.items()):
             robot.retire()
         self._world, self._graph = world, graph
         self.passage = Passage(self._env, world, graph, happened=self._happened)
@@ -98,7 +102,7 @@ class Roster:
         self._docks = {dock.name: dock for dock in self.fixtures.values() if isinstance(dock, Berths)}
         self.passage.closures.changed = self._ways_changed
         self._serve(self._own_robots())
-        for item in self.items.values():
+        for _, item in sorted(self.items.items()):
             self._lay(item, item.point)
 
     def restore(self) -> None:
@@ -108,14 +112,14 @@ class Roster:
         """
         for fixture in self.fixtures.values():
             fixture.begin_anew()
-        for robot in self.robots.values():
+        for _, robot in sorted(self.robots.items()):
             robot.begin_anew()
-        for item in self.items.values():
-            self._lay(item, item.home)
         items, robots = self._own_items() | self.items, self._own_robots() | self.robots
         # Robots look into this very dictionary.
         self.items.clear()
         self.items.update(items)
+        for _, item in sorted(items.items()):
+            self._lay(item, item.home)
         if [*robots.values()] != [*self.robots.values()]:
             self._change(robots)
 
@@ -128,12 +132,10 @@ class Roster:
         }
 
     def _own_robots(self) -> dict[str, Robot]:
-        """Likewise its robots."""
-        return {
-            name: self.robots.get(name) or self._robot(name, spec)
-            for name, spec in self._world.robots.items()
-            if name in self.robots or name not in self.spawned
-        }
+        """Likewise its robots; who takes a berth first is a matter of names, and not of the file's order."""
+        there = [name for name in self._world.robots if name in self.robots or name not in self.spawned]
+        made = {name: self._robot(name, self._world.robots[name]) for name in sorted(there) if name not in self.robots}
+        return {name: self.robots.get(name) or made[name] for name in there}
 
     def abort(self, reason: str, robot: str | None = None) -> None:
         """Abort all goals, or those of one robot; robots stand still after it."""
@@ -163,6 +165,8 @@ class Roster:
         self.spawned.discard(name)
         if name in self.robots:
             self.abort(why, name)
+            self.leaving(name)
+            self.robots[name].halt()
             self.robots[name].let_go()
             self.robots[name].retire()
             self.passage.remove(self.robots[name])

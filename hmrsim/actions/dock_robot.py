@@ -51,7 +51,7 @@ class _Docking:
 def _process(
     robot: Robot, goal: DockRobot.Goal, report: Report[DockRobot.Feedback]
 ) -> Generator[Any, Any, DockRobot.Result]:
-    docking = _Docking(robot, report)
+    docking, began = _Docking(robot, report), robot.now
     dock = _find(robot, goal)
     if dock.dock.charges and robot.energy is None:
         raise GoalAborted(_RESULT.FAILED_TO_CHARGE, f"{robot.name} has no battery that {dock.name!r} could charge")
@@ -64,6 +64,9 @@ def _process(
                     if goal.navigate_to_staging_pose:
                         docking.enter(_STAGE.NAV_TO_STAGING_POSE)
                         way = yield from plan(robot, pose(*dock.staging))
+                        if 0.0 < goal.max_staging_time <= robot.now - began:
+                            # While a planner outside was asked nobody looked at the time.
+                            raise late
                         yield from drive(robot, _shared(way) if isinstance(way, Route) else way, None)
             except GoalAborted as why:
                 raise GoalAborted(_RESULT.FAILED_TO_STAGE, f"can't line up for {dock.name!r}: {why}") from None

@@ -183,11 +183,6 @@ class Battery:
             self.drained -= change
         self._charge, self._since = charge, now
 
-    def switch(self, now: float, *, drain: float = 0.0, charging: float = 0.0) -> None:
-        """Draw so much from it a second from now on, or charge it; never both."""
-        self.settle(now)
-        self.drain, self.charging = drain, charging
-
     def spend(self, now: float, energy: float) -> None:
         """Take so many units of energy out at once, or as many as there are."""
         self.settle(now)

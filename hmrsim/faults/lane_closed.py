@@ -26,8 +26,9 @@ class LaneClosed(Spell):
 def _begin(case: Case[LaneClosed]) -> Callable[[], None]:
     passage, (a, b) = case.roster.passage, case.settings.lane
     lanes = [lane for lane in ((a, b), (b, a)) if lane in passage.graph.lanes.numbers]
-    passage.closures.close(lanes, case.name, case.name)
-    return partial(passage.closures.open, case.name)
+    cause = f"fault {case.name}"
+    passage.closures.close(lanes, cause, case.name)
+    return partial(passage.closures.open, cause)
 
 
 FAULT = Fault(name="lane_closed", settings=LaneClosed, begin=_begin, example={"lane": ["home", "door"]})

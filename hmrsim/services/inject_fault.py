@@ -37,7 +37,7 @@ def _said(request: InjectFault.Request) -> dict[str, Any] | None:
     text = said.pop("settings", "{}")
     try:
         further = json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
     return {**said, **further} if isinstance(further, dict) else None
 

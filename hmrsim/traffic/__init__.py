@@ -44,6 +44,9 @@ class Rules(Protocol):
     def take(self, robot: Mobile, leg: Leg) -> bool:
         """Have a robot occupy the slots of a leg, and nothing else any more; return whether it may."""
 
+    def begin_anew(self) -> None:
+        """Forget what has been; who stands where stays so."""
+
     def stand(self, robot: Mobile, slots: tuple[int, ...]) -> None:
         """Have a robot that stands occupy these slots, and nothing else any more, whoever else is there."""
 

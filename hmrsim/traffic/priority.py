@@ -77,6 +77,12 @@ class Priority(Reserve):
         untying = self._untyings.get(robot)
         return super().blockers(robot, leg) or ([untying.first] if untying and untying.first is not robot else [])
 
+    def begin_anew(self) -> None:
+        """Forget who could not be helped, and when."""
+        super().begin_anew()
+        self._stuck.clear()
+        self._searched.clear()
+
     def halted(self, robot: Mobile) -> None:
         """Give up the knot of which a robot is a part: the next move would wait for it."""
         if robot in self._untyings:

@@ -64,6 +64,10 @@ class Reserve:
         self.forget, self.full = self.slots.forget, self.slots.full
         self.stand, self.inside = self.slots.stand, self.slots.inside
 
+    def begin_anew(self) -> None:
+        """Forget what has been told."""
+        self._told = None
+
     def blockers(self, robot: Mobile, leg: Leg) -> Sequence[Mobile]:
         """Return who occupies what a robot would need for a leg."""
         slots = self.slots
@@ -189,7 +193,8 @@ def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[f
         if at is not None and dock.capacity > 1:
             # Whoever is docked there stands at its waypoint.
             waypoint = lanes.names[at]
-            of_waypoints[waypoint] = max(of_waypoints.get(waypoint) or 1, dock.capacity)
+            room = of_waypoints.get(waypoint) or settings.waypoint_capacity
+            of_waypoints[waypoint] = room and max(room, dock.capacity)
     of_lanes = {frozenset((lane.from_, lane.to)): lane.capacity for lane in world.lanes}
     capacities = [of_waypoints.get(name) or settings.waypoint_capacity for name in lanes.names]
     capacities += [of_lanes.get(frozenset(track)) or settings.lane_capacity for track in lanes.tracks]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections import deque
+import math
+from collections import Counter, deque
 from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from hmrsim.geometry import SAME_PLACE, distance
+from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.traffic import registry as policies
+from hmrsim.traffic.reserve import ReserveSettings
 from hmrsim.world.explain import explain
 from hmrsim.world.finding import Finding, instead
 from hmrsim.world.model import Waypoint
@@ -27,33 +29,89 @@ def check_traffic(world: World) -> Iterator[Finding]:
         message = f"no traffic policy {world.traffic.policy!r}{instead(world.traffic.policy, policies())}"
         yield Finding(("traffic", "policy"), message, world.traffic.policy)
         return
-    settings = world.traffic.model_dump()
+    said = world.traffic.model_dump()
     try:
-        policy.settings.model_validate(settings)
+        settings = policy.settings.model_validate(said)
     except ValidationError as error:
-        for finding in explain(error, settings, policy.settings):
+        for finding in explain(error, said, policy.settings):
             yield Finding(("traffic", *finding.path), finding.message, finding.value)
-    if policy.rule is not None:
-        yield from _check_starts(world)
+        return
+    if isinstance(settings, ReserveSettings):
+        yield from _check_starts(world, settings)
 
 
-def _check_starts(world: World) -> Iterator[Finding]:
-    """Yield the robots that start where another one is, but for places with room for several."""
+def _check_starts(world: World, settings: ReserveSettings) -> Iterator[Finding]:
+    """Yield the robots that start where there is no room for them: where another one is, or one too many."""
     starts = [start for name, robot in world.robots.items() if (start := _start(world, name, robot)) is not None]
-    starts.sort(key=lambda start: start[0][0])
+    starts.sort(key=lambda start: start[0])
+    rooms = _Rooms(world, settings)
     widest = 2 * max((radius for _, radius, _ in starts), default=0.0)
     near: deque[tuple[Point, float, str]] = deque()
     for start in starts:
         point, radius, name = start
         while near and point[0] - near[0][0][0] > max(SAME_PLACE, widest):
             near.popleft()
+        place, most = rooms.at(point)
+        message = ""
         for other_point, other_radius, other in near:
             room = max(SAME_PLACE, radius + other_radius)
             away = distance(point, other_point)
-            if away < room and not (away <= SAME_PLACE and _room(world, point) > 1):
-                message = f"starts {away:.3g} from {other!r}; under {world.traffic.policy!r} keep {room:g} away"
-                yield Finding(("robots", name, "at"), message, [*point])
+            if away < room and not (away <= SAME_PLACE and most > 1):
+                where = f"{away:.3g} from {other!r}" if away > SAME_PLACE else f"where {other!r} does"
+                message = f"starts {where}; under {world.traffic.policy!r} keep {room:.3g} away"
+        if not message and rooms.take(place) > most:
+            message = f"is one robot too many on {place}, which has room for {most:g} under {world.traffic.policy!r}"
+        if message:
+            yield Finding(("robots", name, "at"), message, [*point])
         near.append(start)
+
+
+class _Rooms:
+    """How many robots there is room for, and how many have been there.
+
+    Args:
+        world: Where; names that make no sense are left out.
+        settings: What traffic says of it.
+    """
+
+    def __init__(self, world: World, settings: ReserveSettings) -> None:
+        self._settings = settings
+        self._taken: Counter[str] = Counter()
+        points = world.points
+        self._waypoints = {point: (f"waypoint {name!r}", self._room_at(world, name)) for name, point in points.items()}
+        self._lanes = [
+            (points[lane.from_], points[lane.to], f"lane {lane.from_}-{lane.to}", lane.capacity)
+            for lane in world.lanes
+            if lane.from_ in points and lane.to in points
+        ]
+
+    def _room_at(self, world: World, name: str) -> float:
+        at = world.waypoints[name]
+        room = (at.capacity if isinstance(at, Waypoint) else None) or self._settings.waypoint_capacity or math.inf
+        lifts = any(name in lift.stops for lift in world.lifts.values())
+        docks = [dock.capacity for key, dock in world.docks.items() if _dock_point(world, key) == world.points[name]]
+        return math.inf if lifts and not isinstance(at, Waypoint) else max([room, *docks])
+
+    def at(self, point: Point) -> tuple[str, float]:
+        """Return the waypoint or lane at a point, and how many it has room for; "" and any number off the lanes."""
+        if point in self._waypoints:
+            return self._waypoints[point]
+        for a, b, name, capacity in self._lanes:
+            if distance(point, foot(point, a, b)) <= SAME_PLACE:
+                return name, capacity or self._settings.lane_capacity or math.inf
+        return "", math.inf
+
+    def take(self, place: str) -> int:
+        """Count one more robot in a place; return how many there are."""
+        self._taken[place] += 1
+        return self._taken[place] if place else 0
+
+
+def _dock_point(world: World, name: str) -> Point | None:
+    try:
+        return world.dock_point(name)
+    except KeyError:
+        return None
 
 
 def _start(world: World, name: str, robot: RobotSpec) -> tuple[Point, float, str] | None:
@@ -63,10 +121,3 @@ def _start(world: World, name: str, robot: RobotSpec) -> tuple[Point, float, str
     except KeyError:
         return None
     return None if base.flies else (point, base.radius or 0.0, name)
-
-
-def _room(world: World, point: Point) -> float:
-    """Return how many robots may be at a point by what is said of a waypoint or dock there."""
-    said = [at.capacity or 1 for at in world.waypoints.values() if isinstance(at, Waypoint) and at.at == point]
-    said += [dock.capacity for name, dock in world.docks.items() if world.dock_point(name) == point]
-    return max(said, default=1)

@@ -464,7 +464,7 @@ def test_a_fault_of_who_is_not_there_is_missed():
     log = run(until=3.0)
 
     ((time, fields),) = log.happened("fault_missed")
-    assert (2.0, "no robot 'eve'; there are wall_e, cart") == (time, fields["why"])
+    assert (2.0, "no robot 'eve'; there are cart, wall_e") == (time, fields["why"])
 
 
 def test_a_reset_begins_the_schedule_anew():

@@ -11,7 +11,7 @@ from hmrsim.gateway import CallService, CancelGoal, GetResult, Participation, Se
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
-from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, UndockRobot, Wait
 from hmrsim.interfaces.simulation_interfaces import LoadWorld
 from hmrsim.replay import replay
 from hmrsim.trace import Trace
@@ -285,3 +285,22 @@ class TestReplay:
         """Lines of another version can't be compared."""
         with pytest.raises(TraceError, match="line 1: a trace of contract 99; this is contract 1"):
             replay([traced()[0].replace('"contract":1', '"contract":99')])
+
+
+def test_the_order_of_tables_in_a_file_does_not_matter():
+    """Who is docked where in the beginning is a matter of names; so the trace says enough to run it again."""
+    world = {
+        "waypoints": {"w": [0, 0]},
+        "docks": {"e": {"at": "w"}, "d": {"at": "w"}},
+        "robots": {"z": {"at": "w"}, "a": {"at": "w"}},
+    }
+    simulator = simulate(world).simulator
+    text = []
+    trace = Trace(simulator, text.append)
+    goal = UndockRobot.Goal()
+    simulator.submit(SendGoal("z", "undock_robot", goal, "a" * 32))
+    simulator.submit(SendGoal("a", "undock_robot", goal, "b" * 32))
+    simulator.run()
+    trace.close()
+
+    assert replay("".join(text).splitlines(keepends=True)).difference is None

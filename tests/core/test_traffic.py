@@ -328,3 +328,89 @@ def test_never_two_in_one_place_and_every_goal_ends(policy, crowd):
     assert {"SUCCEEDED", "ABORTED", "CANCELED"}.issuperset(ends)
     if policy == "priority" and not cancels:
         assert {"SUCCEEDED"} == set(ends)
+
+
+class TestAfterwards:
+    """What traffic leaves behind."""
+
+    def test_a_broken_robot_is_pushed_by_nobody(self):
+        """It can't move."""
+        run = under("priority", TRACK)
+        run((0.0, go("bob", 10, 0, A)))
+        run.ask("inject_fault", {"type": "breakdown", "robot": "bob"})
+        run((10.0, go("ann", 20, 0, B)))
+
+        assert (10.0, 0.0) == run.simulator.robots["bob"].pose().point
+
+    def test_a_reset_of_time_stops_who_makes_room(self):
+        """It drives again at its next goal."""
+        run = under("priority", TRACK)
+        run((0.0, go("bob", 10, 0, A)))
+        run((10.0, go("ann", 20, 0, B)), until=22.0)
+        run.ask("reset_simulation", {"scope": 1})
+        run.ask("set_entity_state", {"entity": "ann", "state": {"pose": {"position": {"x": 0.0}}}})
+        log = run((1.0, go("bob", 20, 0, C)))
+
+        assert "SUCCEEDED" == end(log, C)[1]
+
+    @pytest.mark.parametrize("policy", ["reserve", "priority"])
+    def test_a_run_after_a_reset_is_the_same_run(self, policy):
+        """Nothing of the past is known."""
+        run = under(policy, TRACK)
+        ends = []
+        for number in "12":
+            first, second = (f"{number}{letter}" * 16 for letter in "ab")
+            log = run((0.0, go("ann", 20, 0, first)), (0.0, go("bob", 0, 0, second)))
+            ends.append((end(log, first), end(log, second), len(log.happened("deadlock"))))
+            run.ask("reset_simulation")
+
+        assert ends[0][:2] == ends[1][:2]
+        assert 2 * ends[0][2] == ends[1][2]
+
+    def test_who_is_deleted_while_it_makes_room_leaves_nothing_behind(self):
+        """Its place is free."""
+        run = under("priority", TRACK)
+        run((0.0, go("bob", 10, 0, A)))
+        log = run((10.0, go("ann", 20, 0, B)), until=22.0)
+        run.ask("delete_entity", {"entity": "bob"})
+        run.simulator.run()
+        log = run((40.0, go("ann", 10, 5, C)))
+
+        assert "SUCCEEDED" == end(log, C)[1]
+
+    def test_a_detour_counts_the_rides_of_lifts(self):
+        """The quick way around is taken, and not the one by a slow lift."""
+        world = {
+            "waypoints": {"a": [0, 0], "b": [10, 0], "c": [20, 0], "d": [10, 10], "e": [10, -10]},
+            "lanes": [["a", "b"], ["b", "c"], ["a", "d"], ["d", "c"], ["a", "e"]],
+            "lifts": {"slow": {"stops": ["e", "c"], "travel_time": 500}},
+            "robots": {"ann": {"at": "a"}, "bob": {"at": "b"}},
+        }
+        log = under("reserve", world)((0.0, go("ann", 20, 0, A)))
+
+        assert (28.28, "SUCCEEDED") == (round(end(log, A)[0], 2), end(log, A)[1])
+
+    def test_who_turns_on_its_new_way_does_not_wait_any_more(self):
+        """It keeps the place where it turns, whoever else goes on."""
+        world = {
+            "waypoints": {"a": [0, 0], "b": [4, 0], "c": [8, 0], "d": [4, 3], "e": [0, 4], "f": [12, 0]},
+            "lanes": [["a", "b"], ["b", "c"], ["a", "d"], ["d", "c"], ["e", "a"], ["c", "f"]],
+            "robots": {"q": {"at": "a", "base": {"turning_rate": 0.05}}, "r": {"at": "b"}, "s": {"at": "e"}},
+        }
+        run = under("reserve", world)
+        log = run((0.0, go("q", 8, 0, A)), (1.0, go("r", 12, 0, B)), (1.0, go("s", 0, 0, C)))
+
+        assert ["SUCCEEDED"] * 3 == [end(log, goal)[1] for goal in (A, B, C)]
+        assert 15.0 < end(log, C)[0]
+
+    def test_a_lane_that_is_left_at_its_end_needs_the_waypoint_there(self):
+        """Though the goal is off the lanes."""
+        world = {
+            "waypoints": {"a": [0, 0], "b": [4, 0], "x": [8, 1], "y": [12, 1]},
+            "lanes": [{"from": "a", "to": "b", "one_way": True}, ["x", "y"]],
+            "robots": {"ann": {"at": "a"}, "bob": {"at": "b"}},
+        }
+        run = under("reserve", world)
+        run((0.0, go("ann", 8, 0, A)), until=30.0)
+
+        assert (0.0, 0.0) == run.simulator.robots["ann"].pose().point

@@ -105,7 +105,12 @@ ERRORS = [
     (
         {"robots": {"eve": {"at": "home"}}, "traffic": {"policy": "priority"}},
         "robots.eve.at",
-        "starts 0 from 'wall_e'; under 'priority' keep 1e-06 away",
+        "starts where 'wall_e' does; under 'priority' keep 1e-06 away",
+    ),
+    (
+        {"robots": {"eve": {"at": [2, 1]}, "mo": {"at": [4, 1]}}, "traffic": {"policy": "reserve"}},
+        "robots.mo.at",
+        "is one robot too many on lane home-door, which has room for 1 under 'reserve'",
     ),
     ({"traffic": {"policy": "reserves"}}, "traffic.policy", "no traffic policy 'reserves'; did you mean 'reserve'?"),
     ({"traffic": {"policy": "reserve", "patience": 0}}, "traffic.patience", "must be greater than 0, got 0"),
