@@ -57,6 +57,39 @@ class Mobile:
         changed: Called whenever it begins or ceases to move, or moves at another speed; None to call nobody.
     """
 
+    # More attributes than a class can share the names of among its objects: each would have a large table of its own.
+    __slots__ = (
+        "_arrived",
+        "_aside",
+        "_began",
+        "_drive",
+        "_env",
+        "_graph",
+        "_happened",
+        "_heeds",
+        "_number",
+        "_on_piece_end",
+        "_passage",
+        "_piece_ends",
+        "_rest",
+        "_seconds",
+        "_speed",
+        "_waits",
+        "_way",
+        "base",
+        "busy",
+        "changed",
+        "flies",
+        "home",
+        "name",
+        "radius",
+        "recoveries",
+        "rerouted",
+        "set_out",
+        "slots",
+        "slowness",
+    )
+
     def __init__(
         self,
         env: Environment,

@@ -66,6 +66,24 @@ class Robot(Mobile):
         energy: The account of its battery; None if it has none.
     """
 
+    __slots__ = (
+        "_abort",
+        "_kind",
+        "_turn",
+        "ailments",
+        "components",
+        "dock",
+        "docks",
+        "doing",
+        "energy",
+        "items",
+        "misplaced",
+        "planner",
+        "plans",
+        "type",
+        "units",
+    )
+
     def __init__(  # noqa: PLR0913 - each is a part of its world
         self,
         env: Environment,
