@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.signals import on_signals
@@ -30,9 +30,24 @@ def main(argv: Sequence[str] | None = None) -> int:
         with on_signals(_end) if words and words[0] in _SERVING else nullcontext():
             from hmrsim.cli.entry import main as run  # noqa: PLC0415 - what takes its time
 
-            return run(argv)
+            code = run(argv)
     except KeyboardInterrupt:
-        return _INTERRUPTED
+        code = _INTERRUPTED
+    if code == _INTERRUPTED and argv is None:
+        _leave(code)
+    return code
+
+
+def _leave(code: int) -> None:
+    """End the process with a code after Ctrl-C.
+
+    Python would end it by SIGINT if the interrupt came while a class was being made: it remembers one that left an
+    ``exec``, whoever caught it afterwards.
+    """
+    with suppress(OSError, ValueError):
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(code)
 
 
 def _end(_number: int) -> None:
