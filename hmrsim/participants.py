@@ -103,6 +103,9 @@ class Participants:
         del self._here[name]
         if told:
             self._gone[name] = told
+        if change == "left":
+            # The news that its token has gone may come after it has joined anew with another.
+            self._tokens.pop(name, None)
         self._changes.append(Participation(name, change, why))
 
     def take_changes(self) -> list[Participation]:
