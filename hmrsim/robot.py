@@ -194,8 +194,10 @@ class Robot(Mobile):
         self.ailments.clear()
         self.retire()
         self.components = self._equip()
-        self.move_to(self.home)
+        # Where it is before what it has in it: an empty battery says where, and a dock charges the new one.
+        super().move_to(self.home)
         self.energy = self._power_up()
+        self.settle_in()
 
     def retire(self) -> None:
         """Take no place in a dock any more, and expect nothing."""

@@ -548,3 +548,15 @@ def test_a_canceled_goal_drains_no_more(make_run):
     run((0.0, wait(30)), (10.0, CancelGoal("eve", "wait", A)), until=60.0)
 
     assert 80.0 == charge(run)
+
+
+def test_a_reset_of_state_leaves_one_account_of_a_battery(make_run):
+    """What the one before expected does not happen any more."""
+    eve = {"at": "ch", "components": {"battery": {"capacity": 100, "initial_charge": 50}}}
+    run = make_run({"docks": {"ch": {"at": [0, 0], "type": "charger", "power": 10}}, "robots": {"eve": eve}})
+    run.simulator.advance(1.0)
+    run.ask("reset_simulation", {"scope": 2})
+    log = run(until=200.0)
+
+    assert [10.307] == [round(time, 3) for time, _ in log.happened("battery_full")]
+    assert [0.0, 1.0] == [time for time, _ in log.happened("charging_began")]
