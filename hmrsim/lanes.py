@@ -80,7 +80,7 @@ class Edge:
 
     def seconds(self, speed: float) -> float:
         """Return how long all of it takes somebody of this greatest speed."""
-        return self.ride or self.length / min(speed, self.speed_limit)
+        return self.leg.seconds(speed)
 
 
 class Lanes:

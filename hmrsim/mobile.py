@@ -220,7 +220,7 @@ class Mobile:
             self._env.abandon(self._piece_ends)
         self._drive = self._piece_ends = None
         self._waits = self._aside = False
-        self._passage.stopped(self, leg, arrived=False)
+        self._passage.stopped(self, leg)
         if self.changed is not None:
             self.changed()
         self._happened("stopped", lambda: {"robot": self.name, "at": [*self._rest.point]})
@@ -369,9 +369,8 @@ class Mobile:
         if driven is None or arrived is None:
             raise AssertionError
         last = driven.piece(len(self._seconds) - 1)
-        leg = driven.legs[-1] or next((leg for leg in reversed(driven.legs) if leg), None)
         self._rest, self._drive, self._piece_ends = last.end, None, None
-        self._passage.stopped(self, leg, arrived=True)
+        self._passage.arrived(self)
         if self.changed is not None:
             self.changed()
         if self._aside:

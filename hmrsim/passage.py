@@ -200,22 +200,24 @@ class Passage:
             self._rules.halted(robot)
             self._rules.leave(robot)
 
-    def stopped(self, robot: Mobile, leg: Leg | None, *, arrived: bool) -> None:
-        """Take note that a robot stands, at the end of a leg or on its way; *leg* is None if it has not begun one."""
+    def arrived(self, robot: Mobile) -> None:
+        """Take note that a robot stands at the end of what it has driven."""
+        self.forget(robot)
+        self._leave_barriers(robot)
+        if self._rules is not None and not robot.flies:
+            self._rules.stand(robot, robot.slots[-1:])
+
+    def stopped(self, robot: Mobile, leg: Leg | None) -> None:
+        """Take note that a robot stands on its way; *leg* is what it was driving, None if it had not begun any."""
         self.forget(robot)
         self._leave_barriers(robot)
         if self._rules is None or robot.flies:
             return
-        if not arrived:
-            self._rules.halted(robot)
-        if arrived:
-            slots = robot.slots[-1:]
-        elif leg is not None and not leg.ride:
-            slots = leg.slots[:1] if leg.lane else self._slots_at(robot.pose().point)
-        else:
+        self._rules.halted(robot)
+        if leg is None or leg.ride:
             self._stand_back(robot, self._rules)
-            return
-        self._rules.stand(robot, slots)
+        else:
+            self._rules.stand(robot, leg.slots[:1] if leg.lane else self._slots_at(robot.pose().point))
 
     def _stand_back(self, robot: Mobile, rules: Rules) -> None:
         """Have a robot stand where it was before it set out at this instant; whoever set out to be there steps back."""

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from hmrsim.passage import Passage
     from hmrsim.route import Leg
 
+    _Chain = list[tuple[Mobile, Exit]]
+    """Who makes room, and by which way."""
+
 
 _BETWEEN_SEARCHES = 5.0
 """Simulated seconds from one search for a robot to the next: what was in vain is so for a while."""
@@ -127,13 +130,18 @@ class Priority(Reserve):
             return False
         # Who stands on the lane has to be off it before anybody comes.
         goes = slot == wait.leg.slots[-1]
-        own = [(robot, wait.leg)] if goes else []
+        if not self._make_room(chain, robot, [(robot, wait.leg)] if goes else []):
+            return False
+        if goes:
+            self.passage.release(robot)
+        return True
+
+    def _make_room(self, chain: _Chain, robot: Mobile, own: Sequence[tuple[Mobile, Leg]] = ()) -> bool:
+        """Have all of a chain make room for a robot at once, which may go itself; return whether there is room."""
         if not self.slots.exchange([*own, *((other, way.leg) for other, way in chain)]):
             return False
         for other, way in chain:
             self.passage.push(other, way.leg, robot)
-        if goes:
-            self.passage.release(robot)
         return True
 
     def _clear_lanes(self, robot: Mobile) -> bool:
@@ -143,15 +151,11 @@ class Priority(Reserve):
             if not any(self._gives_way(other, robot) for other in self.slots.inside(slot)):
                 continue
             chain = self._chain(slot, robot, robot, {robot: None})
-            if chain is not None and self.slots.exchange([(other, way.leg) for other, way in chain]):
-                for other, way in chain:
-                    self.passage.push(other, way.leg, robot)
+            if chain is not None and self._make_room(chain, robot):
                 return True
         return False
 
-    def _chain(
-        self, slot: int, first: Mobile, pusher: Mobile, pushed: dict[Mobile, None]
-    ) -> list[tuple[Mobile, Exit]] | None:
+    def _chain(self, slot: int, first: Mobile, pusher: Mobile, pushed: dict[Mobile, None]) -> _Chain | None:
         """Return who drives where so that there is room in a slot; None if they can't make any.
 
         Args:
