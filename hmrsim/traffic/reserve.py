@@ -17,8 +17,8 @@ from hmrsim.errors import GoalAborted
 from hmrsim.interfaces.nav2_msgs import FollowPath
 from hmrsim.traffic import Policy, Settings
 from hmrsim.traffic._knots import circle_of
+from hmrsim.traffic._rooms import rooms_of_waypoints
 from hmrsim.traffic._slots import Slots
-from hmrsim.world.model import Waypoint
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -187,23 +187,15 @@ def exits(passage: Passage, robot: Mobile) -> list[Exit]:
 
 def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[float]:
     """Return how many robots may be in each slot."""
-    of_waypoints = {name: at.capacity for name, at in world.waypoints.items() if isinstance(at, Waypoint)}
-    for name, dock in world.docks.items():
-        at = lanes.at.get(world.dock_point(name))
-        if at is not None and dock.capacity > 1:
-            # Whoever is docked there stands at its waypoint.
-            waypoint = lanes.names[at]
-            room = of_waypoints.get(waypoint) or settings.waypoint_capacity
-            of_waypoints[waypoint] = room and max(room, dock.capacity)
+    rooms = rooms_of_waypoints(world, settings.waypoint_capacity)
     of_lanes = {frozenset((lane.from_, lane.to)): lane.capacity for lane in world.lanes}
-    capacities = [of_waypoints.get(name) or settings.waypoint_capacity for name in lanes.names]
-    capacities += [of_lanes.get(frozenset(track)) or settings.lane_capacity for track in lanes.tracks]
-    for edge in lanes.edges:
-        if edge.ride:
-            # A lift lets in whom it can take; who waits for it stands beside its door, and lets others get out.
-            ride, stop = edge.leg.slots
-            capacities[ride], capacities[stop] = None, of_waypoints.get(lanes.names[stop])
-    return [capacity or math.inf for capacity in capacities]
+    # A lift lets in whom it can take.
+    rides = {edge.leg.slots[0] for edge in lanes.edges if edge.ride}
+    capacities = [rooms[name] for name in lanes.names]
+    for slot, track in enumerate(lanes.tracks, start=len(lanes.names)):
+        room = of_lanes.get(frozenset(track)) or settings.lane_capacity
+        capacities.append(math.inf if slot in rides else room or math.inf)
+    return capacities
 
 
 POLICY = Policy(name="reserve", settings=ReserveSettings, rule=Reserve)

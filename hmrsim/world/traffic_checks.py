@@ -10,10 +10,10 @@ from pydantic import ValidationError
 
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.traffic import registry as policies
+from hmrsim.traffic._rooms import rooms_of_waypoints
 from hmrsim.traffic.reserve import ReserveSettings
 from hmrsim.world.explain import explain
 from hmrsim.world.finding import Finding, instead
-from hmrsim.world.model import Waypoint
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -78,19 +78,13 @@ class _Rooms:
         self._settings = settings
         self._taken: Counter[str] = Counter()
         points = world.points
-        self._waypoints = {point: (f"waypoint {name!r}", self._room_at(world, name)) for name, point in points.items()}
+        rooms = rooms_of_waypoints(world, settings.waypoint_capacity)
+        self._waypoints = {point: (f"waypoint {name!r}", rooms[name]) for name, point in points.items()}
         self._lanes = [
             (points[lane.from_], points[lane.to], f"lane {lane.from_}-{lane.to}", lane.capacity)
             for lane in world.lanes
             if lane.from_ in points and lane.to in points
         ]
-
-    def _room_at(self, world: World, name: str) -> float:
-        at = world.waypoints[name]
-        room = (at.capacity if isinstance(at, Waypoint) else None) or self._settings.waypoint_capacity or math.inf
-        lifts = any(name in lift.stops for lift in world.lifts.values())
-        docks = [dock.capacity for key, dock in world.docks.items() if _dock_point(world, key) == world.points[name]]
-        return math.inf if lifts and not isinstance(at, Waypoint) else max([room, *docks])
 
     def at(self, point: Point) -> tuple[str, float]:
         """Return the waypoint or lane at a point, and how many it has room for; "" and any number off the lanes."""
@@ -105,13 +99,6 @@ class _Rooms:
         """Count one more robot in a place; return how many there are."""
         self._taken[place] += 1
         return self._taken[place] if place else 0
-
-
-def _dock_point(world: World, name: str) -> Point | None:
-    try:
-        return world.dock_point(name)
-    except KeyError:
-        return None
 
 
 def _start(world: World, name: str, robot: RobotSpec) -> tuple[Point, float, str] | None:
