@@ -137,6 +137,10 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
             if handle.feedback is not None:
                 self.feedback_message = f"feedback: {self._describe(handle.feedback)}"
             return Status.RUNNING
+        return self.ended(handle)
+
+    def ended(self, handle: GoalHandle[R, F]) -> Status:
+        """Return what the end of the goal means to the tree."""
         if handle.error is None and handle.status is GoalStatus.SUCCEEDED:
             for key, value in self._on_success.items():
                 self._blackboard.set(key, value)

@@ -11,6 +11,7 @@ from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.timers import Timer
 
 from bt_controller.action_leaf import ActionLeaf
+from bt_controller.node import EACH_PERIOD, Node
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
@@ -21,13 +22,20 @@ _NANOSECONDS: Final = 1e9
 def due(root: Behaviour, now: float, period: float) -> float:
     """Return when a running tree has to be ticked at the latest, in simulated seconds; infinite for never.
 
-    Goals tell when they have ended, and timers when they will. Whatever else a tick would look at, it has to be
-    looked at each *period*; the periods count from zero, so that all trees are ticked at the same instants.
+    Goals tell when they have ended, timers when they will, and nodes of XML trees when they have to look again.
+    Whatever else a tick would look at, it has to be looked at each *period*; the periods count from zero, so that
+    all trees are ticked at the same instants.
     """
     polled, deadline = False, math.inf
     looked_at = [root]
     while looked_at:
         node = looked_at.pop()
+        if isinstance(node, Node):
+            look = node.next_look()
+            polled = polled or look == EACH_PERIOD
+            deadline = min(deadline, look) if look != EACH_PERIOD else deadline
+            looked_at += node.next_ticked()
+            continue
         if node.status is not Status.RUNNING:
             # It would be begun again, and who knows what comes of that.
             polled = True

@@ -17,7 +17,6 @@ from hmrsim_zenoh.preparation import for_client
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from bt_controller.directory import Directory
     from bt_controller.trees import Plan
     from hmrsim_zenoh.client import Client
 
@@ -66,16 +65,22 @@ class Mission:
         for action in {leaf.action.name: leaf.action for leaf in self._leaves() if leaf.action is not None}.values():
             for_client(action)
 
-    def setup(self, client: Client, directory: Directory, wake: Callable[[], None]) -> None:
+    def setup(self, client: Client, wake: Callable[[], None], **known: Any) -> None:
         """Set up all behaviours.
 
+        Args:
+            client: The connection to the simulator.
+            wake: Called in any thread when the tree should be ticked.
+            **known: What all trees share: *directory*, *topics*, *places*.
+
         Raises:
-            NotServed: The simulator lacks the robot or an action.
+            NotServed: The simulator lacks the robot, an action or a topic.
+            PortError: What the file says is not what a port takes.
         """
-        directory.check_robot(self.robot)
+        known["directory"].check_robot(self.robot)
         with self._board.in_use():
             for node in self.root.iterate():
-                node.setup(client=client, robot=self.robot, directory=directory, wake=wake)
+                node.setup(client=client, robot=self.robot, wake=wake, **known)
 
     def tick(self, now: float | None) -> None:
         """Tick the tree at a simulated time.
@@ -87,6 +92,8 @@ class Mission:
         try:
             with self._board.in_use(), simulated_time(now):
                 self.root.tick_once()
+        except HmrsimError as error:
+            raise TreeCrashed(f"the tree of {self.robot!r} broke: {error}") from error
         except Exception as error:
             raise TreeCrashed(f"the tree of {self.robot!r} broke: {described(error)}") from error
         if self.status is Status.SUCCESS:

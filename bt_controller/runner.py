@@ -19,6 +19,8 @@ from py_trees.common import Status
 from bt_controller.directory import Directory
 from bt_controller.due import due, next_period
 from bt_controller.mailbox import STOP
+from bt_controller.places import NamedPlaces
+from bt_controller.topics import Topics
 from hmrsim_zenoh.errors import Idle, NobodyThere, SimulatorGone
 
 if TYPE_CHECKING:
@@ -112,10 +114,12 @@ class Runner:
             Idle: A tree waits for what can't happen.
             Dropped: The simulator goes on without us.
         """
+        topics = Topics(self._client, asks=self._client.lockstep is not None)
+        places = NamedPlaces(self._client)
         try:
-            directory = Directory.from_info(self._client.info())
+            known = {"directory": Directory.from_info(self._client.info()), "topics": topics, "places": places}
             for mission in self._missions:
-                mission.setup(self._client, directory, partial(self._mailbox.put, mission.robot))
+                mission.setup(self._client, partial(self._mailbox.put, mission.robot), **known)
             outcome = self._follow()
         finally:
             for mission in self._missions:
@@ -123,6 +127,7 @@ class Runner:
             self._clock.settle(self._settled, self._grace)
             for mission in self._missions:
                 mission.shutdown()
+            topics.close()
             self._clock.close()
         return self._with_left(outcome)
 

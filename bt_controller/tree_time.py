@@ -1,9 +1,10 @@
-"""Simulated time for py_trees, whose timers and decorators ask Python's ``time``."""
+"""Simulated time for trees: `now` for our own nodes, and for py_trees, whose timers and decorators ask ``time``."""
 
 from __future__ import annotations
 
 import time
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any, Final
 
 from py_trees import decorators, timers
@@ -15,6 +16,8 @@ _TELLING: Final[tuple[Any, ...]] = (timers, decorators)
 """The modules of py_trees that look at ``time``."""
 
 _NANOSECONDS: Final = 1e9
+
+_NOW: Final[ContextVar[float | None]] = ContextVar("simulated time of the tick", default=None)
 
 
 class _Instant(float):
@@ -44,9 +47,20 @@ class _Time:
         return getattr(time, name)
 
 
+def now() -> float:
+    """Return the simulated seconds of the tick that is under way; Python's own where nobody knows them."""
+    known = _NOW.get()
+    return time.monotonic() if known is None else known
+
+
+def reached(deadline: float) -> bool:
+    """Return whether a time has come, to the nanosecond: deadlines are sums, and clocks whole nanoseconds."""
+    return round(now() * _NANOSECONDS) >= round(deadline * _NANOSECONDS)
+
+
 @contextmanager
 def simulated_time(now: float | None) -> Iterator[None]:
-    """Let py_trees tell this time; its own where nobody knows the simulated one."""
+    """Let trees tell this time; Python's own where nobody knows the simulated one."""
     if now is None:
         yield
         return
@@ -54,8 +68,10 @@ def simulated_time(now: float | None) -> Iterator[None]:
     others = [module.time for module in _TELLING]
     for module in _TELLING:
         module.time = stand_in
+    token = _NOW.set(now)
     try:
         yield
     finally:
+        _NOW.reset(token)
         for module, other in zip(_TELLING, others, strict=True):
             module.time = other

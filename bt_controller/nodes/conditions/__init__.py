@@ -1,0 +1,1 @@
+"""Nodes that look at something: one file a family."""

@@ -1,0 +1,55 @@
+"""Nav2's RecoveryNode: try, recover, try again."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Control
+from bt_controller.nodes import Family
+from bt_controller.ports import INT, wants
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from py_trees.behaviour import Behaviour
+
+
+class RecoveryNode(Control):
+    """Succeeds when its first child does. When that fails the second is ticked, and if it succeeds the first again.
+
+    Fails when the second child fails, or the first has failed once more than the number of retries.
+    """
+
+    INPUTS: ClassVar = {"number_of_retries": wants(INT, "How often to try again", default=1)}
+    least = most = 2
+
+    def initialise(self) -> None:
+        """Begin with the first child."""
+        self._retries = 0
+        self._recovers = False
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child whose turn it is."""
+        first, second = self.children
+        while True:
+            child = second if self._recovers else first
+            yield from child.tick()
+            match child.status, self._recovers:
+                case (Status.RUNNING, _) | (Status.SUCCESS, False) | (Status.FAILURE, True):
+                    return child.status
+                case Status.INVALID, _:
+                    return Status.INVALID
+                case Status.FAILURE, False:
+                    if self._retries >= self.read("number_of_retries"):
+                        return Status.FAILURE
+                    self._recovers = True
+                case _:
+                    self._retries += 1
+                    self._recovers = False
+                    self.reset(first)
+                    self.reset(second)
+
+
+FAMILY = Family("recovery_node", {"RecoveryNode": RecoveryNode})

@@ -1,0 +1,51 @@
+"""The places of the world by name, as the simulator tells them; asked for when somebody wants one."""
+
+from __future__ import annotations
+
+import json
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+from hmrsim.interfaces.geometry_msgs import PoseStamped
+from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
+from hmrsim_zenoh.envelopes import plain, read
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.interfaces.geometry_msgs import Pose
+    from hmrsim_zenoh.client import Client
+
+
+class NamedPlaces:
+    """Named poses: waypoints, places, docks.
+
+    Args:
+        client: The connection to the simulator.
+    """
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._known: Mapping[str, Pose] | None = None
+
+    def pose(self, name: str) -> PoseStamped:
+        """Return where a place is.
+
+        Raises:
+            ValueError: There is no such place.
+            NobodyThere, SimulatorGone, Unreachable, RequestError: The simulator doesn't say.
+        """
+        known = self._places()
+        if name not in known:
+            meant = get_close_matches(name, known, n=1)
+            instead = f"did you mean {meant[0]!r}?" if meant else f"there are {', '.join(sorted(known)) or 'none'}"
+            raise ValueError(f"no place {name!r}; {instead}")
+        return PoseStamped(pose=known[name])
+
+    def _places(self) -> Mapping[str, Pose]:
+        if self._known is None:
+            key = self._client.keys.world("get_named_poses")
+            answer = self._client.get(key, payload=json.dumps({}).encode())
+            response: GetNamedPoses.Response = read(plain(GetNamedPoses.Response), answer)
+            self._known = {named.name: named.pose for named in response.poses}
+        return self._known

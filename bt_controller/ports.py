@@ -1,0 +1,171 @@
+"""What goes through the ports of XML trees' nodes, and how it is written in a file.
+
+A value in a file is text, and so is what `Script` or ``--set`` puts on the blackboard as text: a port reads it as
+its kind says. What another node has put there is a value already.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
+
+from py_trees.ports import PortInformation
+
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
+from hmrsim.interfaces.nav_msgs import Path
+from hmrsim.interfaces.std_msgs import Header
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+T = TypeVar("T")
+
+
+class Places(Protocol):
+    """Knows the named places of the world."""
+
+    def pose(self, name: str) -> PoseStamped:
+        """Return where a place is.
+
+        Raises:
+            ValueError: There is no such place; the text says what there is.
+        """
+
+
+@dataclass(frozen=True)
+class Kind(Generic[T]):
+    """What a port carries.
+
+    Attributes:
+        name: As BehaviorTree.CPP or ROS call it.
+        type: Its Python type; `object` for anything.
+        read: Makes a value of a text; raises ValueError saying what is expected. Without places any name will do
+            for one.
+    """
+
+    name: str
+    type: Any
+    read: Callable[[str, Places | None], T]
+
+    def holds(self, value: object) -> bool:
+        """Return whether a value is of this kind as it is."""
+        if self.type is float:
+            return isinstance(value, (int, float)) and not isinstance(value, bool)
+        if self.type is int:
+            return isinstance(value, int) and not isinstance(value, bool)
+        return isinstance(value, self.type)
+
+
+@dataclass(frozen=True)
+class Port(PortInformation):
+    """A port of a node; made by `wants` and `gives`.
+
+    Attributes:
+        kind: What it carries.
+    """
+
+    kind: Kind[Any] = None  # type: ignore[assignment]  # fields of the base class have defaults
+
+
+def wants(kind: Kind[Any], description: str = "", *, default: Any = None, required: bool | None = None) -> Port:
+    """Return an input port; required unless it has a default, or is said not to be."""
+    needed = default is None if required is None else required
+    return Port(_declared(kind), required=needed, description=description, default_value=default, kind=kind)
+
+
+def gives(kind: Kind[Any], description: str = "") -> Port:
+    """Return an output port; a tree need not use it."""
+    return Port(_declared(kind), required=False, description=description, kind=kind)
+
+
+def _declared(kind: Kind[Any]) -> Any:
+    """Return the type as py_trees is to know it: what is written in a file stays text until it is read."""
+    return object if kind.type is object else str | kind.type
+
+
+def _text(text: str, _places: Places | None) -> str:
+    return text
+
+
+def _real(text: str, _places: Places | None) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise ValueError(f"{text!r} is no number") from None
+    if math.isnan(value):
+        raise ValueError(f"{text!r} is no number")
+    return value
+
+
+def _whole(text: str, _places: Places | None) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"{text!r} is no whole number") from None
+
+
+def _truth(text: str, _places: Places | None) -> bool:
+    truths = {"true": True, "1": True, "false": False, "0": False}
+    if text.lower() not in truths:
+        raise ValueError(f"{text!r} is neither true nor false")
+    return truths[text.lower()]
+
+
+def _pose(text: str, places: Places | None) -> PoseStamped:
+    """Return ``x;y``, ``x;y;yaw`` (metres or pixels, radians), ``sec;frame;x;y;z;qx;qy;qz;qw`` or a place's pose."""
+    parts = [part.strip() for part in text.split(";")]
+    if len(parts) == 1:
+        if places is not None:
+            return places.pose(text)
+        if not text.strip():
+            raise ValueError("'' is no pose; x;y, x;y;yaw or the name of a place is expected")
+        return PoseStamped()
+    try:
+        match parts:
+            case [x, y]:
+                return pose_stamped(_finite(x), _finite(y))
+            case [x, y, yaw]:
+                return pose_stamped(_finite(x), _finite(y), _finite(yaw))
+            case [_, frame, x, y, z, *turned] if len(turned) == _QUATERNION:
+                at = Point(x=_finite(x), y=_finite(y), z=_finite(z))
+                qx, qy, qz, qw = map(_finite, turned)
+                pose = Pose(position=at, orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+                return PoseStamped(header=Header(frame_id=frame), pose=pose)
+    except ValueError:
+        pass
+    raise ValueError(f"{text!r} is no pose; x;y, x;y;yaw, Nav2's nine fields or the name of a place is expected")
+
+
+def _poses(text: str, places: Places | None) -> list[PoseStamped]:
+    """Return poses written one after the other with ``|`` between them."""
+    return [_pose(part, places) for part in text.split("|")]
+
+
+def _path(text: str, places: Places | None) -> Path:
+    return Path(poses=_poses(text, places))
+
+
+def pose_stamped(x: float, y: float, yaw: float = 0.0) -> PoseStamped:
+    """Return a pose of the map; in the world's unit of length, and radians."""
+    turned = Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
+    return PoseStamped(pose=Pose(position=Point(x=x, y=y), orientation=turned))
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(text)
+    return value
+
+
+_QUATERNION: Final = 4
+
+STRING: Final = Kind("string", str, _text)
+DOUBLE: Final = Kind("double", float, _real)
+INT: Final = Kind("int", int, _whole)
+BOOL: Final = Kind("bool", bool, _truth)
+POSE: Final = Kind("geometry_msgs/PoseStamped", PoseStamped, _pose)
+POSES: Final = Kind("geometry_msgs/PoseStamped[]", list, _poses)
+PATH: Final = Kind("nav_msgs/Path", Path, _path)
+ANY: Final[Kind[Any]] = Kind("any", object, _text)

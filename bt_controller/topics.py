@@ -1,0 +1,97 @@
+"""What robots publish, as trees see it: the latest message of a topic.
+
+In lockstep it is asked for while time stands, so that a tree sees the same in every run; otherwise it is subscribed
+to, and whoever watches a topic is woken by each message.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
+
+from bt_controller.directory import NotServed
+from hmrsim.interfaces.nav_msgs import Odometry
+from hmrsim.interfaces.sensor_msgs import BatteryState
+from hmrsim.interfaces.vision_msgs import Detection3DArray
+from hmrsim_zenoh.envelopes import plain, read
+from hmrsim_zenoh.errors import RequestError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from hmrsim.interfaces.message import Message
+    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.subscription import Subscription
+
+TOPICS: Final[Mapping[str, type[Message]]] = MappingProxyType(
+    {"battery_state": BatteryState, "detections": Detection3DArray, "odom": Odometry}
+)
+"""The topics of robots, and their types."""
+
+
+class Topics:
+    """The latest of what robots publish.
+
+    Args:
+        client: The connection to the simulator.
+        asks: Whether to ask each time instead of subscribing: where time stands while trees are ticked.
+    """
+
+    def __init__(self, client: Client, *, asks: bool) -> None:
+        self._client = client
+        self._asks = asks
+        self._subscriptions: list[Subscription] = []
+        self._heard: dict[tuple[str, str], bytes] = {}
+        self._wakes: dict[tuple[str, str], list[Callable[[], None]]] = {}
+        self._read: dict[tuple[str, str], tuple[object, Message]] = {}
+
+    def watch(self, robot: str, topic: str, wake: Callable[[], None] | None = None) -> None:
+        """Be ready for a robot's topic; *wake* is called in any thread when there is something new.
+
+        Raises:
+            NotServed: The robot has nothing to publish there.
+            NobodyThere, SimulatorGone, Unreachable: No simulator answers.
+        """
+        watched = robot, topic
+        if watched not in self._wakes:
+            self._wakes[watched] = []
+            if not self._asks:
+                key = self._client.keys.topic(robot, topic)
+                self._subscriptions.append(self._client.subscribe(key, partial(self._hear, watched)))
+            self._heard.setdefault(watched, self._ask(robot, topic))
+        if wake is not None:
+            self._wakes[watched].append(wake)
+
+    def latest(self, robot: str, topic: str) -> Any:
+        """Return the latest message of a topic that is watched.
+
+        Raises:
+            NotServed: The robot has gone.
+            NobodyThere, SimulatorGone, Unreachable: No simulator answers.
+        """
+        watched = robot, topic
+        # The payload itself tells whether it was read already; where time stands the instant does.
+        mark: object = self._client.now if self._asks else self._heard[watched]
+        known, message = self._read.get(watched, (None, None))
+        if message is None or known != mark:
+            payload = self._ask(robot, topic) if self._asks else self._heard[watched]
+            message = read(plain(TOPICS[topic]), payload)
+            self._read[watched] = mark, message
+        return message
+
+    def close(self) -> None:
+        """Follow nothing any longer."""
+        for subscription in self._subscriptions:
+            subscription.close()
+
+    def _ask(self, robot: str, topic: str) -> bytes:
+        try:
+            return self._client.get(self._client.keys.topic(robot, topic))
+        except RequestError as error:
+            raise NotServed(str(error)) from None
+
+    def _hear(self, watched: tuple[str, str], _key: str, payload: bytes) -> None:
+        self._heard[watched] = payload
+        for wake in self._wakes[watched]:
+            wake()
