@@ -6,7 +6,7 @@ A place is a formula of time while it moves: there is one event a lane, none in 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from simpy import Event, Timeout
 from simpy.events import NORMAL
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from hmrsim.passage import Passage
     from hmrsim.route import Leg, Route
     from hmrsim.world.model import Base
+
+_STANDS: Final = (-1.0, 0.0)
+"""When it was stopped, and the run-up that it had then, of something that was not."""
 
 
 class Mobile:
@@ -72,6 +75,7 @@ class Mobile:
         "_passage",
         "_piece_ends",
         "_rest",
+        "_run_up",
         "_seconds",
         "_speed",
         "_waits",
@@ -119,6 +123,7 @@ class Mobile:
         self._passage = passage
         self._happened = happened
         self._rest = home
+        self._run_up = _STANDS
         self._drive: Drive | None = None
         self._way: tuple[Route, float | None] | None = None
         self._number = 0
@@ -207,7 +212,7 @@ class Mobile:
     def move_to(self, pose: Pose) -> None:
         """Stand somewhere else at once; no goal that holds the base may be running."""
         self.halt()
-        self._rest = pose
+        self._rest, self._run_up = pose, _STANDS
         self._passage.place(self)
 
     def halt(self) -> None:
@@ -215,6 +220,9 @@ class Mobile:
         if self._drive is None:
             return
         leg = None if self._waits or self.sets_out else self.next_leg
+        piece = self.piece
+        # Whoever has it drive on at this instant finds it as fast as it is.
+        self._run_up = self._env.now, piece.run_up(self._env.now - self._began) if piece else 0.0
         self._rest = self.pose()
         if self._piece_ends is not None:
             self._env.abandon(self._piece_ends)
@@ -291,6 +299,7 @@ class Mobile:
             speed=self.speed,
             acceleration=self.base.acceleration,
             turning_rate=None if self._aside else self.base.turning_rate,
+            run_up=self._run_up[1] if self._run_up[0] == self._env.now else 0.0,
         )
 
     def _carry_out(self, driven: Drive, *, heeds: bool) -> Generator[Any, Any, None]:

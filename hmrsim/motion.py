@@ -2,6 +2,9 @@
 
 A lane takes length / speed. A robot with an acceleration drives each straight stretch from rest to rest with a
 trapezoidal speed; one with a turning rate turns in place where the stretch bends. Both are closed formulas.
+
+Who is given another way while driving goes on with the speed that it has, if it leads straight on: as if the stretch
+had begun where it would have had to set out to be as fast by now.
 """
 
 from __future__ import annotations
@@ -64,6 +67,10 @@ class Trapezoid:
         left = max(0.0, duration - time)
         return self.distance - self.acceleration * left * left / 2
 
+    def run_up(self, distance: float) -> float:
+        """Return from how far back one has to set out to be as fast as after *distance*."""
+        return min(distance, self._ramp[1], self.distance - distance)
+
 
 class Piece(NamedTuple):
     """One lane driven, or one turn made; one event ends it.
@@ -122,6 +129,12 @@ class Piece(NamedTuple):
         if self.leg is None or self.leg.ride:
             return Pose(*self.start.point, self.start.yaw + self.turned * elapsed / self.duration)
         return Pose(*between(self.start.point, self.end.point, self.driven(elapsed) / self.length), self.start.yaw)
+
+    def run_up(self, elapsed: float) -> float:
+        """Return from how far back one has to set out to be as fast as *elapsed* seconds after the start, ahead."""
+        if self.profile is None or self.velocity[0] <= 0.0:
+            return 0.0
+        return max(0.0, self.profile.run_up(self.driven_before + self.driven(elapsed)))
 
     def first(self, seconds: float) -> Piece:
         """Return what is done of it in so many seconds, which ends in the middle of the motion."""
@@ -235,10 +248,12 @@ def drive(
     speed: float,
     acceleration: float | None = None,
     turning_rate: float | None = None,
+    run_up: float = 0.0,
 ) -> Drive:
     """Return the drive along *legs* from *start*, which ends with a turn to *final_yaw*, if any.
 
-    Without a turning rate turns take no time and need no piece.
+    Without a turning rate turns take no time and need no piece. With a *run_up* it begins as fast as one is after so
+    much, if it begins straight ahead.
     """
     if not acceleration and not turning_rate:
         return _Steady(legs, speed)
@@ -252,8 +267,13 @@ def drive(
         pose = _turn(made, pose, yaw, turning_rate)
         total = math.fsum(leg.length for leg in stretch)
         top = min(speed, stretch[0].speed_limit)
-        profile = Trapezoid(total, top, acceleration) if acceleration else None
         before = began = 0.0
+        profile = None
+        if acceleration:
+            if run_up and not made and abs(turn(start.yaw, yaw)) <= _SAME_HEADING:
+                before = min(run_up, total, top * top / (2 * acceleration))
+            profile = Trapezoid(before + total, top, acceleration)
+            began = profile.time(before)
         for leg in stretch:
             seconds = leg.length / top
             if profile:

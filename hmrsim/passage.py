@@ -100,6 +100,7 @@ class Passage:
         self.graph = graph
         self.happened = happened
         self.waits: dict[Mobile, Wait] = {}
+        self._stopped: dict[Mobile, tuple[float, Wait]] = {}
         self._env = env
         self._barriers: dict[Lane, list[Barrier]] = {}
         self._off_lanes: list[Barrier] = []
@@ -121,6 +122,7 @@ class Passage:
 
     def begin_anew(self) -> None:
         """Forget what the rules of traffic know of the past; nobody may be on the way."""
+        self._stopped.clear()
         if self._rules is not None:
             self._rules.begin_anew()
 
@@ -209,6 +211,8 @@ class Passage:
 
     def stopped(self, robot: Mobile, leg: Leg | None) -> None:
         """Take note that a robot stands on its way; *leg* is what it was driving, None if it had not begun any."""
+        if robot in self.waits:
+            self._stopped[robot] = self._env.now, self.waits[robot]
         self.forget(robot)
         self._leave_barriers(robot)
         if self._rules is None or robot.flies:
@@ -376,11 +380,16 @@ class Passage:
 
     def _wait(self, robot: Mobile, leg: Leg, why: str) -> None:
         self._leave_barriers(robot)
-        wait = self.waits[robot] = Wait(robot, leg, self._env.now, why)
+        wait = self.waits[robot] = Wait(robot, leg, self._waits_since(robot, leg), why)
         if self._rules is not None:
             self._rules.stand(robot, robot.slots[-1:])
         self._patience.begin(wait)
         self.happened("waiting", lambda: self._described(wait))
+
+    def _waits_since(self, robot: Mobile, leg: Leg) -> float:
+        """Return since when a robot has waited that begins to: whoever is sent the same way again has not just come."""
+        when, before = self._stopped.pop(robot, (-1.0, None))
+        return before.since if before and when == self._env.now and before.leg == leg else self._env.now
 
     def decide(self, robot: Mobile) -> None:
         """Do something about a robot that waits, if there is anything to be done."""

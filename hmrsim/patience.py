@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import deque
 from typing import TYPE_CHECKING
 
@@ -43,7 +44,9 @@ class Patience:
         """Begin to count for a robot that begins to wait."""
         if self._seconds is None:
             return
-        self._patient.append(wait)
+        # Some have waited for a while already.
+        place = bisect_right(self._patient, wait.since, key=lambda other: other.since)
+        self._patient.insert(place, wait)
         if self._ends is None:
             self._wind_up()
 

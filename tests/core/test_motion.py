@@ -129,3 +129,45 @@ def test_a_turn_goes_the_long_way_round_if_that_is_its_angle():
 
     assert (0.0, 1.0) == piece.velocity
     assert 2.0 == piece.pose(2.0).yaw
+
+
+def test_whoever_rolls_already_goes_on_as_fast():
+    """At 1 m/s, for which it takes 0.5 m at 1 m/s^2: 4 m more take 3.5 + 1 s, and 1 s more from rest."""
+    (piece,) = pieces(Pose(0, 0), [leg((0, 0), (4, 0))], None, speed=1.0, acceleration=1.0, run_up=0.5)
+
+    assert 4.5 == piece.duration
+    assert (2.0, 0.0) == piece.pose(2.0).point
+    assert (0.5, 0.5, 0.125) == (piece.run_up(0.0), piece.run_up(2.0), piece.run_up(4.0))
+
+
+def test_whoever_has_to_turn_or_bend_does_not():
+    """Straight ahead only."""
+    (piece,) = pieces(Pose(0, 0, 1.0), [leg((0, 0), (4, 0))], None, speed=1.0, acceleration=1.0, run_up=0.5)
+
+    assert 5.0 == piece.duration
+
+
+def test_whoever_is_faster_than_is_allowed_now_is_not_any_longer():
+    """At 1 m/s where 0.5 m/s are allowed, which 0.125 m of run-up are."""
+    slow = leg((0, 0), (4, 0), 0.5)
+    (piece,) = pieces(Pose(0, 0), [slow], None, speed=1.0, acceleration=1.0, run_up=0.5)
+
+    assert 8.25 == piece.duration
+
+
+@given(st.floats(0.1, 50), st.floats(0.1, 10), st.floats(0.1, 10), st.floats(0, 1))
+def test_stopped_and_sent_on_at_once_it_arrives_as_if_nothing_had_been(length, speed, acceleration, share):
+    """Wherever on its way that is."""
+    (whole,) = pieces(Pose(0, 0), [leg((0, 0), (length, 0))], None, speed=speed, acceleration=acceleration)
+    elapsed = whole.duration * share
+    at = whole.pose(elapsed)
+    rest = pieces(
+        at,
+        [leg(at.point, (length, 0))] if length > at.x else [],
+        None,
+        speed=speed,
+        acceleration=acceleration,
+        run_up=whole.run_up(elapsed),
+    )
+
+    assert whole.duration == pytest.approx(elapsed + sum(piece.duration for piece in rest), rel=1e-4)
