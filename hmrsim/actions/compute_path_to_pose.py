@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Report
 from hmrsim.actions._navigation import facing, point_of
-from hmrsim.errors import GoalAborted
 from hmrsim.geometry import Pose
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.interfaces.nav_msgs import Path
@@ -24,11 +23,6 @@ def _process(
     robot: Robot, goal: ComputePathToPose.Goal, _report: Report[ComputePathToPose.Feedback]
 ) -> Generator[Any, Any, ComputePathToPose.Result]:
     yield from ()
-    if goal.planner_id not in _PLANNERS:
-        there = ", ".join(filter(None, _PLANNERS))
-        raise GoalAborted(
-            ComputePathToPose.Result.INVALID_PLANNER, f"no planner {goal.planner_id!r}; there is one, called {there}"
-        )
     start = point_of(goal.start) if goal.use_start else robot.pose().point
     route = robot.plan_to(point_of(goal.goal), start)
     end = route.legs[-1].end if route.legs else start
@@ -37,6 +31,12 @@ def _process(
     # Planning takes no simulated time.
     path = Path.model_validate({"header": stamped[0]["header"], "poses": stamped})
     return ComputePathToPose.Result(path=path)
+
+
+def _flaw(goal: ComputePathToPose.Goal) -> str | None:
+    if goal.planner_id in _PLANNERS:
+        return None
+    return f"no planner {goal.planner_id!r}; there is one, called {', '.join(filter(None, _PLANNERS))}"
 
 
 ACTION = Action(
@@ -53,6 +53,7 @@ ACTION = Action(
         rejected=1,
         unknown=ComputePathToPose.Result.UNKNOWN,
     ),
+    flaw=_flaw,
     holds_base=False,
     frames=lambda goal: (goal.goal.header.frame_id, goal.start.header.frame_id if goal.use_start else ""),
     example={"goal": {"pose": {"position": {"x": 10.0, "y": 0.0}}}},

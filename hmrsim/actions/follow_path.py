@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 
+_CONTROLLERS = ("", "FollowPath")
+"""Names of the one controller that there is: none, and the one that Nav2's own trees ask for."""
+
+
 def _process(
     robot: Robot, goal: FollowPath.Goal, report: Report[FollowPath.Feedback]
 ) -> Generator[Any, Any, FollowPath.Result]:
@@ -30,6 +34,12 @@ def _process(
     )
     yield from drive(robot, points, facing(poses[-1]))
     return FollowPath.Result()
+
+
+def _flaw(goal: FollowPath.Goal) -> str | None:
+    if goal.controller_id not in _CONTROLLERS:
+        return f"no controller {goal.controller_id!r}; there is one, called FollowPath"
+    return None if goal.path.poses else "the path has no poses"
 
 
 def _frames(goal: FollowPath.Goal) -> Iterator[str]:
@@ -60,7 +70,7 @@ ACTION = Action(
     failure=lambda code, message: FollowPath.Result(error_code=code, error_msg=message),
     codes=Codes(canceled=0, preempted=FollowPath.Result.UNKNOWN, rejected=1, unknown=FollowPath.Result.UNKNOWN),
     frames=_frames,
-    flaw=lambda goal: None if goal.path.poses else "the path has no poses",
+    flaw=_flaw,
     order=Order("Follow", "X Y X Y …", _ordered),
     example={"path": {"poses": [{"pose": {"position": {"x": 2.0}}}, {"pose": {"position": {"x": 10.0}}}]}},
 )

@@ -71,7 +71,6 @@ def test_a_drive_goes_on_while_it_plans(run):
 @pytest.mark.parametrize(
     ("goal", "fields", "code", "text"),
     [
-        (at(5, 2), {"planner_id": "hybrid"}, 201, "no planner 'hybrid'; there is one, called graph, GridBased"),
         (at(5, 2), {"start": at(-1, 2), "use_start": True}, 203, "start (-1, 2) is outside the map"),
         (at(21, 2), {}, 204, "target (21, 2) is outside the map"),
         (at(5, 2), {"start": at(7, 5), "use_start": True}, 205, "start (7, 5) is inside an obstacle"),
@@ -86,6 +85,14 @@ def test_where_there_is_no_path_it_says_why(run, goal, fields, code, text):
     assert (1.0, "ABORTED") == log.changes(A)[-1]
     assert code == log.result(A).error_code
     assert log.result(A).error_msg.startswith(text)
+
+
+def test_an_unknown_planner_is_not_asked(run):
+    """The goal is rejected, and says who there is."""
+    answer = run((0.0, compute(at(5, 2), planner_id="hybrid"))).answer(A)
+
+    assert (False, "invalid_goal", 1) == (answer.accepted, answer.reason, answer.error_code)
+    assert "no planner 'hybrid'; there is one, called graph, GridBased" == answer.error_msg
 
 
 def test_a_start_in_an_unknown_frame_matters_only_if_it_is_used(run):
