@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-_INTERRUPTED = 130
+from hmrsim.signals import INTERRUPTED, leave
 
 
 def main() -> int:
@@ -12,9 +12,12 @@ def main() -> int:
     try:
         from bt_controller.cli import main as run  # noqa: PLC0415 - what takes its time
 
-        return run()
+        code = run()
     except KeyboardInterrupt:
-        return _INTERRUPTED
+        code = INTERRUPTED
+    if code == INTERRUPTED:
+        leave(code)
+    return code
 
 
 if __name__ == "__main__":

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import signal
-from contextlib import contextmanager
+import sys
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -12,12 +14,27 @@ if TYPE_CHECKING:
 SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
 """Those that mean an end."""
 
+INTERRUPTED: Final = 130
+"""What a shell makes of a process that Ctrl-C has ended."""
+
 _SIGNALLED: Final = 128
 
 
 def exit_code_of(number: int) -> int:
     """Return what a shell makes of a process that a signal has ended."""
     return _SIGNALLED + number
+
+
+def leave(code: int) -> None:
+    """End the process with a code after Ctrl-C.
+
+    Python would end it by SIGINT if the interrupt came while a class was being made: it remembers one that left an
+    ``exec``, whoever caught it afterwards.
+    """
+    with suppress(OSError, ValueError):
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(code)
 
 
 @contextmanager

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import nullcontext, suppress
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.signals import on_signals
+from hmrsim.signals import INTERRUPTED, leave, on_signals
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,7 +16,6 @@ _SERVING: Final = ("run",)
 """Commands that a signal ends well, whenever it comes."""
 
 _DONE: Final = 0
-_INTERRUPTED: Final = 130
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -32,22 +31,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
             code = run(argv)
     except KeyboardInterrupt:
-        code = _INTERRUPTED
-    if code == _INTERRUPTED and argv is None:
-        _leave(code)
+        code = INTERRUPTED
+    if code == INTERRUPTED and argv is None:
+        leave(code)
     return code
-
-
-def _leave(code: int) -> None:
-    """End the process with a code after Ctrl-C.
-
-    Python would end it by SIGINT if the interrupt came while a class was being made: it remembers one that left an
-    ``exec``, whoever caught it afterwards.
-    """
-    with suppress(OSError, ValueError):
-        sys.stdout.flush()
-        sys.stderr.flush()
-    os._exit(code)
 
 
 def _end(_number: int) -> None:
