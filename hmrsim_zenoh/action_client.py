@@ -49,6 +49,7 @@ class ActionClient(Generic[G, R, F]):
         goal: G,
         *,
         goal_id: str | None = None,
+        adopt: bool = False,
         on_feedback: Callable[[F], None] | None = None,
         on_change: Callable[[GoalHandle[R, F]], None] | None = None,
     ) -> GoalHandle[R, F]:
@@ -57,6 +58,9 @@ class ActionClient(Generic[G, R, F]):
         Args:
             goal: What to do.
             goal_id: 32 hex digits, hyphens optional; made here if not given.
+            adopt: Whether to follow the goal that has this id already, if there is one, instead of failing: whoever
+                was killed and comes back finds what it had sent. The ticket says that it was *adopted*; its *error* is
+                a `ResultExpired` if the goal ended so long ago that its result is not kept any longer.
             on_feedback: Called for each feedback, never after the goal is done.
             on_change: Called whenever *accepted*, *status*, *error* or *done* have changed.
 
@@ -88,7 +92,7 @@ class ActionClient(Generic[G, R, F]):
         self._link.enter(exchange)
         if on_feedback is not None:
             self._listen(exchange, wire)
-        exchange.start()
+        exchange.start(adopt=adopt)
         return exchange
 
     def _forget(self, exchange: GoalExchange[R, F]) -> None:

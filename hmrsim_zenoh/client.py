@@ -99,6 +99,7 @@ class Client:
         self._name = name
         self._joining = threading.RLock()
         self._lockstep: Lockstep | None = None
+        self._action_clients: dict[tuple[str, str], ActionClient[Any, Any, Any]] = {}
 
     def __enter__(self) -> Self:
         """Return the client."""
@@ -153,7 +154,12 @@ class Client:
         """
         if not _ROBOT_NAME.fullmatch(robot):
             raise ValueError(f"{robot!r} is no robot's name; letters, digits and underscores, no digit first")
-        return ActionClient(self._link, lambda: self.lockstep, robot, action)
+        # One for all who ask: feedback is listened to once.
+        known = self._action_clients.get((robot, action.name))
+        if known is None or known.action is not action:
+            known = ActionClient(self._link, lambda: self.lockstep, robot, action)
+            self._action_clients[robot, action.name] = known
+        return known
 
     @property
     def lockstep(self) -> Lockstep | None:
@@ -162,7 +168,8 @@ class Client:
         Asks which it is, and joins, the first time, and again when time has moved by itself or the simulator has gone.
 
         Raises:
-            RequestError: The simulator does not want us to take part, as when somebody of our name does.
+            NameTaken: Somebody of our name does.
+            RequestError: The simulator does not want us to take part.
             NobodyThere, SimulatorGone, ClientClosed: There is nobody to take part with.
         """
         with self._joining:
@@ -235,6 +242,35 @@ class Client:
                 return answer
             self._await_simulator(key, until, timeout)
         raise Unreachable(f"nothing answers on {key!r}, though the simulator is there")
+
+    def get_all(self, key: str, timeout: float = 5.0) -> dict[str, bytes]:
+        """Return the latest values of all keys that a key with wildcards matches, as far as they come in *timeout*.
+
+        Raises:
+            ClientClosed: The client was closed.
+            ValueError: *key* is none.
+        """
+        self._link.check_open()
+        _check_key(key)
+        try:
+            replies = self.session.get(key, timeout=timeout)
+        except zenoh.ZError:
+            raise ClientClosed("the client is closed") from None
+        return {str(reply.ok.key_expr): reply.ok.payload.to_bytes() for reply in replies if reply.ok is not None}
+
+    def ask(self, key: str, payload: bytes, then: Callable[[Answer], None], *, timeout: float) -> None:
+        """Ask a service, and return at once; *then* gets the answer, in a thread of ours or of Zenoh's.
+
+        That is the reply; or the `RequestError` that was replied; or None, if nothing comes back in *timeout* seconds:
+        then nobody knows whether it was served.
+
+        Raises:
+            ClientClosed: The client was closed.
+            ValueError: *key* is none.
+        """
+        self._link.check_open()
+        _check_key(key)
+        self._link.ask(Port(key), payload, timeout=timeout, then=then)
 
     def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, history: bool = False) -> Subscription:
         """Call back with key and payload of each sample, in a thread of the subscription's own, until it is closed.

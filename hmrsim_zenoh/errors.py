@@ -10,6 +10,7 @@
     ├── SimulatorGone           it was there; it died, or was restarted and knows nothing of the goal
     ├── Unreachable             it is there, but nothing answers on that key
     ├── RequestError            it answered that it can't read or serve the request; carries the details
+    │   └── NameTaken           ... as another participant of that name is there
     ├── GoalRejectedError       it does not accept the goal; carries the reason (a GoalRejected)
     ├── RequestTimeout          no answer in time (a TimeoutError, too)
     │   └── GoalTimeout         ... to a goal; it may go on, as the text says
@@ -81,6 +82,10 @@ class RequestError(HmrsimError):
         return cls(str(error), details)
 
 
+class NameTaken(RequestError):
+    """Another participant has that name; the text names it."""
+
+
 class GoalRejectedError(GoalRejected):
     """The simulator does not accept a goal.
 
@@ -102,6 +107,10 @@ class RequestTimeout(HmrsimError, TimeoutError):
 
 class GoalTimeout(RequestTimeout):
     """A goal was not answered, or did not end, in time; it may go on, as the text says."""
+
+
+class ResultExpired(HmrsimError):
+    """A goal has ended, as its status says, but its result is not kept any longer."""
 
 
 class ClientClosed(HmrsimError):

@@ -28,7 +28,7 @@ from hmrsim_zenoh.envelopes import (
     plain,
     read,
 )
-from hmrsim_zenoh.errors import GoalRejectedError, GoalTimeout, RequestError, SimulatorGone
+from hmrsim_zenoh.errors import GoalRejectedError, GoalTimeout, RequestError, ResultExpired, SimulatorGone
 from hmrsim_zenoh.goal_handle import F, GoalHandle, R
 from hmrsim_zenoh.keys import Verb
 from hmrsim_zenoh.link import Answer, Link, Port, Wire
@@ -100,6 +100,8 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         self._wire = wire
         self._ports = ports
         self._on_done = on_done
+        self._adopt = False
+        self._ended_before: GoalStatus | None = None
         self._payload = SendGoalRequest(goal_id=goal_id, goal=goal).model_dump_json().encode()
         self._sends = 0
         self._deadline = 0.0
@@ -108,12 +110,15 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         self._cancel_wanted = False
         self._cancel_sent = False
 
-    def start(self) -> None:
-        """Send the goal, and ask for its result right behind it."""
+    def start(self, *, adopt: bool = False) -> None:
+        """Send the goal, and ask for its result right behind it; *adopt* it if somebody has sent it before."""
+        self._adopt = adopt
         # Where time waits for us, nobody answers before it goes on.
         self._deadline = math.inf if self._wire.ordered else self._patience_from_now()
         self._send_goal()
-        self._ask_result()
+        # What may be an older goal has to be known as such before its result is.
+        if not self._adopt:
+            self._ask_result()
 
     def cancel(self) -> None:
         """Ask for the goal's end; returns at once."""
@@ -153,9 +158,12 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             return
         if response.accepted:
             self._on_accepted(GoalStatus.ACCEPTED)
-        elif response.reason == _DUPLICATE and self._sends > 1:
-            # It was ours that came through. At the first try it is somebody else's id.
-            self._on_accepted(_status(response.status))
+        elif response.reason == _DUPLICATE and (self._adopt or self._sends > 1):
+            # It was ours that came through. At the first try it is somebody else's id, or that of an earlier life.
+            self._adopted = self._adopt
+            status = _status(response.status)
+            self._ended_before = status if status.terminal else None
+            self._on_accepted(status)
         else:
             reason, code = response.reason or "rejected", response.error_code or 0
             if self._fail(GoalRejectedError(reason, code, response.error_msg or ""), rejected=True):
@@ -187,7 +195,8 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             self._result_asked = True
             accepted = bool(self._accepted)
         payload = GetResultRequest(goal_id=self._goal_id).model_dump_json().encode()
-        self._ask(self._ports.get_result, payload, partial(self._on_result_answer, accepted), timeout=_FOR_EVER)
+        ask = self._wire.ask if self._ended_before is None else self._wire.look_up
+        ask(self._ports.get_result, payload, timeout=_FOR_EVER, then=partial(self._on_result_answer, accepted))
 
     def _on_result_answer(self, asked_when_accepted: bool, answer: Answer) -> None:  # noqa: FBT001 - for partial
         with self._changed:
@@ -203,6 +212,9 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
                     if self._end(status, response.result):
                         self._on_done(self)
                     return
+                if self._ended_before is not None:
+                    self._expire(self._ended_before)
+                    return
                 error = SimulatorGone(f"{self._name}: the simulator does not know goal {self._goal_id} any more")
         except (RequestError, UnreadableError) as caught:
             error = caught
@@ -215,6 +227,11 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             self._ask_result()
         else:
             self.fail(error)
+
+    def _expire(self, status: GoalStatus) -> None:
+        error = ResultExpired(f"goal {self._goal_id} is {status.name}, but its result is not kept any longer")
+        if self._fail(error, status=status):
+            self._on_done(self)
 
     # --- cancel_goal --------------------------------------------------------------------------------------------------
 

@@ -50,6 +50,7 @@ class GoalHandle(ABC, Generic[R, F]):
         self._result: R | None = None
         self._feedback: F | None = None
         self._done = False
+        self._adopted = False
         self._mail: deque[Callable[[], None]] = deque()
         self._delivering = False
 
@@ -74,8 +75,13 @@ class GoalHandle(ABC, Generic[R, F]):
         return self._accepted
 
     @property
+    def adopted(self) -> bool:
+        """Whether the simulator knew the goal already, and we follow it only; see `ActionClient.send_goal`."""
+        return self._adopted
+
+    @property
     def error(self) -> Exception | None:
-        """Why the goal was rejected or failed without a terminal status; None if neither."""
+        """Why the goal was rejected or failed, or has no result; None if it is not so."""
         return self._error
 
     @property
@@ -184,11 +190,12 @@ class GoalHandle(ABC, Generic[R, F]):
         self._deliver()
         return True
 
-    def _fail(self, error: Exception, *, rejected: bool = False) -> bool:
+    def _fail(self, error: Exception, *, rejected: bool = False, status: GoalStatus | None = None) -> bool:
         with self._changed:
             if self._done:
                 return False
             self._accepted = False if rejected else self._accepted
+            self._status = self._status if status is None else status
             self._error = error
             self._done = True
             self._note_change()

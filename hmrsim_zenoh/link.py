@@ -47,6 +47,9 @@ class Wire(Protocol):
     def ask(self, port: Port, payload: bytes, *, timeout: float, then: Callable[[Answer], None]) -> None:
         """Send a request; *then* gets the answer, once."""
 
+    def look_up(self, port: Port, payload: bytes, *, timeout: float, then: Callable[[Answer], None]) -> None:
+        """Ask for what will never change; *then* gets the answer, once."""
+
     def listen(self, key: str, on_payload: Callable[[bytes], None], wanted: Callable[[], bool]) -> None:
         """Call a function for each payload on a key, at least while it is *wanted*."""
 
@@ -195,6 +198,8 @@ class Link:
             self._get(port, payload, handler, timeout)
         except zenoh.ZError:
             once.on_end()
+
+    look_up = ask
 
     def call(self, port: Port, payload: bytes | None, *, timeout: float) -> Call:
         """Send a request whose answer is waited for."""

@@ -9,14 +9,14 @@ from __future__ import annotations
 import math
 import re
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
 import zenoh
 from pydantic import BaseModel, ValidationError
 
 from hmrsim_zenoh.envelopes import dump, unreadable
-from hmrsim_zenoh.errors import ClientClosed, Dropped, RequestError
+from hmrsim_zenoh.errors import ClientClosed, Dropped, NameTaken, RequestError
 from hmrsim_zenoh.link import Call, Link, Port
 
 if TYPE_CHECKING:
@@ -125,6 +125,7 @@ class Participant:
         """Take part from now on; return how many goals were sent under this name before.
 
         Raises:
+            NameTaken: Somebody else has our name.
             RequestError: The simulator does not want us; its words say why.
             NobodyThere, SimulatorGone, ClientClosed: There is nobody to take part with.
         """
@@ -188,10 +189,10 @@ class Participant:
         while True:
             self._call = self._send("join", dump({"name": self.name}), _ONE_TRY)
             self._answered(math.inf)
-            if isinstance(self._call.answer, RequestError):
-                raise self._call.answer
-            if self._call.answer is not None:
-                return _read(_Joined, self._call.answer)
+            if isinstance(answer := self._call.answer, RequestError):
+                raise NameTaken(str(answer), answer.details) if _field(answer) == "name" else answer
+            if answer is not None:
+                return _read(_Joined, answer)
 
     def _granted(self, grant: Grant) -> Grant:
         self._wish = None
@@ -230,12 +231,15 @@ class Participant:
 
     def _ended(self, error: RequestError) -> Grant | None:
         """Return what an error means that says no more than that time moves by itself now; None to ask once more."""
-        field = error.details[0].get("field") if error.details else None
+        field = _field(error)
         state = self._state(error)
         if state.clock != _LOCKSTEP:
             return Grant(epoch=state.epoch, now=state.now, reason="end")
         if field == "epoch" and not self._resynchronised:
             # The simulation was reset while we were thinking.
+            if self._wish is not None and state.now < self.now:
+                # What we wished for was meant for its old time; let us know what the reset did, and think again.
+                self._wish = replace(self._wish, until=state.now, commands=())
             self.epoch, self.now = state.epoch, state.now
             return None
         self._wish = None
@@ -260,6 +264,11 @@ def check_name(name: str) -> None:
         raise ValueError(
             f"{name!r} is no participant's name; letters, digits and underscores are expected, no digit first"
         )
+
+
+def _field(error: RequestError) -> object:
+    """Return what of a request was wrong; None if the simulator doesn't say."""
+    return error.details[0].get("field") if error.details else None
 
 
 def _read(kind: type[M], payload: bytes) -> M:

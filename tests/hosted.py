@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def hosted(**settings: Any) -> Iterator[SessionOptions]:
-    """Serve the small world; yields what a client connects with."""
-    model = World.model_validate(SMALL_WORLD)
+def hosted(world: object = None, **settings: Any) -> Iterator[SessionOptions]:
+    """Serve a world, the small one if none is given; yields what a client connects with."""
+    model = World.model_validate(world or SMALL_WORLD)
     loaded: Any = SimpleNamespace(world=model, hash=world_hash(model), warnings=(), path=None)
     with Host(loaded, SessionOptions(listen=("tcp/127.0.0.1:0",)), HostSettings(**settings)) as host:
         host.start()

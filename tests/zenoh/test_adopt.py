@@ -1,0 +1,87 @@
+"""Following a goal that was sent in an earlier life, in both kinds of time."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.actions.wait import ACTION
+from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.errors import GoalRejectedError, ResultExpired
+from tests.hosted import hosted
+
+GOAL_ID = "00000000000000000000000000000abc"
+CLOCKS = {"realtime": {"real_time_factor": 10.0}, "lockstep": {"clock": "lockstep"}}
+
+pytestmark = pytest.mark.parametrize("clock", CLOCKS)
+
+
+def wait(seconds):
+    """Return the goal to wait."""
+    return Wait.Goal(time=Duration.from_seconds(seconds))
+
+
+def send(client, seconds=1.0, goal_id=GOAL_ID, robot="wall_e", *, adopt=True):
+    """Return the ticket of a goal."""
+    return client.action_client(robot, ACTION).send_goal(wait(seconds), goal_id=goal_id, adopt=adopt)
+
+
+def test_a_goal_that_nobody_knows_is_sent(clock):
+    """As any other."""
+    with hosted(**CLOCKS[clock]) as options, Client(options) as client:
+        goal = send(client)
+        goal.result(20.0)
+
+    assert (False, GoalStatus.SUCCEEDED) == (goal.adopted, goal.status)
+
+
+def test_a_goal_that_runs_is_followed(clock):
+    """Its result comes when it has one, whoever sent it."""
+    with hosted(**CLOCKS[clock]) as options:
+        with Client(options, name="first") as client:
+            send(client, 30.0).wait_accepted(5.0)
+        with Client(options, name="second") as client:
+            goal = send(client, 30.0)
+            result = goal.result(30.0)
+
+    assert (True, GoalStatus.SUCCEEDED) == (goal.adopted, goal.status)
+    assert 30.0 == result.total_elapsed_time.to_seconds()
+
+
+@pytest.mark.parametrize("status", [GoalStatus.SUCCEEDED, GoalStatus.CANCELED])
+def test_a_goal_that_has_ended_has_its_result_at_once(clock, status):
+    """No simulated time goes by for it."""
+    with hosted(**CLOCKS[clock]) as options:
+        with Client(options, name="first") as client:
+            first = send(client, 30.0)
+            first.wait_accepted(5.0)
+            if status is GoalStatus.CANCELED:
+                first.cancel()
+            result = first.result(30.0)
+        with Client(options, name="second") as client:
+            goal = send(client, 30.0)
+            again = goal.result(5.0)
+
+    assert (True, status, result) == (goal.adopted, goal.status, again)
+
+
+def test_a_goal_whose_result_has_expired_says_how_it_ended(clock):
+    """Of the result nothing is known, and a goal is not begun a second time."""
+    with hosted(keep_results=1, **CLOCKS[clock]) as options, Client(options) as client:
+        send(client).result(20.0)
+        send(client, goal_id="f" * 32).result(20.0)
+        goal = send(client)
+        with pytest.raises(ResultExpired, match=f"goal {GOAL_ID} is SUCCEEDED, but its result is not kept any longer"):
+            goal.result(5.0)
+
+    assert (True, GoalStatus.SUCCEEDED) == (goal.adopted, goal.status)
+
+
+def test_who_does_not_adopt_is_refused(clock):
+    """An id that somebody else has used is a mistake."""
+    with hosted(**CLOCKS[clock]) as options, Client(options) as client:
+        send(client).result(20.0)
+        with pytest.raises(GoalRejectedError, match=r"duplicate_goal_id: goal .* was sent before and is SUCCEEDED"):
+            send(client, adopt=False).result(5.0)
