@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from py_trees.common import Status
 
 from bt_controller.action_leaf import ActionLeaf
-from bt_controller.node import EACH_PERIOD, Node
+from bt_controller.directory import Directory
+from bt_controller.node import EACH_PERIOD, Node, PortError
 from bt_controller.ports import DOUBLE, INT, STRING, gives, wants
 from hmrsim.errors import GoalRejected
 from hmrsim.goal import GoalStatus
@@ -37,25 +38,45 @@ ACTION_OUTPUTS: Final[Mapping[str, Port]] = MappingProxyType(
 )
 """What every action of Nav2's gives."""
 
-_SEND_GOAL_FAILURE: Final = 2
-"""Nav2's code where no server answers."""
-
 
 class ActionNode(Node, ActionLeaf[Any, Any, Any]):
     """Sends the goal that its ports make, and follows it.
 
     SUCCEEDED and CANCELED are SUCCESS, as in Nav2: whoever else cancels a goal knows what for. ABORTED and a
-    rejection are FAILURE, with the code on ``error_code_id``. Halted, the node cancels its goal.
+    rejection are FAILURE, with the code on ``error_code_id``. Halted, the node cancels its goal. One that has ended
+    and is ticked again without having been reset, as children of a PipelineSequence are, sends nothing, and ends as
+    it did.
     """
 
     ACTION: ClassVar[str]
     """The name of the action."""
+
+    UNANSWERED: ClassVar[int] = 2
+    """The code where no server answers; Nav2's SEND_GOAL_FAILURE."""
 
     INPUTS: ClassVar[Mapping[str, Port]] = ACTION_INPUTS
     OUTPUTS: ClassVar[Mapping[str, Port]] = ACTION_OUTPUTS
 
     def __init__(self, name: str, behaviour_class_name: str | None = None) -> None:
         super().__init__(name, self.ACTION, self.goal, behaviour_class_name=behaviour_class_name)
+
+    def setup(self, **kwargs: Any) -> None:
+        """Look the action up, by the name that the file gives it, if any.
+
+        Args:
+            **kwargs: As those of `ActionLeaf` and of all nodes.
+
+        Raises:
+            NotServed: There is no such robot, or it has no such action.
+            PortError: What the file says is not what a port takes; or the name is another action's.
+            NobodyThere: No simulator answers.
+        """
+        if server := self.read("server_name"):
+            directory = kwargs.get("directory") or Directory.from_info(kwargs["client"].info())
+            self._robot, action = directory.resolve(kwargs["robot"], server)
+            if action != self.ACTION:
+                raise PortError(f"{self._whose('server_name')}: {server!r} is not a name of {self.ACTION!r}")
+        super().setup(**kwargs)
 
     def goal(self) -> Message | None:
         """Return the goal as the ports say it; None to fail without one, with a feedback message of why."""
@@ -64,40 +85,64 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
     def take(self, result: Any) -> None:
         """Put a result of SUCCEEDED on the output ports."""
 
+    def take_nothing(self) -> None:
+        """Put on the output ports what stands for no result: the goal ended otherwise, or the node was halted."""
+
+    def code_of(self, result: Any) -> tuple[int, str]:
+        """Return the code and the message of a result."""
+        return result.error_code, result.error_msg
+
     def wants_other_goal(self) -> bool:
         """Return whether the goal that is under way shall be replaced by what `goal` makes now."""
         return False
 
     def next_look(self) -> float:
-        """Return that a running goal tells by itself; one that looks at its ports meanwhile has to say more."""
-        if self.status is not Status.RUNNING:
-            return EACH_PERIOD
-        return math.inf if type(self).wants_other_goal is ActionNode.wants_other_goal else EACH_PERIOD
+        """Return that a running goal tells by itself, and that one which has ended stays as it is.
+
+        What a port leads to changes in ticks only, so whatever `wants_other_goal` looks at there needs no look of
+        its own.
+        """
+        return EACH_PERIOD if self.status is Status.INVALID else math.inf
+
+    def initialise(self) -> None:
+        """Send the goal, if the node is idle."""
+        if self.status is Status.INVALID:
+            super().initialise()
 
     def update(self) -> Status:
         """Return what has become of the goal, after replacing it if that is due."""
         if self.status is Status.RUNNING and self.wants_other_goal():
             # The robot drops the old one when it accepts the new one, as Nav2's servers do.
-            self.initialise()
+            super().initialise()
+        if self._handle is None:
+            self._blame(self.UNANSWERED, self.feedback_message)
+            self.take_nothing()
         return super().update()
 
     def ended(self, handle: GoalHandle[Any, Any]) -> Status:
         """Put the code and the result where the ports lead, and return what they mean."""
         if handle.error is not None:
             code = getattr(handle.error, "error_code", 0) if isinstance(handle.error, GoalRejected) else 0
-            self._blame(code or _SEND_GOAL_FAILURE, str(handle.error))
+            self._blame(code or self.UNANSWERED, str(handle.error))
+            self.take_nothing()
             self.cancel()
             return super().ended(handle)
-        result = handle.result_message
-        if handle.status in (GoalStatus.SUCCEEDED, GoalStatus.CANCELED):
+        if handle.status is GoalStatus.CANCELED:
             self._blame(0, "")
-            if handle.status is GoalStatus.SUCCEEDED:
-                self.take(result)
-                return super().ended(handle)
-            self.feedback_message = "canceled"
-            return Status.SUCCESS
-        self._blame(getattr(result, "error_code", 0), getattr(result, "error_msg", ""))
-        return super().ended(handle)
+        else:
+            self._blame(*self.code_of(handle.result_message))
+        if handle.status is GoalStatus.SUCCEEDED:
+            self.take(handle.result_message)
+        else:
+            self.take_nothing()
+        status = super().ended(handle)
+        return Status.SUCCESS if handle.status is GoalStatus.CANCELED else status
+
+    def terminate(self, new_status: Status) -> None:
+        """Cancel the goal if the node is halted; what it has given before is no longer true then."""
+        if new_status is Status.INVALID and self.status is Status.RUNNING:
+            self.take_nothing()
+        super().terminate(new_status)
 
     def _blame(self, code: int, message: str) -> None:
         if "error_code_id" in self.OUTPUTS:

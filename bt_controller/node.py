@@ -65,8 +65,8 @@ class Node(PortsMixin):
         """
         super().setup(**kwargs)
         self._places: Places | None = kwargs.get("places")
-        client = self.blackboard_client
         for port in self.INPUTS:
+            client = self.blackboard_client
             if client.exists(port) and isinstance(client.get(port), str):
                 self.read(port)
 
@@ -82,7 +82,9 @@ class Node(PortsMixin):
         if value is None:
             if information.required and information.default_value is None:
                 raise PortError(f"{self._whose(port)} has no value: nothing has written it so far")
-            return information.default_value
+            default = information.default_value
+            # A key that the port leads to where the file says nothing is no value.
+            return None if isinstance(default, str) and default.startswith("{") else default
         kind = information.kind
         if isinstance(value, str) and kind.type is not str:
             try:
@@ -108,6 +110,11 @@ class Node(PortsMixin):
     def next_ticked(self) -> Sequence[Behaviour]:
         """Return the children that the next tick may look at."""
         return ()
+
+    @property
+    def behind(self) -> float:
+        """By how many seconds the time of the children is behind this node's, as it stood still for them."""
+        return 0.0
 
     def _whose(self, port: str) -> str:
         where = f" ({self.origin})" if self.origin else ""
@@ -188,6 +195,11 @@ class Decoration(_Parent, Decorator):
         """The child."""
         child: Behaviour = self.decorated
         return child
+
+    def update(self) -> Status:
+        """Return the status; py_trees' decorators have to have this, ours `advance`."""
+        status: Status = self.status
+        return status
 
     def tick_child(self) -> Generator[Behaviour, None, Status]:
         """Tick the child, and return its status; INVALID if it was skipped."""

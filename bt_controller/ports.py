@@ -81,7 +81,7 @@ def gives(kind: Kind[Any], description: str = "") -> Port:
 
 def _declared(kind: Kind[Any]) -> Any:
     """Return the type as py_trees is to know it: what is written in a file stays text until it is read."""
-    return object if kind.type is object else str | kind.type
+    return str | kind.type
 
 
 def _text(text: str, _places: Places | None) -> str:
@@ -110,6 +110,11 @@ def _truth(text: str, _places: Places | None) -> bool:
     if text.lower() not in truths:
         raise ValueError(f"{text!r} is neither true nor false")
     return truths[text.lower()]
+
+
+def _whole_numbers(text: str, places: Places | None) -> list[int]:
+    """Return whole numbers with ``;`` between them."""
+    return [_whole(part, places) for part in text.split(";") if part.strip()]
 
 
 def _pose(text: str, places: Places | None) -> PoseStamped:
@@ -164,6 +169,7 @@ _QUATERNION: Final = 4
 STRING: Final = Kind("string", str, _text)
 DOUBLE: Final = Kind("double", float, _real)
 INT: Final = Kind("int", int, _whole)
+INTS: Final = Kind("int[]", list, _whole_numbers)
 BOOL: Final = Kind("bool", bool, _truth)
 POSE: Final = Kind("geometry_msgs/PoseStamped", PoseStamped, _pose)
 POSES: Final = Kind("geometry_msgs/PoseStamped[]", list, _poses)

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import PluginError
 from hmrsim.plugins import discover
@@ -30,6 +31,37 @@ class Family:
 
     name: str
     nodes: Mapping[str, type[Node]]
+
+
+NOT_HERE: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        "AssistedTeleop": "nobody steers robots by hand here",
+        "BlackboardCheckBool": "version 4 has Precondition, and _skipIf for any node",
+        "BlackboardCheckDouble": "version 4 has Precondition, and _skipIf for any node",
+        "BlackboardCheckInt": "version 4 has Precondition, and _skipIf for any node",
+        "BlackboardCheckString": "version 4 has Precondition, and _skipIf for any node",
+        "CancelAssistedTeleop": "nobody steers robots by hand here",
+        "CancelComputeAndTrackRoute": "there is no route server here; ComputePathToPose plans along the lanes",
+        "CancelFollowObject": "robots here don't follow objects",
+        "CheckPoseOccupancy": "there is no costmap here; ValidatePath looks at the lanes",
+        "ComputeAndTrackRoute": "there is no route server here; ComputePathToPose plans along the lanes",
+        "ComputePathThroughPoses": "robots here plan to one pose: ComputePathToPose; or drive: NavigateThroughPoses",
+        "ComputeRoute": "there is no route server here; ComputePathToPose plans along the lanes",
+        "ExtractRouteNodesAsGoals": "there is no route server here; ComputePathToPose plans along the lanes",
+        "FollowObject": "robots here don't follow objects",
+        "IsPoseOccupied": "there is no costmap here; ValidatePath looks at the lanes",
+        "IsWithinPathTrackingBounds": "robots here are never off their path",
+        "ManualSelector": "it would ask a person at a terminal",
+        "PauseResumeController": "it waits for ROS services; set_simulation_state pauses the simulator",
+        "RemoveInCollisionGoals": "there is no costmap here; ValidatePath looks at the lanes",
+        "RetryUntilSuccesful": "version 4 has RetryUntilSuccessful",
+        "SequenceStar": "version 4 has SequenceWithMemory",
+        "SmoothPath": "robots here don't smooth paths",
+        "SubTreePlus": 'version 4 has SubTree _autoremap="true"',
+        "WouldARouteRecoveryHelp": "there is no route server here; ComputePathToPose plans along the lanes",
+    }
+)
+"""Nodes of other versions, or that can't be, and what to do."""
 
 
 @cache

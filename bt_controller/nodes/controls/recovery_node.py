@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 class RecoveryNode(Control):
     """Succeeds when its first child does. When that fails the second is ticked, and if it succeeds the first again.
 
-    Fails when the second child fails, or the first has failed once more than the number of retries.
+    Fails when the second child fails or is skipped, or the first has failed once more than the number of retries.
+    Is skipped when the first child is. Halted, it forgets how often it has tried.
     """
 
     INPUTS: ClassVar = {"number_of_retries": wants(INT, "How often to try again", default=1)}
@@ -37,10 +38,10 @@ class RecoveryNode(Control):
             child = second if self._recovers else first
             yield from child.tick()
             match child.status, self._recovers:
-                case (Status.RUNNING, _) | (Status.SUCCESS, False) | (Status.FAILURE, True):
+                case (Status.RUNNING, _) | (Status.SUCCESS | Status.INVALID, False):
                     return child.status
-                case Status.INVALID, _:
-                    return Status.INVALID
+                case Status.FAILURE | Status.INVALID, True:
+                    return Status.FAILURE
                 case Status.FAILURE, False:
                     if self._retries >= self.read("number_of_retries"):
                         return Status.FAILURE

@@ -1,0 +1,56 @@
+"""The options that say which tree, of which nodes, with which values."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from bt_controller.trees import Plan
+
+_KEY: Final = re.compile(r"[\w-]+(/[\w-]+)*")
+
+
+def add_tree_options(parser: Any) -> None:
+    """Add TREE, and what is to be said of it."""
+    parser.add_argument("tree", metavar="TREE", help="FILE.xml or MODULE:FUNCTION")
+    parser.add_argument(
+        "--tree", dest="tree_id", metavar="ID", help="which of the trees of FILE.xml (default: its own)"
+    )
+    parser.add_argument(
+        "--nodes",
+        action="extend",
+        nargs="+",
+        default=[],
+        metavar="MODULE",
+        help="modules with further nodes for FILE.xml: each public subclass of bt_controller.node.Node, by its name",
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        dest="values",
+        type=_value,
+        metavar="KEY=VALUE",
+        help="put a text on each robot's blackboard before the first tick; ports read it as they would in a file;"
+        " repeatable",
+    )
+
+
+def tree_of(args: argparse.Namespace) -> Plan:
+    """Return the tree that the options mean.
+
+    Raises:
+        TreeError: There is none, or something is wrong with it.
+    """
+    from bt_controller.trees import load  # noqa: PLC0415 - --help is quick
+
+    return load(args.tree, tree=args.tree_id, nodes=args.nodes, values=dict(args.values))
+
+
+def _value(text: str) -> tuple[str, str]:
+    key, equals, value = text.partition("=")
+    if not (equals and _KEY.fullmatch(key)):
+        raise argparse.ArgumentTypeError(f"{text!r} is no KEY=VALUE, such as goal=kitchen")
+    return key, value

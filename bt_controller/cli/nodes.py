@@ -1,0 +1,141 @@
+"""``bt-controller nodes``: tell what XML trees can be made of."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import json
+import sys
+from difflib import get_close_matches
+from enum import Enum
+from typing import TYPE_CHECKING, Any, Final
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from bt_controller.cli._codes import DONE, EXIT_CODES, WRONG_USE
+
+if TYPE_CHECKING:
+    from bt_controller.node import Node
+
+# What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
+# ruff: noqa: PLC0415
+
+_EXAMPLES: Final = """\
+examples:
+  bt-controller nodes
+  bt-controller nodes RecoveryNode
+  bt-controller nodes --xml > palette.xml
+  bt-controller nodes --json | jq 'keys'"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "nodes",
+        help="tell what XML trees can be made of",
+        description="List the nodes of XML trees; with their ports if they are named.",
+        epilog=f"{_EXAMPLES}\n\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("nodes", nargs="*", metavar="NODE", help="a node's tag; all of them if none is named")
+    form = parser.add_mutually_exclusive_group()
+    form.add_argument("--json", action="store_true", help="one JSON object: nodes with their ports, by tag")
+    form.add_argument("--xml", action="store_true", help="a TreeNodesModel, for editors such as Groot2")
+    parser.set_defaults(command=_nodes)
+
+
+def _nodes(args: argparse.Namespace) -> int:
+    from bt_controller.nodes import registry
+
+    known = registry()
+    for name in args.nodes:
+        if name not in known:
+            meant = get_close_matches(name, known, n=1)
+            instead = f"did you mean {meant[0]!r}?" if meant else "`bt-controller nodes` lists them"
+            print(f"bt-controller: no node {name!r}; {instead}", file=sys.stderr)
+            return WRONG_USE
+    shown = {name: known[name] for name in args.nodes or sorted(known)}
+    if args.json:
+        print(json.dumps({tag: _described(node) for tag, node in shown.items()}, indent=2))
+    elif args.xml:
+        print(_model(shown))
+    elif args.nodes:
+        print("\n\n".join(_page(tag, node) for tag, node in shown.items()))
+    else:
+        for kind in ("control", "decorator", "action", "condition"):
+            print(f"{kind}s:")
+            tags = [tag for tag, node in shown.items() if _kind(node) == kind]
+            widest = max(map(len, tags), default=0)
+            for tag in tags:
+                print(f"  {tag:{widest}}  {_summary(shown[tag])}")
+    return DONE
+
+
+def _kind(node: type[Node]) -> str:
+    """Return what BehaviorTree.CPP calls a node of this kind."""
+    from bt_controller.node import Condition, Control, Decoration
+
+    for base, kind in ((Control, "control"), (Decoration, "decorator"), (Condition, "condition")):
+        if issubclass(node, base):
+            return kind
+    return "action"
+
+
+def _summary(node: type[Node]) -> str:
+    return (inspect.getdoc(node) or "").partition("\n")[0]
+
+
+def _ports(node: type[Node]) -> list[dict[str, Any]]:
+    """Return the ports of a node as plain values, and the attributes that are scripts."""
+    sides = [("input", node.INPUTS), ("output", node.OUTPUTS)]
+    scripts = [
+        {"name": name, "direction": "input", "type": "script", "required": True, "default": None, "description": ""}
+        for name in getattr(node, "SCRIPTS", ())
+    ]
+    return scripts + [
+        {
+            "name": name,
+            "direction": side,
+            "type": port.kind.name,
+            "required": port.required,
+            "default": _plain(port.default_value),
+            "description": port.description,
+        }
+        for side, ports in sides
+        for name, port in ports.items()
+    ]
+
+
+def _plain(value: Any) -> Any:
+    """Return a default as JSON has it."""
+    if isinstance(value, Enum):
+        return value.value
+    return value if isinstance(value, (str, int, float, bool, type(None))) else str(value)
+
+
+def _described(node: type[Node]) -> dict[str, Any]:
+    return {"kind": _kind(node), "description": inspect.getdoc(node) or "", "ports": _ports(node)}
+
+
+def _page(tag: str, node: type[Node]) -> str:
+    """Return all that there is to say of a node."""
+    lines = [f"{tag} ({_kind(node)})", *(f"  {line}".rstrip() for line in (inspect.getdoc(node) or "").splitlines())]
+    for port in _ports(node):
+        needed = ", required" if port["required"] and port["direction"] == "input" else ""
+        default = "" if port["default"] is None else f", default {port['default']}"
+        lines.append(f"  {port['direction']} {port['name']}: {port['type']}{needed}{default}")
+        lines += [f"      {port['description']}"] if port["description"] else []
+    return "\n".join(lines)
+
+
+def _model(nodes: dict[str, type[Node]]) -> str:
+    """Return the nodes as editors of BehaviorTree.CPP's files want to be told of them."""
+    root = Element("root", BTCPP_format="4")
+    model = SubElement(root, "TreeNodesModel")
+    for tag, node in nodes.items():
+        element = SubElement(model, _kind(node).capitalize(), ID=tag)
+        for port in _ports(node):
+            given = {"name": port["name"], "type": port["type"]}
+            default = {} if port["default"] is None else {"default": str(port["default"])}
+            SubElement(element, f"{port['direction']}_port", given | default).text = port["description"]
+    indent(root)
+    return tostring(root, encoding="unicode")

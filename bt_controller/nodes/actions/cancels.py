@@ -1,0 +1,87 @@
+"""Nav2's actions that cancel all goals that a robot has of an action, whoever has sent them."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.action_node import ACTION_INPUTS
+from bt_controller.directory import Directory
+from bt_controller.node import Leaf
+from bt_controller.nodes import Family
+from hmrsim.errors import HmrsimError
+from hmrsim_zenoh.keys import Verb
+
+if TYPE_CHECKING:
+    from hmrsim_zenoh.client import Client
+
+
+class _Cancel(Leaf):
+    """Succeeds when the robot has been asked; fails when it does not answer."""
+
+    ACTION: ClassVar[str]
+    """The name of the action."""
+
+    INPUTS: ClassVar = ACTION_INPUTS
+
+    def setup(self, **kwargs: Any) -> None:
+        """Look the action up.
+
+        Args:
+            **kwargs: *client*, *robot* and *directory*, and what all nodes get.
+
+        Raises:
+            NotServed: There is no such robot, or it has no such action.
+            PortError: What the file says is not what a port takes.
+        """
+        super().setup(**kwargs)
+        self._client: Client = kwargs["client"]
+        directory = kwargs.get("directory") or Directory.from_info(self._client.info())
+        robot, action = directory.resolve(kwargs["robot"], self.read("server_name") or self.ACTION)
+        self._key = self._client.keys.action(robot, action, Verb.CANCEL_GOAL)
+
+    def update(self) -> Status:
+        """Ask the robot to cancel them all."""
+        try:
+            self._client.get(self._key, payload=json.dumps({}).encode())
+        except HmrsimError as error:
+            self.feedback_message = str(error)
+            return Status.FAILURE
+        return Status.SUCCESS
+
+
+class CancelBackUp(_Cancel):
+    """Cancels `BackUp`."""
+
+    ACTION = "back_up"
+
+
+class CancelControl(_Cancel):
+    """Cancels `FollowPath`."""
+
+    ACTION = "follow_path"
+
+
+class CancelDriveOnHeading(_Cancel):
+    """Cancels `DriveOnHeading`."""
+
+    ACTION = "drive_on_heading"
+
+
+class CancelSpin(_Cancel):
+    """Cancels `Spin`."""
+
+    ACTION = "spin"
+
+
+class CancelWait(_Cancel):
+    """Cancels `Wait`."""
+
+    ACTION = "wait"
+
+
+_NODES = (CancelBackUp, CancelControl, CancelDriveOnHeading, CancelSpin, CancelWait)
+
+FAMILY = Family("cancels", {node.__name__: node for node in _NODES})

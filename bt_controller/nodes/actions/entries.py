@@ -1,0 +1,44 @@
+"""BehaviorTree.CPP's SetBlackboard and UnsetBlackboard."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Leaf, PortError
+from bt_controller.nodes import Family
+from bt_controller.ports import ANY, gives, wants
+
+
+class SetBlackboard(Leaf):
+    """Puts a value into an entry: a text, or what is in another entry. Fails if that has no value."""
+
+    INPUTS: ClassVar = {"value": wants(ANY, "What to put there")}
+    OUTPUTS: ClassVar = {"output_key": gives(ANY, "Key of the entry, with or without braces")}
+    KEYS: ClassVar = ("output_key",)
+
+    def update(self) -> Status:
+        """Write the entry."""
+        try:
+            self.write("output_key", self.read("value"))
+        except PortError as error:
+            self.feedback_message = str(error)
+            return Status.FAILURE
+        self.feedback_message = ""
+        return Status.SUCCESS
+
+
+class UnsetBlackboard(Leaf):
+    """Removes an entry, if there is one, and succeeds."""
+
+    OUTPUTS: ClassVar = {"key": gives(ANY, "Key of the entry, with or without braces")}
+    KEYS: ClassVar = ("key",)
+
+    def update(self) -> Status:
+        """Remove the entry."""
+        self.blackboard_client.unset("key")
+        return Status.SUCCESS
+
+
+FAMILY = Family("entries", {"SetBlackboard": SetBlackboard, "UnsetBlackboard": UnsetBlackboard})

@@ -1,0 +1,99 @@
+"""Nav2's behaviours: short motions, and none.
+
+Lengths and speeds are in the world's unit, a second; times are simulated seconds.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING, ClassVar, Final
+
+from bt_controller.action_node import ACTION_INPUTS, ActionNode
+from bt_controller.nodes import Family
+from bt_controller.ports import BOOL, DOUBLE, wants
+from hmrsim.interfaces import nav2_msgs
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import Point
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from bt_controller.ports import Port
+
+_MANEUVER_INPUTS: Final[Mapping[str, Port]] = MappingProxyType(
+    {
+        **ACTION_INPUTS,
+        "time_allowance": wants(DOUBLE, "How long it may take, in seconds; 0 for as long as it takes", default=10.0),
+        "disable_collision_checks": wants(BOOL, "Goes along with the goal", default=False),
+        "is_recovery": wants(BOOL, "Read and not needed: nobody counts recoveries here", default=True),
+    }
+)
+
+
+class Spin(ActionNode):
+    """Turns on the spot."""
+
+    ACTION = "spin"
+    INPUTS: ClassVar = {**_MANEUVER_INPUTS, "spin_dist": wants(DOUBLE, "How far, in radians", default=1.57)}
+
+    def goal(self) -> nav2_msgs.Spin.Goal:
+        """Return the goal that the ports make."""
+        return nav2_msgs.Spin.Goal(
+            target_yaw=self.read("spin_dist"),
+            time_allowance=Duration.from_seconds(self.read("time_allowance")),
+            disable_collision_checks=self.read("disable_collision_checks"),
+        )
+
+
+class Wait(ActionNode):
+    """Stands still."""
+
+    ACTION = "wait"
+    INPUTS: ClassVar = {**ACTION_INPUTS, "wait_duration": wants(DOUBLE, "How long, in seconds", default=1.0)}
+
+    def goal(self) -> nav2_msgs.Wait.Goal:
+        """Return the goal that the ports make."""
+        return nav2_msgs.Wait.Goal(time=Duration.from_seconds(self.read("wait_duration")))
+
+
+class BackUp(ActionNode):
+    """Drives straight back."""
+
+    ACTION = "back_up"
+    INPUTS: ClassVar = {
+        **_MANEUVER_INPUTS,
+        "backup_dist": wants(DOUBLE, "How far", default=0.15),
+        "backup_speed": wants(DOUBLE, "How fast", default=0.025),
+    }
+
+    def goal(self) -> nav2_msgs.BackUp.Goal:
+        """Return the goal that the ports make."""
+        return nav2_msgs.BackUp.Goal(
+            target=Point(x=self.read("backup_dist")),
+            speed=self.read("backup_speed"),
+            time_allowance=Duration.from_seconds(self.read("time_allowance")),
+            disable_collision_checks=self.read("disable_collision_checks"),
+        )
+
+
+class DriveOnHeading(ActionNode):
+    """Drives straight ahead."""
+
+    ACTION = "drive_on_heading"
+    INPUTS: ClassVar = {
+        **_MANEUVER_INPUTS,
+        "dist_to_travel": wants(DOUBLE, "How far", default=0.15),
+        "speed": wants(DOUBLE, "How fast", default=0.025),
+    }
+
+    def goal(self) -> nav2_msgs.DriveOnHeading.Goal:
+        """Return the goal that the ports make."""
+        return nav2_msgs.DriveOnHeading.Goal(
+            target=Point(x=self.read("dist_to_travel")),
+            speed=self.read("speed"),
+            time_allowance=Duration.from_seconds(self.read("time_allowance")),
+            disable_collision_checks=self.read("disable_collision_checks"),
+        )
+
+
+FAMILY = Family("maneuvers", {"BackUp": BackUp, "DriveOnHeading": DriveOnHeading, "Spin": Spin, "Wait": Wait})

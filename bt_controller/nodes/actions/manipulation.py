@@ -1,0 +1,54 @@
+"""MoveIt's actions, for which nobody else has nodes; their codes are MoveIt's, where 1 is success."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from bt_controller.action_node import ACTION_INPUTS, ActionNode
+from bt_controller.nodes import Family
+from bt_controller.ports import POSE, STRING, wants
+from hmrsim.interfaces import moveit_msgs
+from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, PlaceLocation
+
+
+class _MoveItNode(ActionNode):
+    """An action whose result has its code in a message."""
+
+    UNANSWERED = MoveItErrorCodes.FAILURE
+
+    def code_of(self, result: Any) -> tuple[int, str]:
+        """Return the code and the message of a result."""
+        return result.error_code.val, result.error_code.message
+
+
+class Pickup(_MoveItNode):
+    """Picks an item up."""
+
+    ACTION = "pickup"
+    INPUTS: ClassVar = {**ACTION_INPUTS, "target_name": wants(STRING, "The item")}
+
+    def goal(self) -> moveit_msgs.Pickup.Goal:
+        """Return the goal that the ports make."""
+        return moveit_msgs.Pickup.Goal(target_name=self.read("target_name"))
+
+
+class Place(_MoveItNode):
+    """Puts down what it holds, where the robot is or at a pose within its reach."""
+
+    ACTION = "place"
+    INPUTS: ClassVar = {
+        **ACTION_INPUTS,
+        "attached_object_name": wants(STRING, "The item; whatever it holds if left out", default=""),
+        "place_pose": wants(POSE, "Where; where the robot is if left out", required=False),
+    }
+
+    def goal(self) -> moveit_msgs.Place.Goal:
+        """Return the goal that the ports make."""
+        pose = self.read("place_pose")
+        return moveit_msgs.Place.Goal(
+            attached_object_name=self.read("attached_object_name"),
+            place_locations=[] if pose is None else [PlaceLocation(place_pose=pose)],
+        )
+
+
+FAMILY = Family("manipulation", {"Pickup": Pickup, "Place": Place})

@@ -1,0 +1,39 @@
+"""Nav2's actions that drive: to a pose, through poses."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from bt_controller.action_node import ACTION_INPUTS, ActionNode
+from bt_controller.nodes import Family
+from bt_controller.ports import POSE, POSES, STRING, wants
+from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses as ThroughPoses
+from hmrsim.interfaces.nav2_msgs import NavigateToPose as ToPose
+from hmrsim.interfaces.nav_msgs import Goals
+
+_TREE = wants(STRING, "Goes along with the goal; robots here have no trees of their own", default="")
+
+
+class NavigateToPose(ActionNode):
+    """Drives to ``goal``."""
+
+    ACTION = "navigate_to_pose"
+    INPUTS: ClassVar = {**ACTION_INPUTS, "goal": wants(POSE, "Where to"), "behavior_tree": _TREE}
+
+    def goal(self) -> ToPose.Goal:
+        """Return the goal that the ports make."""
+        return ToPose.Goal(pose=self.read("goal"), behavior_tree=self.read("behavior_tree"))
+
+
+class NavigateThroughPoses(ActionNode):
+    """Drives through ``goals`` to the last of them."""
+
+    ACTION = "navigate_through_poses"
+    INPUTS: ClassVar = {**ACTION_INPUTS, "goals": wants(POSES, "Where to, in order"), "behavior_tree": _TREE}
+
+    def goal(self) -> ThroughPoses.Goal:
+        """Return the goal that the ports make."""
+        return ThroughPoses.Goal(poses=Goals(goals=self.read("goals")), behavior_tree=self.read("behavior_tree"))
+
+
+FAMILY = Family("navigation", {"NavigateThroughPoses": NavigateThroughPoses, "NavigateToPose": NavigateToPose})

@@ -1,0 +1,122 @@
+"""Nav2's actions for which there is nothing to do here: they succeed at once.
+
+There are no costmaps, no particles and no collision monitor. There is one planner, one controller and so on, and no
+topic on which to choose others: selectors give their defaults.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Leaf
+from bt_controller.nodes import Family
+from bt_controller.ports import BOOL, DOUBLE, POSE, STRING, gives, wants
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from bt_controller.ports import Port
+
+_NOT_NEEDED = "Read and not needed"
+
+_SERVICE: Mapping[str, Port] = {
+    "service_name": wants(STRING, _NOT_NEEDED, required=False),
+    "server_timeout": wants(DOUBLE, _NOT_NEEDED, required=False),
+}
+
+
+class _NoOp(Leaf):
+    """Succeeds."""
+
+    INPUTS: ClassVar = _SERVICE
+
+    def update(self) -> Status:
+        """Succeed."""
+        self.feedback_message = "nothing to do here"
+        return Status.SUCCESS
+
+
+class ClearEntireCostmap(_NoOp):
+    """There is no costmap to clear."""
+
+
+class ClearCostmapExceptRegion(_NoOp):
+    """There is no costmap to clear."""
+
+    INPUTS: ClassVar = {**_SERVICE, "reset_distance": wants(DOUBLE, _NOT_NEEDED, default=1.0)}
+
+
+class ClearCostmapAroundRobot(ClearCostmapExceptRegion):
+    """There is no costmap to clear."""
+
+
+class ClearCostmapAroundPose(_NoOp):
+    """There is no costmap to clear."""
+
+    INPUTS: ClassVar = {
+        **ClearCostmapExceptRegion.INPUTS,
+        "pose": wants(POSE, _NOT_NEEDED, required=False),
+    }
+
+
+class ReinitializeGlobalLocalization(_NoOp):
+    """Robots know where they are."""
+
+
+class ToggleCollisionMonitor(_NoOp):
+    """There is no collision monitor."""
+
+    INPUTS: ClassVar = {**_SERVICE, "enable": wants(BOOL, _NOT_NEEDED, default=True)}
+
+
+class _Selector(Leaf):
+    """Puts its default where the choice is to be; fails without one, as Nav2's does as long as nobody has chosen."""
+
+    WHAT: ClassVar[str]
+
+    def update(self) -> Status:
+        """Choose the default."""
+        choice = self.read(f"default_{self.WHAT}")
+        if not choice:
+            self.feedback_message = f"there is no default_{self.WHAT}, and nobody else to choose"
+            return Status.FAILURE
+        self.write(f"selected_{self.WHAT}", choice)
+        return Status.SUCCESS
+
+
+def _selector(tag: str, chosen: str) -> type[_Selector]:
+    """Return the selector of a planner, a controller, and so on."""
+    return type(
+        tag,
+        (_Selector,),
+        {
+            "__doc__": f"Selects the {chosen.replace('_', ' ')}.",
+            "__module__": __name__,
+            "WHAT": chosen,
+            "INPUTS": {
+                "topic_name": wants(STRING, "Read and not needed: there is no such topic", required=False),
+                f"default_{chosen}": wants(STRING, "What to select", default=""),
+            },
+            "OUTPUTS": {f"selected_{chosen}": gives(STRING, "What was selected")},
+        },
+    )
+
+
+_NODES = (
+    ClearCostmapAroundPose,
+    ClearCostmapAroundRobot,
+    ClearCostmapExceptRegion,
+    ClearEntireCostmap,
+    ReinitializeGlobalLocalization,
+    ToggleCollisionMonitor,
+    _selector("ControllerSelector", "controller"),
+    _selector("GoalCheckerSelector", "goal_checker"),
+    _selector("PathHandlerSelector", "path_handler"),
+    _selector("PlannerSelector", "planner"),
+    _selector("ProgressCheckerSelector", "progress_checker"),
+    _selector("SmootherSelector", "smoother"),
+)
+
+FAMILY = Family("no_ops", {node.__name__: node for node in _NODES})

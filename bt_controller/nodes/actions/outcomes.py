@@ -1,0 +1,27 @@
+"""BehaviorTree.CPP's AlwaysSuccess and AlwaysFailure."""
+
+from __future__ import annotations
+
+from py_trees.common import Status
+
+from bt_controller.node import Leaf
+from bt_controller.nodes import Family
+
+
+class AlwaysSuccess(Leaf):
+    """Succeeds."""
+
+    def update(self) -> Status:
+        """Return that it does."""
+        return Status.SUCCESS
+
+
+class AlwaysFailure(Leaf):
+    """Fails."""
+
+    def update(self) -> Status:
+        """Return that it does."""
+        return Status.FAILURE
+
+
+FAMILY = Family("outcomes", {"AlwaysSuccess": AlwaysSuccess, "AlwaysFailure": AlwaysFailure})

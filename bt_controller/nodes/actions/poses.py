@@ -1,0 +1,101 @@
+"""Nav2's actions that make poses, and lists of goals."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Leaf
+from bt_controller.nodes import Family
+from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
+from bt_controller.nodes.paths import apart
+from bt_controller.ports import DOUBLE, INT, POSE, POSES, Kind, gives, wants
+from hmrsim.interfaces.nav2_msgs import WaypointStatus
+
+_INPUT_GOALS = wants(POSES, "The goals")
+_OUTPUT_GOALS = gives(POSES, "The goals")
+
+
+def _no_text(text: str, _places: object) -> list[WaypointStatus]:
+    raise ValueError(f"{text!r} is no list of statuses; a key of the blackboard is expected")
+
+
+_STATUSES = Kind("nav2_msgs/WaypointStatus[]", list, _no_text)
+
+
+class GetCurrentPose(Located, Leaf):
+    """Puts the robot's pose on ``current_pose``."""
+
+    INPUTS: ClassVar = {"global_frame": GLOBAL_FRAME, "robot_base_frame": BASE_FRAME}
+    OUTPUTS: ClassVar = {"current_pose": gives(POSE, "Where the robot is")}
+
+    def update(self) -> Status:
+        """Tell the pose."""
+        self.write("current_pose", self.here)
+        return Status.SUCCESS
+
+
+class RemovePassedGoals(Located, Leaf):
+    """Puts goals on ``output_goals`` without the first ones that the robot is near; the last one always stays.
+
+    Of ``input_waypoint_statuses``, if there are some, those of the goals that are left out become COMPLETED.
+    """
+
+    INPUTS: ClassVar = {
+        "input_goals": _INPUT_GOALS,
+        "radius": wants(DOUBLE, "What is near, in the world's unit of length", default=0.5),
+        "robot_base_frame": BASE_FRAME,
+        "input_waypoint_statuses": wants(_STATUSES, "How the waypoints have fared", required=False),
+    }
+    OUTPUTS: ClassVar = {
+        "output_goals": _OUTPUT_GOALS,
+        "output_waypoint_statuses": gives(_STATUSES, "How they have fared now"),
+    }
+
+    def update(self) -> Status:
+        """Leave out what has been passed."""
+        goals, statuses = list(self.read("input_goals")), list(self.read("input_waypoint_statuses") or ())
+        while len(goals) > 1 and apart(goals[0], self.here) <= self.read("radius"):
+            passed = goals.pop(0)
+            for index, status in enumerate(statuses):
+                if status.waypoint_status == WaypointStatus.PENDING and status.waypoint_pose == passed:
+                    statuses[index] = status.model_copy(update={"waypoint_status": WaypointStatus.COMPLETED})
+                    break
+        self.write("output_goals", goals)
+        if statuses:
+            self.write("output_waypoint_statuses", statuses)
+        return Status.SUCCESS
+
+
+class AppendGoalPoseToGoals(Leaf):
+    """Puts goals on ``output_goals`` with one more at their end."""
+
+    INPUTS: ClassVar = {"input_goals": _INPUT_GOALS, "goal_pose": wants(POSE, "One more goal")}
+    OUTPUTS: ClassVar = {"output_goals": _OUTPUT_GOALS}
+
+    def update(self) -> Status:
+        """Add the goal."""
+        self.write("output_goals", [*self.read("input_goals"), self.read("goal_pose")])
+        return Status.SUCCESS
+
+
+class GetNextFewGoals(Leaf):
+    """Puts the first ``num_goals`` goals on ``output_goals``; fails if there are no goals."""
+
+    INPUTS: ClassVar = {"input_goals": _INPUT_GOALS, "num_goals": wants(INT, "How many")}
+    OUTPUTS: ClassVar = {"output_goals": _OUTPUT_GOALS}
+
+    def update(self) -> Status:
+        """Take the first ones."""
+        goals = self.read("input_goals")
+        if not goals:
+            self.feedback_message = "there are no goals"
+            return Status.FAILURE
+        self.write("output_goals", goals[: max(0, self.read("num_goals"))])
+        return Status.SUCCESS
+
+
+_NODES = (AppendGoalPoseToGoals, GetCurrentPose, GetNextFewGoals, RemovePassedGoals)
+
+FAMILY = Family("poses", {node.__name__: node for node in _NODES})

@@ -1,0 +1,76 @@
+"""Nav2's conditions about the robot's battery, which it tells of on its topic ``battery_state``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Condition, PortError
+from bt_controller.nodes import Family
+from bt_controller.ports import BOOL, DOUBLE, STRING, wants
+from hmrsim.interfaces.sensor_msgs import BatteryState
+
+if TYPE_CHECKING:
+    from bt_controller.topics import Topics
+
+_TOPIC = "battery_state"
+_BATTERY_TOPIC = wants(STRING, f"Where robots tell of their batteries: {_TOPIC}", default=_TOPIC)
+
+
+class _Battery(Condition):
+    """Looks at the battery."""
+
+    INPUTS: ClassVar = {"battery_topic": _BATTERY_TOPIC}
+
+    def setup(self, **kwargs: Any) -> None:
+        """Be ready for what the battery tells.
+
+        Args:
+            **kwargs: *topics* and *robot*, and what all nodes get.
+
+        Raises:
+            NotServed: The robot has no battery.
+            PortError: What the file says is not what a port takes.
+        """
+        super().setup(**kwargs)
+        topic = self.read("battery_topic")
+        if topic.rpartition("/")[2] != _TOPIC:
+            raise PortError(f"{self._whose('battery_topic')}: no topic {topic!r}; batteries tell on {_TOPIC!r}")
+        self._topics: Topics = kwargs["topics"]
+        self._robots_name: str = kwargs["robot"]
+        self._topics.watch(self._robots_name, _TOPIC)
+
+    @property
+    def battery(self) -> BatteryState:
+        """What the battery tells."""
+        latest: BatteryState = self._topics.latest(self._robots_name, _TOPIC)
+        return latest
+
+
+class IsBatteryLow(_Battery):
+    """Succeeds if the battery is at ``min_battery`` or below: a share from 0 to 1, or volts with ``is_voltage``."""
+
+    INPUTS: ClassVar = {
+        "min_battery": wants(DOUBLE, "What is low"),
+        "battery_topic": _BATTERY_TOPIC,
+        "is_voltage": wants(BOOL, "Whether that is in volts", default=False),
+    }
+
+    def update(self) -> Status:
+        """Look at the battery."""
+        left = self.battery.voltage if self.read("is_voltage") else self.battery.percentage
+        self.feedback_message = f"at {left:g}"
+        return Status.SUCCESS if left <= self.read("min_battery") else Status.FAILURE
+
+
+class IsBatteryCharging(_Battery):
+    """Succeeds if the battery is being charged."""
+
+    def update(self) -> Status:
+        """Look at the battery."""
+        charging = self.battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
+        return Status.SUCCESS if charging else Status.FAILURE
+
+
+FAMILY = Family("battery", {"IsBatteryCharging": IsBatteryCharging, "IsBatteryLow": IsBatteryLow})

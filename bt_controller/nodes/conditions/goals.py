@@ -1,0 +1,113 @@
+"""Nav2's conditions about goals: whether there is another one, and whether the robot is near it.
+
+Lengths are in the world's unit.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Condition
+from bt_controller.nodes import Family
+from bt_controller.nodes.goals import GOAL_PORTS, goals_of
+from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
+from bt_controller.nodes.paths import Trail, apart, length_of
+from bt_controller.ports import DOUBLE, PATH, POSE, wants
+
+
+def _if(true: bool) -> Status:  # noqa: FBT001 - it is the question
+    return Status.SUCCESS if true else Status.FAILURE
+
+
+class GoalReached(Located, Condition):
+    """Succeeds if the robot is within 0.25 of ``goal``, whichever way it faces."""
+
+    INPUTS: ClassVar = {
+        "goal": wants(POSE, "Where to"),
+        "global_frame": GLOBAL_FRAME,
+        "robot_base_frame": BASE_FRAME,
+    }
+    TOLERANCE: ClassVar = 0.25
+
+    def update(self) -> Status:
+        """Look where the robot is."""
+        return _if(apart(self.read("goal"), self.here) <= self.TOLERANCE)
+
+
+class GoalUpdated(Condition):
+    """Succeeds if the goal or the goals have changed since it was ticked last; fails when it was idle."""
+
+    INPUTS: ClassVar = GOAL_PORTS
+
+    _known: Any = None
+
+    def update(self) -> Status:
+        """Compare the goals with those of the last tick."""
+        known, self._known = self._known, goals_of(self)
+        return _if(self.status is not Status.INVALID and known != self._known)
+
+
+class GlobalUpdatedGoal(Condition):
+    """Succeeds at its first tick, and whenever the goal or the goals have changed since its last, idle or not."""
+
+    INPUTS: ClassVar = GOAL_PORTS
+
+    _known: Any = None
+
+    def update(self) -> Status:
+        """Compare the goals with those of the last tick."""
+        known, self._known = self._known, goals_of(self)
+        return _if(known != self._known or known is None)
+
+
+class IsGoalNearby(Located, Condition):
+    """Succeeds if less than ``proximity_threshold`` of the path is left, from its point that is closest to the robot.
+
+    That point is looked for on the whole path, or only so far after the last one as ``max_robot_pose_search_dist``
+    says. Fails if there is no path.
+    """
+
+    INPUTS: ClassVar = {
+        "path": wants(PATH, "The path", required=False),
+        "proximity_threshold": wants(DOUBLE, "What is near", default=1.0),
+        "max_robot_pose_search_dist": wants(DOUBLE, "How far to look; negative for all of the path", default=-1.0),
+        "global_frame": GLOBAL_FRAME,
+        "robot_base_frame": BASE_FRAME,
+    }
+
+    def __init__(self, name: str, behaviour_class_name: str | None = None) -> None:
+        super().__init__(name, behaviour_class_name=behaviour_class_name)
+        self._trail = Trail()
+
+    def update(self) -> Status:
+        """Look how much of the path is left."""
+        path = self.read("path")
+        if path is None or not path.poses:
+            self.feedback_message = "there is no path"
+            return Status.FAILURE
+        ahead = self.read("max_robot_pose_search_dist")
+        reached = self._trail.reached(path, self.here, ahead=math.inf if ahead < 0.0 else ahead)
+        return _if(length_of(path) - reached < self.read("proximity_threshold"))
+
+
+class ArePosesNear(Condition):
+    """Succeeds if two poses are within ``tolerance`` of each other."""
+
+    INPUTS: ClassVar = {
+        "ref_pose": wants(POSE, "One pose"),
+        "target_pose": wants(POSE, "The other"),
+        "tolerance": wants(DOUBLE, "What is near", default=0.5),
+        "global_frame": GLOBAL_FRAME,
+    }
+
+    def update(self) -> Status:
+        """Compare the poses."""
+        return _if(apart(self.read("ref_pose"), self.read("target_pose")) <= self.read("tolerance"))
+
+
+_NODES = (ArePosesNear, GlobalUpdatedGoal, GoalReached, GoalUpdated, IsGoalNearby)
+
+FAMILY = Family("goals", {node.__name__: node for node in _NODES})

@@ -1,0 +1,40 @@
+"""Nav2's conditions about knowing where the robot is: here it always is known."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Final
+
+from py_trees.common import Status
+
+from bt_controller.node import Leaf
+from bt_controller.nodes import Family
+from bt_controller.ports import BOOL, STRING, wants
+
+_FRAMES: Final = ("map", "base_link")
+
+
+class InitialPoseReceived(Leaf):
+    """Succeeds, unless the file says that no pose was received: robots here know where they are from the start."""
+
+    INPUTS: ClassVar = {"initial_pose_received": wants(BOOL, "Whether there is a pose", default=True)}
+
+    def update(self) -> Status:
+        """Look what the file says."""
+        return Status.SUCCESS if self.read("initial_pose_received") else Status.FAILURE
+
+
+class TransformAvailable(Leaf):
+    """Succeeds if both frames are known: ``map`` and ``base_link`` are, and no others."""
+
+    INPUTS: ClassVar = {"child": wants(STRING, "One frame"), "parent": wants(STRING, "The other")}
+
+    def update(self) -> Status:
+        """Look at the frames."""
+        unknown = [frame for frame in map(self.read, self.INPUTS) if frame not in _FRAMES]
+        if unknown:
+            self.feedback_message = f"no frame {unknown[0]!r}; there are {' and '.join(_FRAMES)}"
+            return Status.FAILURE
+        return Status.SUCCESS
+
+
+FAMILY = Family("localisation", {"InitialPoseReceived": InitialPoseReceived, "TransformAvailable": TransformAvailable})

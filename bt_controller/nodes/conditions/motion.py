@@ -1,0 +1,100 @@
+"""Nav2's conditions about how the robot moves, in the world's unit of length; and simulated time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import EACH_PERIOD, Condition
+from bt_controller.nodes import Family
+from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
+from bt_controller.nodes.paths import apart
+from bt_controller.ports import DOUBLE, wants
+from bt_controller.tree_time import now, reached
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.nav_msgs import Odometry
+
+
+class DistanceTraveled(Located, Condition):
+    """Succeeds each time the robot is ``distance`` away from where it was when the node succeeded last, or was idle.
+
+    In a straight line.
+    """
+
+    INPUTS: ClassVar = {
+        "distance": wants(DOUBLE, "How far", default=1.0),
+        "global_frame": GLOBAL_FRAME,
+        "robot_base_frame": BASE_FRAME,
+    }
+
+    def update(self) -> Status:
+        """Look where the robot is."""
+        here = self.here
+        if self.status is Status.INVALID:
+            self._start = here
+            return Status.FAILURE
+        if apart(self._start, here) < self.read("distance"):
+            return Status.FAILURE
+        self._start = here
+        return Status.SUCCESS
+
+
+class IsStopped(Located, Condition):
+    """Succeeds if the robot has been slower than ``velocity_threshold`` for ``duration_stopped`` milliseconds.
+
+    RUNNING while it is, but not long enough yet; fails if it is faster. The threshold goes for each direction, and
+    for radians a second.
+    """
+
+    INPUTS: ClassVar = {
+        "velocity_threshold": wants(DOUBLE, "What is slow, a second", default=0.01),
+        "duration_stopped": wants(DOUBLE, "How long, in milliseconds", default=1000.0),
+    }
+
+    _until: float | None = None
+
+    def next_look(self) -> float:
+        """Return when the time is over."""
+        return EACH_PERIOD if self.status is not Status.RUNNING or self._until is None else self._until
+
+    def update(self) -> Status:
+        """Look how fast the robot is."""
+        velocity = self.odometry.twist.twist
+        fastest = max(abs(velocity.linear.x), abs(velocity.linear.y), abs(velocity.angular.z))
+        if fastest >= self.read("velocity_threshold"):
+            self._until = None
+            return Status.FAILURE
+        if self._until is None:
+            self._until = now() + self.read("duration_stopped") / 1000.0
+        return Status.SUCCESS if reached(self._until) else Status.RUNNING
+
+
+class IsStuck(Located, Condition):
+    """Succeeds if the robot has braked harder than anybody would: by 10 a second or more, each second.
+
+    That is what Nav2 takes for having bumped into something. The robot's speed is compared with that of the tick
+    before, so it depends on how often the node is ticked.
+    """
+
+    LEAST_ACCELERATION: ClassVar = -10.0
+
+    _before: Odometry | None = None
+
+    def update(self) -> Status:
+        """Look how the robot's speed has changed."""
+        before, self._before = self._before, self.odometry
+        if before is None:
+            return Status.FAILURE
+        stamps = (each.header.stamp.to_nanoseconds() * 1e-9 for each in (before, self._before))
+        began, ended = stamps
+        if ended <= began:
+            return Status.FAILURE
+        gained = self._before.twist.twist.linear.x - before.twist.twist.linear.x
+        return Status.SUCCESS if gained / (ended - began) < self.LEAST_ACCELERATION else Status.FAILURE
+
+
+_NODES = {"DistanceTraveled": DistanceTraveled, "IsStopped": IsStopped, "IsStuck": IsStuck}
+
+FAMILY = Family("motion", {**_NODES, "CheckStopStatus": IsStopped})

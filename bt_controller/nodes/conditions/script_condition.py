@@ -1,0 +1,24 @@
+"""BehaviorTree.CPP's ScriptCondition: ask the blackboard."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Condition
+from bt_controller.nodes import Family
+from bt_controller.scripting.ports import Scripted
+
+
+class ScriptCondition(Scripted, Condition):
+    """Runs a script; succeeds if its value is true, and fails otherwise."""
+
+    SCRIPTS: ClassVar = ("code",)
+
+    def update(self) -> Status:
+        """Run it."""
+        return Status.SUCCESS if self.holds("code") else Status.FAILURE
+
+
+FAMILY = Family("script_condition", {"ScriptCondition": ScriptCondition})

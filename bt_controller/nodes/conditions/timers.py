@@ -1,0 +1,65 @@
+"""Nav2's conditions about simulated time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Condition
+from bt_controller.nodes import Family
+from bt_controller.ports import DOUBLE, PATH, wants
+from bt_controller.tree_time import now, reached
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.nav_msgs import Path
+
+_SECONDS = wants(DOUBLE, "How long, in seconds", default=1.0)
+
+
+class TimeExpired(Condition):
+    """Succeeds each time ``seconds`` have gone by since it succeeded last, or was idle."""
+
+    INPUTS: ClassVar = {"seconds": _SECONDS}
+
+    _until = 0.0
+
+    def next_look(self) -> float:
+        """Return when the time is over."""
+        return self._until
+
+    def update(self) -> Status:
+        """Look whether it is."""
+        begins = self.status is Status.INVALID
+        over = not begins and reached(self._until)
+        if begins or over:
+            self._until = now() + self.read("seconds")
+        return Status.SUCCESS if over else Status.FAILURE
+
+
+class PathExpiringTimer(Condition):
+    """Succeeds each time ``seconds`` have gone by since its first tick, its last success, or the last other path."""
+
+    INPUTS: ClassVar = {"seconds": _SECONDS, "path": wants(PATH, "The path", required=False)}
+
+    _until: float | None = None
+    _path: Path | None = None
+
+    def next_look(self) -> float:
+        """Return when the time is over."""
+        return 0.0 if self._until is None else self._until
+
+    def update(self) -> Status:
+        """Look whether it is."""
+        path = self.read("path")
+        if self._until is None or path != self._path:
+            self._path = path
+            self._until = now() + self.read("seconds")
+            return Status.FAILURE
+        if not reached(self._until):
+            return Status.FAILURE
+        self._until = now() + self.read("seconds")
+        return Status.SUCCESS
+
+
+FAMILY = Family("timers", {"PathExpiringTimer": PathExpiringTimer, "TimeExpired": TimeExpired})

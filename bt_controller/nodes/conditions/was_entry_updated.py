@@ -1,0 +1,25 @@
+"""BehaviorTree.CPP's WasEntryUpdated: has somebody written an entry?"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Condition
+from bt_controller.nodes import Family
+from bt_controller.nodes.entry_updates import Watching
+from bt_controller.ports import ANY, wants
+
+
+class WasEntryUpdated(Watching, Condition):
+    """Succeeds if an entry has been written since it was ticked before, also with the value that it had; else fails."""
+
+    INPUTS: ClassVar = {"entry": wants(ANY, "Key of the entry, with or without braces")}
+
+    def update(self) -> Status:
+        """Look at the entry."""
+        return Status.SUCCESS if self.updated() else Status.FAILURE
+
+
+FAMILY = Family("was_entry_updated", {"WasEntryUpdated": WasEntryUpdated})

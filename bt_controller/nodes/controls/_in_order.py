@@ -1,0 +1,71 @@
+"""What sequences and fallbacks have in common: they go on after one outcome of a child, and end with the other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Control
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Sequence
+
+    from py_trees.behaviour import Behaviour
+
+
+class InOrder(Control):
+    """Ticks its children one after the other; one that runs is ticked again, those before it are not.
+
+    Attributes:
+        passes: The outcome of a child after which the next has its turn; also of the last, and so of the node.
+    """
+
+    passes: ClassVar[Status]
+
+    _turn = 0
+    _counts = False
+
+    def initialise(self) -> None:
+        """Begin with the first child."""
+        self._turn, self._counts = 0, False
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child whose turn it is, and those after it."""
+        while self._turn < len(self.children):
+            child = self.children[self._turn]
+            yield from child.tick()
+            if child.status not in (self.passes, Status.INVALID):
+                return child.status
+            self._counts = self._counts or child.status is self.passes
+            self._turn += 1
+        return self.passes if self._counts else Status.INVALID
+
+
+class Reactive(Control):
+    """Ticks its children from the first at each tick; the first that does not pass ends the tick, and halts the others.
+
+    Attributes:
+        passes: The outcome of a child after which the next has its turn; also of the last, and so of the node.
+    """
+
+    passes: ClassVar[Status]
+
+    def next_ticked(self) -> Sequence[Behaviour]:
+        """Return the children up to the one that runs."""
+        running = [index for index, child in enumerate(self.children) if child.status is Status.RUNNING]
+        return self.children[: running[0] + 1] if running else []
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the children until one does not pass."""
+        counts = False
+        for index, child in enumerate(self.children):
+            if child.status is not Status.RUNNING:
+                self.reset(child)
+            yield from child.tick()
+            if child.status not in (self.passes, Status.INVALID):
+                for other in self.children[index + 1 :]:
+                    self.reset(other)
+                return child.status
+            counts = counts or child.status is self.passes
+        return self.passes if counts else Status.INVALID

@@ -1,0 +1,41 @@
+"""Nav2's NonblockingSequence: a child that runs does not keep the next ones."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from py_trees.common import Status
+
+from bt_controller.node import Control
+from bt_controller.nodes import Family
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Sequence
+
+    from py_trees.behaviour import Behaviour
+
+
+class NonblockingSequence(Control):
+    """Ticks all its children each time, also those that have ended before.
+
+    Fails as soon as one fails, and halts the others; succeeds when all have succeeded in one tick; else it runs.
+    Skipped if all its children are.
+    """
+
+    def next_ticked(self) -> Sequence[Behaviour]:
+        """Return all the children."""
+        return self.children if self.status is Status.RUNNING else ()
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick all children."""
+        for child in self.children:
+            yield from child.tick()
+            if child.status is Status.FAILURE:
+                return Status.FAILURE
+        statuses = [child.status for child in self.children]
+        if Status.RUNNING in statuses:
+            return Status.RUNNING
+        return Status.SUCCESS if Status.SUCCESS in statuses else Status.INVALID
+
+
+FAMILY = Family("nonblocking_sequence", {"NonblockingSequence": NonblockingSequence})

@@ -1,0 +1,50 @@
+"""Nav2's PipelineSequence: each child runs on while the next ones are ticked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from py_trees.common import Status
+
+from bt_controller.node import Control
+from bt_controller.nodes import Family
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Sequence
+
+    from py_trees.behaviour import Behaviour
+
+
+class PipelineSequence(Control):
+    """Ticks its children in order, up to the last one that was ever reached, also those that have ended before.
+
+    A child that is RUNNING lets the next ones be ticked if one of them has been reached before. Fails when a child
+    fails; succeeds when the last child does and no child before it has failed, whether these run or not.
+    Skipped if all its children are.
+    """
+
+    def initialise(self) -> None:
+        """Begin with no child reached."""
+        self._reached = 0
+
+    def next_ticked(self) -> Sequence[Behaviour]:
+        """Return the children up to the one that was reached."""
+        return self.children[: self._reached + 1] if self.status is Status.RUNNING else ()
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the children up to the first that runs and was not passed before."""
+        skipped = 0
+        for index, child in enumerate(self.children):
+            yield from child.tick()
+            match child.status:
+                case Status.FAILURE:
+                    return Status.FAILURE
+                case Status.RUNNING if index >= self._reached:
+                    self._reached = index
+                    return Status.RUNNING
+                case Status.INVALID:
+                    skipped += 1
+        return Status.INVALID if skipped == len(self.children) else Status.SUCCESS
+
+
+FAMILY = Family("pipeline_sequence", {"PipelineSequence": PipelineSequence})

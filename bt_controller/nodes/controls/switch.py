@@ -1,0 +1,61 @@
+"""BehaviorTree.CPP's Switch2 to Switch6: one child for each value of an entry."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from bt_controller.node import EACH_PERIOD, Control
+from bt_controller.nodes import Family
+from bt_controller.ports import ANY, wants
+from bt_controller.scripting.values import same
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from py_trees.behaviour import Behaviour
+    from py_trees.common import Status
+
+
+class Switch(Control):
+    """Ticks the child whose case equals the variable, and the last child if none does, and ends as that child does.
+
+    Case 1 is the first child's, and so on. Values are equal as texts or as numbers. They are compared at each tick:
+    a child that is no longer meant is halted. Without a value of the variable the last child is meant.
+    """
+
+    def next_look(self) -> float:
+        """Return that nobody tells when the variable changes."""
+        return EACH_PERIOD
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child that is meant."""
+        meant = self._meant()
+        for child in self.children:
+            if child is not meant:
+                self.reset(child)
+        yield from meant.tick()
+        return meant.status
+
+    def _meant(self) -> Behaviour:
+        *children, default = self.children
+        if not self.blackboard_client.exists("variable"):
+            return default
+        variable = self.read("variable")
+        for number, child in enumerate(children, start=1):
+            case = self.read(f"case_{number}")
+            if case is not None and same(variable, case):
+                return child
+        return default
+
+
+def _switch(cases: int) -> type[Switch]:
+    inputs = {"variable": wants(ANY, "What is compared with the cases")}
+    for number in range(1, cases + 1):
+        inputs[f"case_{number}"] = wants(ANY, f"Value for child {number}", required=False)
+    parts = {"__doc__": Switch.__doc__, "__module__": __name__, "INPUTS": inputs, "least": cases + 1, "most": cases + 1}
+    return type(f"Switch{cases}", (Switch,), parts)
+
+
+_CASES: Final = range(2, 7)
+
+FAMILY = Family("switch", {f"Switch{cases}": _switch(cases) for cases in _CASES})

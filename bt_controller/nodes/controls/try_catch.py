@@ -1,0 +1,61 @@
+"""BehaviorTree.CPP's TryCatch: tidy up when something fails."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Control
+from bt_controller.nodes import Family
+from bt_controller.ports import BOOL, wants
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from py_trees.behaviour import Behaviour
+
+
+class TryCatch(Control):
+    """Ticks all children but the last as a sequence. When one of them fails it ticks the last, and fails then.
+
+    It fails however the last child ends. Skipped children are passed over; if all but the last are skipped, so is
+    the node. With *catch_on_halt* the last child is ticked once, too, when the node is halted before any has failed.
+    """
+
+    INPUTS: ClassVar = {"catch_on_halt": wants(BOOL, "Whether a halt is caught, too", default=False)}
+    least = 2
+
+    def initialise(self) -> None:
+        """Begin with the first child."""
+        self._turn = 0
+        self._counts = self._catches = False
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child whose turn it is, and those after it."""
+        *tried, catch = self.children
+        while self._turn < len(tried) and not self._catches:
+            child = tried[self._turn]
+            yield from child.tick()
+            if child.status is Status.RUNNING:
+                return Status.RUNNING
+            if child.status is Status.FAILURE:
+                self._catches = True
+            else:
+                self._counts = self._counts or child.status is Status.SUCCESS
+                self._turn += 1
+        if not self._catches:
+            return Status.SUCCESS if self._counts else Status.INVALID
+        yield from catch.tick()
+        return Status.RUNNING if catch.status is Status.RUNNING else Status.FAILURE
+
+    def terminate(self, new_status: Status) -> None:
+        """Tick the last child if that is wanted of a halt; what it begins is halted, too."""
+        halted = new_status is Status.INVALID and self.status is Status.RUNNING
+        if halted and not self._catches and self._turn < len(self.children) - 1 and self.read("catch_on_halt"):
+            catch = self.children[-1]
+            catch.tick_once()
+            self.reset(catch)
+
+
+FAMILY = Family("try_catch", {"TryCatch": TryCatch})

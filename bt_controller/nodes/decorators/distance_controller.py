@@ -1,0 +1,57 @@
+"""Nav2's DistanceController: a child that is ticked each time the robot has come so far."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import EACH_PERIOD, Decoration
+from bt_controller.nodes import Family
+from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
+from bt_controller.nodes.paths import apart
+from bt_controller.ports import DOUBLE, wants
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from py_trees.behaviour import Behaviour
+
+
+class DistanceController(Located, Decoration):
+    """Ticks its child at once, and then whenever the robot is ``distance`` away from where it was at its last success.
+
+    In the world's unit of length, in a straight line. Between its ticks the node is RUNNING; a child that runs is
+    ticked until it has ended.
+    """
+
+    INPUTS: ClassVar = {
+        "distance": wants(DOUBLE, "How far", default=1.0),
+        "global_frame": GLOBAL_FRAME,
+        "robot_base_frame": BASE_FRAME,
+    }
+
+    def initialise(self) -> None:
+        """Begin here, if the node is idle."""
+        if self.status is Status.INVALID:
+            self._first = True
+            self._start = self.here
+
+    def next_look(self) -> float:
+        """Return that somebody has to look where the robot is, unless the child runs."""
+        return math.inf if self.child.status is Status.RUNNING else EACH_PERIOD
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child if the robot has come far enough."""
+        far = apart(self._start, self.here) >= self.read("distance")
+        if not (self._first or self.child.status is Status.RUNNING or far):
+            return Status.RUNNING
+        self._first = False
+        status = yield from self.tick_child()
+        if status is Status.SUCCESS:
+            self._start = self.here
+        return status
+
+
+FAMILY = Family("distance_controller", {"DistanceController": DistanceController})

@@ -1,0 +1,48 @@
+"""Nav2's GoalUpdatedController: a child that is ticked when the goal has changed."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import EACH_PERIOD, Decoration
+from bt_controller.nodes import Family
+from bt_controller.nodes.goals import GOAL_PORTS, goals_of
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from py_trees.behaviour import Behaviour
+
+
+class GoalUpdatedController(Decoration):
+    """Ticks its child at once, and then whenever the goal or the goals have changed; between that it is RUNNING.
+
+    A child that runs is ticked until it has ended.
+    """
+
+    INPUTS: ClassVar = GOAL_PORTS
+
+    def initialise(self) -> None:
+        """Be ready to tick the child, if the node is idle."""
+        if self.status is Status.INVALID:
+            self._changed = True
+            self._goals = goals_of(self)
+
+    def next_look(self) -> float:
+        """Return that somebody has to look at the goal, unless the child runs."""
+        return math.inf if self.child.status is Status.RUNNING else EACH_PERIOD
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child if the goal is another one."""
+        goals = goals_of(self)
+        if not (self._changed or goals != self._goals or self.child.status is Status.RUNNING):
+            return Status.RUNNING
+        self._changed, self._goals = False, goals
+        status = yield from self.tick_child()
+        return status
+
+
+FAMILY = Family("goal_updated_controller", {"GoalUpdatedController": GoalUpdatedController})

@@ -1,0 +1,40 @@
+"""Nav2's GoalUpdater, without the topic on which Nav2's listens for other goals: there is none here."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from bt_controller.node import Decoration
+from bt_controller.nodes import Family
+from bt_controller.ports import POSE, POSES, gives, wants
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from py_trees.behaviour import Behaviour
+    from py_trees.common import Status
+
+
+class GoalUpdater(Decoration):
+    """Hands its goals on, as they are at each tick, and is whatever its child is.
+
+    Whoever has another goal for the robot puts it where ``input_goal`` leads.
+    """
+
+    INPUTS: ClassVar = {
+        "input_goal": wants(POSE, "The goal", required=False),
+        "input_goals": wants(POSES, "The goals", required=False),
+    }
+    OUTPUTS: ClassVar = {"output_goal": gives(POSE, "The goal"), "output_goals": gives(POSES, "The goals")}
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Hand the goals on, and tick the child."""
+        for what in ("goal", "goals"):
+            value = self.read(f"input_{what}")
+            if value is not None:
+                self.write(f"output_{what}", value)
+        status = yield from self.tick_child()
+        return status
+
+
+FAMILY = Family("goal_updater", {"GoalUpdater": GoalUpdater})

@@ -1,0 +1,106 @@
+"""BehaviorTree.CPP's LoopInt, LoopBool, LoopDouble and LoopString: a child for each value of a queue."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+from py_trees.common import Status
+
+from bt_controller.node import EACH_PERIOD, Decoration, PortError
+from bt_controller.nodes import Family
+from bt_controller.nodes.decorators._statuses import STATUS
+from bt_controller.ports import ANY, BOOL, DOUBLE, INT, STRING, gives, wants
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Mapping
+
+    from py_trees.behaviour import Behaviour
+
+    from bt_controller.ports import Kind
+
+
+class Loop(Decoration):
+    """Takes the values out of a queue, one after the other, and ticks its child with each until that has ended.
+
+    Fails when the child does; has the status of *if_empty* when the queue is empty. A queue is a list on the
+    blackboard, which gets shorter; or a text with ``;`` between the values, of which each start has its own.
+    What is put in while the child takes no time comes with the next tick.
+    """
+
+    kind: ClassVar[Kind[Any]]
+    OUTPUTS: ClassVar = {}
+
+    def initialise(self) -> None:
+        """Begin with the first value."""
+        queue = self.read("queue") if self.blackboard_client.exists("queue") else None
+        self._own = [part.strip() for part in queue.split(";")] if isinstance(queue, str) else None
+
+    def next_look(self) -> float:
+        """Return that the queue is to be looked at as long as the child does not run."""
+        return super().next_look() if self.child.status is Status.RUNNING else EACH_PERIOD
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child with the values that are there, until it runs or fails."""
+        turns = len(self._queue()) + (self.child.status is Status.RUNNING)
+        for _ in range(turns + 1):
+            if self.child.status is not Status.RUNNING:
+                queue = self._queue()
+                if not queue:
+                    empty: Status = self.read("if_empty")
+                    return empty
+                self.write("value", self._value(queue.pop(0)))
+            status = yield from self.tick_child()
+            if status in (Status.RUNNING, Status.FAILURE):
+                return status
+        return Status.RUNNING
+
+    def _queue(self) -> list[Any]:
+        """Return what is left.
+
+        Raises:
+            PortError: It is no queue.
+        """
+        if self._own is not None:
+            return self._own
+        if not self.blackboard_client.exists("queue"):
+            return []
+        queue = self.read("queue")
+        if not isinstance(queue, list):
+            raise PortError(f"{self._whose('queue')} takes a list, got {type(queue).__name__} {queue!r:.80}")
+        return queue
+
+    def _value(self, item: object) -> Any:
+        """Return a value of the queue.
+
+        Raises:
+            PortError: It is of another kind.
+        """
+        try:
+            value = self.kind.read(item, None) if isinstance(item, str) else item
+        except ValueError as error:
+            raise PortError(f"{self._whose('queue')}: {error}") from None
+        if not self.kind.holds(value):
+            raise PortError(f"{self._whose('queue')} holds {self.kind.name}, got {item!r:.80}")
+        return value
+
+
+def _loop(tag: str, kind: Kind[Any]) -> type[Loop]:
+    parts = {
+        "__doc__": Loop.__doc__,
+        "__module__": __name__,
+        "kind": kind,
+        "INPUTS": {
+            "queue": wants(ANY, f"The values: a list of {kind.name}, or a text with ';' between them"),
+            "if_empty": wants(STATUS, "What it is when the queue is empty", default=Status.SUCCESS),
+        },
+        "OUTPUTS": {"value": gives(kind, "The value of this turn")},
+    }
+    return type(tag, (Loop,), parts)
+
+
+_KINDS: Final[Mapping[str, Kind[Any]]] = MappingProxyType(
+    {"LoopInt": INT, "LoopBool": BOOL, "LoopDouble": DOUBLE, "LoopString": STRING}
+)
+
+FAMILY = Family("loops", {tag: _loop(tag, kind) for tag, kind in _KINDS.items()})

@@ -1,0 +1,56 @@
+"""Nav2's PathLongerOnApproach: what to do when there is a detour shortly before the goal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Decoration
+from bt_controller.nodes import Family
+from bt_controller.nodes.paths import length_of
+from bt_controller.ports import DOUBLE, PATH, wants
+from hmrsim.interfaces.nav_msgs import Path
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from py_trees.behaviour import Behaviour
+
+
+class PathLongerOnApproach(Decoration):
+    """Ticks its child when a new path to the same goal is much longer than the one before, which was short already.
+
+    Short is less than ``prox_len``, in the world's unit of length; much longer is more than ``length_factor`` times
+    as long. Otherwise the node succeeds at once.
+    """
+
+    INPUTS: ClassVar = {
+        "path": wants(PATH, "The path", required=False),
+        "prox_len": wants(DOUBLE, "What is short", default=3.0),
+        "length_factor": wants(DOUBLE, "How many times longer is much longer", default=2.0),
+    }
+
+    _old = Path()
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Compare the path with the one before, and tick the child if it is much longer."""
+        new = self.read("path") or Path()
+        if self.child.status is not Status.RUNNING and not self._is_detour(new):
+            self._old = new
+            return Status.SUCCESS
+        status = yield from self.tick_child()
+        if status is not Status.RUNNING:
+            self._old = new
+        return status
+
+    def _is_detour(self, new: Path) -> bool:
+        old = self._old
+        if not (old.poses and new.poses) or old.poses[-1].pose != new.poses[-1].pose:
+            return False
+        before = length_of(old)
+        detour: bool = before < self.read("prox_len") and length_of(new) > self.read("length_factor") * before
+        return detour
+
+
+FAMILY = Family("path_longer_on_approach", {"PathLongerOnApproach": PathLongerOnApproach})

@@ -1,0 +1,42 @@
+"""BehaviorTree.CPP's Precondition: a script says whether a child may begin."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import EACH_PERIOD, Decoration
+from bt_controller.nodes import Family
+from bt_controller.nodes.decorators._statuses import STATUS
+from bt_controller.ports import wants
+from bt_controller.scripting.ports import Scripted
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from py_trees.behaviour import Behaviour
+
+
+class Precondition(Scripted, Decoration):
+    """Ticks its child if a script is true, and ends as the child does; otherwise it has the status of *else*.
+
+    While the child runs the script is not looked at.
+    """
+
+    SCRIPTS: ClassVar = ("if",)
+    INPUTS: ClassVar = {"else": wants(STATUS, "What it is where the script is false", default=Status.FAILURE)}
+
+    def next_look(self) -> float:
+        """Return that the script is to be looked at again as long as the child does not run."""
+        return super().next_look() if self.child.status is Status.RUNNING else EACH_PERIOD
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Run the script, or go on with the child."""
+        if self.child.status is not Status.RUNNING and not self.holds("if"):
+            otherwise: Status = self.read("else")
+            return otherwise
+        return (yield from self.tick_child())
+
+
+FAMILY = Family("precondition", {"Precondition": Precondition})

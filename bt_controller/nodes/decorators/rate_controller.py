@@ -1,0 +1,56 @@
+"""Nav2's RateController: a child that is not ticked more often than so."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Decoration
+from bt_controller.nodes import Family
+from bt_controller.nodes.rates import period_of
+from bt_controller.ports import DOUBLE, wants
+from bt_controller.tree_time import now, reached
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from py_trees.behaviour import Behaviour
+
+
+class RateController(Decoration):
+    """Ticks its child at once, and then ``hz`` times a simulated second at most; between that it is RUNNING.
+
+    A child that runs is ticked until it has ended. The time counts from its last success, or from the beginning.
+    """
+
+    INPUTS: ClassVar = {"hz": wants(DOUBLE, "How often a second", default=10.0)}
+
+    _first = True
+    _next = 0.0
+
+    def initialise(self) -> None:
+        """Be ready to tick the child, if the node is idle."""
+        if self.status is Status.INVALID:
+            self._first = True
+            self._next = now() + period_of(self, "hz")
+
+    def next_look(self) -> float:
+        """Return when the child's time comes; it tells by itself while it runs."""
+        if self.status is Status.INVALID or self.child.status is Status.RUNNING:
+            return math.inf
+        return self._next
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child if it is time."""
+        if not (self._first or self.child.status is Status.RUNNING or reached(self._next)):
+            return Status.RUNNING
+        self._first = False
+        status = yield from self.tick_child()
+        if status is Status.SUCCESS:
+            self._next = now() + period_of(self, "hz")
+        return status
+
+
+FAMILY = Family("rate_controller", {"RateController": RateController})

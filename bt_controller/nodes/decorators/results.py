@@ -1,0 +1,48 @@
+"""BehaviorTree.CPP's decorators that change how a child ends: Inverter, ForceSuccess, ForceFailure."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Decoration
+from bt_controller.nodes import Family
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Mapping
+
+    from py_trees.behaviour import Behaviour
+
+
+class _Changed(Decoration):
+    """Ticks its child; one that runs or is skipped is left as it is."""
+
+    becomes: ClassVar[Mapping[Status, Status]]
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child."""
+        status = yield from self.tick_child()
+        return self.becomes.get(status, status)
+
+
+class Inverter(_Changed):
+    """Succeeds when its child fails, and fails when that succeeds."""
+
+    becomes = MappingProxyType({Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS})
+
+
+class ForceSuccess(_Changed):
+    """Succeeds when its child has ended, however."""
+
+    becomes = MappingProxyType({Status.FAILURE: Status.SUCCESS})
+
+
+class ForceFailure(_Changed):
+    """Fails when its child has ended, however."""
+
+    becomes = MappingProxyType({Status.SUCCESS: Status.FAILURE})
+
+
+FAMILY = Family("results", {node.__name__: node for node in (Inverter, ForceSuccess, ForceFailure)})

@@ -1,0 +1,40 @@
+"""BehaviorTree.CPP's RunOnce: never a second time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Decoration
+from bt_controller.nodes import Family
+from bt_controller.ports import BOOL, wants
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from py_trees.behaviour import Behaviour
+
+
+class RunOnce(Decoration):
+    """Ticks its child until it has ended once, and ends as it does; from then on the child is not ticked any more.
+
+    With *then_skip*, which is usual, the node is skipped then; otherwise it ends as the child did. A child that is
+    halted or skipped has not ended.
+    """
+
+    INPUTS: ClassVar = {"then_skip": wants(BOOL, "Whether it is skipped afterwards", default=True)}
+
+    _outcome: Status | None = None
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child unless it has ended before."""
+        if self._outcome is not None:
+            return Status.INVALID if self.read("then_skip") else self._outcome
+        status = yield from self.tick_child()
+        if status in (Status.SUCCESS, Status.FAILURE):
+            self._outcome = status
+        return status
+
+
+FAMILY = Family("run_once", {"RunOnce": RunOnce})

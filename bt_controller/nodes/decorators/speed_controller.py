@@ -1,0 +1,82 @@
+"""Nav2's SpeedController: the faster the robot drives, the more often the child is ticked."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Decoration
+from bt_controller.nodes import Family
+from bt_controller.nodes.goals import GOAL_PORTS, goals_of
+from bt_controller.nodes.located import Located
+from bt_controller.nodes.rates import period_of
+from bt_controller.ports import DOUBLE, wants
+from bt_controller.tree_time import now, reached
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from py_trees.behaviour import Behaviour
+
+
+class SpeedController(Located, Decoration):
+    """Ticks its child at once, and when the goal has changed; else at a rate that goes with the robot's speed.
+
+    The rate is ``min_rate`` up to ``min_speed``, ``max_rate`` from ``max_speed`` on, and linear between them; it is
+    looked at whenever a period is over, and the first one is that of ``max_rate``. Speeds are in the world's unit of
+    length a second, rates in hertz of simulated time. Between its ticks the node is RUNNING; a child that runs is
+    ticked until it has ended.
+    """
+
+    INPUTS: ClassVar = {
+        "min_rate": wants(DOUBLE, "Least rate", default=0.1),
+        "max_rate": wants(DOUBLE, "Greatest rate", default=1.0),
+        "min_speed": wants(DOUBLE, "Speed of the least rate", default=0.0),
+        "max_speed": wants(DOUBLE, "Speed of the greatest rate", default=0.5),
+        **GOAL_PORTS,
+    }
+
+    _first = True
+    _next = 0.0
+
+    def initialise(self) -> None:
+        """Begin a first period, if the node is idle."""
+        if self.status is Status.INVALID:
+            self._begin()
+
+    def next_look(self) -> float:
+        """Return when the period is over; a child that runs tells by itself."""
+        if self.status is Status.INVALID or self.child.status is Status.RUNNING:
+            return math.inf
+        return self._next
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child if it is time."""
+        if self._goals != goals_of(self):
+            self._begin()
+        over = reached(self._next)
+        if not (self._first or self.child.status is Status.RUNNING or over):
+            return Status.RUNNING
+        self._first = False
+        if over:
+            self._next = now() + self._period()
+        status = yield from self.tick_child()
+        return status
+
+    def _begin(self) -> None:
+        self._goals = goals_of(self)
+        self._first = True
+        self._next = now() + period_of(self, "max_rate")
+
+    def _period(self) -> float:
+        longest, shortest = period_of(self, "min_rate"), period_of(self, "max_rate")
+        slow, fast = self.read("min_speed"), self.read("max_speed")
+        velocity = self.odometry.twist.twist.linear
+        speed = math.hypot(velocity.x, velocity.y)
+        share = (speed - slow) / (fast - slow) if fast > slow else float(speed >= fast)
+        return 1.0 / (1.0 / longest + min(max(share, 0.0), 1.0) * (1.0 / shortest - 1.0 / longest))
+
+
+FAMILY = Family("speed_controller", {"SpeedController": SpeedController})

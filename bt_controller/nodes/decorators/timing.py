@@ -1,0 +1,72 @@
+"""BehaviorTree.CPP's decorators that look at the clock: Delay, Timeout."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, ClassVar, Final
+
+from py_trees.common import Status
+
+from bt_controller.node import Decoration
+from bt_controller.nodes import Family
+from bt_controller.ports import INT, wants
+from bt_controller.tree_time import now, reached
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from py_trees.behaviour import Behaviour
+
+_MILLISECONDS: Final = 1000
+
+
+class Delay(Decoration):
+    """Runs for a time, and ticks its child then; ends as the child does."""
+
+    INPUTS: ClassVar = {"delay_msec": wants(INT, "Simulated milliseconds")}
+
+    def initialise(self) -> None:
+        """Begin to wait."""
+        self._begins = now() + self.read("delay_msec") / _MILLISECONDS
+        self._waits = True
+
+    def next_look(self) -> float:
+        """Return when the child is due."""
+        return self._begins if self.status is Status.RUNNING and self._waits else super().next_look()
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child once the time has come."""
+        if self._waits and not reached(self._begins):
+            return Status.RUNNING
+        self._waits = False
+        return (yield from self.tick_child())
+
+
+class Timeout(Decoration):
+    """Ends as its child does. One that still runs after a time is halted, and the node fails; 0 is no limit.
+
+    A child that ends at this very time has made it.
+    """
+
+    INPUTS: ClassVar = {"msec": wants(INT, "Simulated milliseconds; 0 for no limit")}
+
+    def initialise(self) -> None:
+        """Begin to count the time."""
+        self.feedback_message = ""
+        limit = self.read("msec")
+        self._ends = now() + limit / _MILLISECONDS if limit > 0 else math.inf
+
+    def next_look(self) -> float:
+        """Return when the time is over."""
+        return self._ends if self.status is Status.RUNNING else super().next_look()
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child, and look at the clock."""
+        status = yield from self.tick_child()
+        if status is Status.RUNNING and self._ends < math.inf and reached(self._ends):
+            self.feedback_message = "timed out"
+            return Status.FAILURE
+        return status
+
+
+FAMILY = Family("timing", {"Delay": Delay, "Timeout": Timeout})

@@ -1,0 +1,48 @@
+"""Nodes that look where the robot is, which its odometry tells: in the frame of the map."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from bt_controller.node import Node
+from bt_controller.ports import STRING, wants
+from hmrsim.interfaces.geometry_msgs import PoseStamped
+
+if TYPE_CHECKING:
+    from bt_controller.ports import Port
+    from bt_controller.topics import Topics
+    from hmrsim.interfaces.nav_msgs import Odometry
+
+GLOBAL_FRAME: Final[Port] = wants(STRING, "Read and not needed: all poses are of the map", required=False)
+BASE_FRAME: Final[Port] = wants(STRING, "Read and not needed: a robot's pose is its base's", required=False)
+
+
+class Located(Node):
+    """A node that looks where its robot is."""
+
+    def setup(self, **kwargs: Any) -> None:
+        """Be ready for the robot's odometry.
+
+        Args:
+            **kwargs: *topics* and *robot*, and what all nodes get.
+
+        Raises:
+            NotServed: The robot has gone.
+            PortError: What the file says is not what a port takes.
+        """
+        super().setup(**kwargs)
+        self._topics: Topics = kwargs["topics"]
+        self._robots_name: str = kwargs["robot"]
+        self._topics.watch(self._robots_name, "odom")
+
+    @property
+    def odometry(self) -> Odometry:
+        """What the robot says of its pose and its velocity."""
+        latest: Odometry = self._topics.latest(self._robots_name, "odom")
+        return latest
+
+    @property
+    def here(self) -> PoseStamped:
+        """Where the robot is."""
+        odometry = self.odometry
+        return PoseStamped(header=odometry.header, pose=odometry.pose.pose)

@@ -1,0 +1,89 @@
+"""Whether a path is still open: what the simulator says of its lanes, compared with what it said before.
+
+The rule: a path is closed where it begins a lane that was open at some time and is not now. Who is on such a lane
+already may leave it. A way that has never been a lane is taken for open: whoever planned it has looked at the walls,
+which don't move.
+"""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from bt_controller.nodes.paths import point_of
+from hmrsim.geometry import SAME_PLACE, Point, distance, foot
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hmrsim.interfaces.nav_msgs import Path
+    from hmrsim_zenoh.client import Client
+
+Way = tuple[Point, Point]
+"""A lane in the direction in which it is driven."""
+
+
+class OpenLanes:
+    """The lanes that are open now, and those that once were.
+
+    Args:
+        client: The connection to the simulator.
+
+    Raises:
+        NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator doesn't say.
+    """
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._heard = b""
+        self._open: frozenset[Way] = frozenset()
+        self._known: frozenset[Way] = frozenset()
+        self.look()
+
+    def look(self) -> None:
+        """Ask which lanes are open now.
+
+        Raises:
+            NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator doesn't say.
+        """
+        heard = self._client.get(self._client.keys.world("route_graph"))
+        if heard != self._heard:
+            self._heard, self._open = heard, frozenset(_ways(json.loads(heard)))
+            self._known |= self._open
+
+    def closed_legs(self, path: Path) -> list[int]:
+        """Return the indices of the poses from which a path leads over a lane that is closed."""
+        closed = sorted(self._known - self._open)
+        legs = [(point_of(a), point_of(b)) for a, b in pairwise(path.poses)]
+        # The lane on which the path begins may be left; None as soon as it has been.
+        leaving = next((way for way in closed if legs and _is_on(legs[0], way) and not _is_begun(legs[0], way)), None)
+        found = []
+        for index, leg in enumerate(legs):
+            if leaving is not None and not _is_on(leg, leaving):
+                leaving = None
+            if any(way != leaving and (_is_on(leg, way) or _is_on(way, leg)) for way in closed):
+                found.append(index)
+        return found
+
+
+def _ways(graph: Any) -> Iterator[Way]:
+    """Yield the lanes of a route graph as Nav2 writes it."""
+    for feature in graph["features"]:
+        match feature["geometry"]:
+            case {"type": "LineString", "coordinates": [first, *_, last]}:
+                yield (first[0], first[1]), (last[0], last[1])
+            case {"type": "MultiLineString", "coordinates": [[first, *_], *_] as lines}:
+                yield (first[0], first[1]), (lines[-1][-1][0], lines[-1][-1][1])
+
+
+def _is_on(leg: Way, way: Way) -> bool:
+    """Return whether a leg lies on a straight lane, and leads the way that it does."""
+    (a, b), (start, end) = leg, way
+    along = (b[0] - a[0]) * (end[0] - start[0]) + (b[1] - a[1]) * (end[1] - start[1])
+    return along > 0.0 and all(distance(point, foot(point, start, end)) <= SAME_PLACE for point in leg)
+
+
+def _is_begun(leg: Way, way: Way) -> bool:
+    """Return whether a leg begins where a lane does."""
+    return distance(leg[0], way[0]) <= SAME_PLACE

@@ -1,0 +1,69 @@
+"""Nav2's check whether a path is still valid: a condition in older trees, an action in newer ones."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from py_trees.common import Status
+
+from bt_controller.node import Leaf
+from bt_controller.nodes.open_lanes import OpenLanes
+from bt_controller.ports import BOOL, DOUBLE, INT, PATH, POSES, STRING, gives, wants
+from hmrsim.errors import HmrsimError
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.nav_msgs import Path
+
+_NO_COSTMAP = "Read and not needed: there is no costmap here"
+
+
+class PathCheck(Leaf):
+    """Succeeds if a path is open: if it begins no lane that was open at some time and is not now.
+
+    Lanes are closed by faults, by doors, or because something lies on them. Who is on a closed lane may leave it. A
+    path without poses is not valid. Of a path that is not, ``collision_poses`` has the pose from which it is not
+    open; all of them with ``stop_at_first_collision="false"``.
+    """
+
+    INPUTS: ClassVar = {
+        "path": wants(PATH, "The path", required=False),
+        "stop_at_first_collision": wants(BOOL, "Whether to give the first pose only", default=True),
+        "max_cost": wants(INT, _NO_COSTMAP, default=254),
+        "consider_unknown_as_obstacle": wants(BOOL, _NO_COSTMAP, default=False),
+        "layer_name": wants(STRING, _NO_COSTMAP, default=""),
+        "footprint": wants(STRING, "Read and not needed: footprints matter between robots only", default=""),
+        "max_lookahead_distance": wants(DOUBLE, "Read and not needed: all of the path is looked at", default=-1.0),
+        "service_name": wants(STRING, "Read and not needed: the simulator says which lanes are open", required=False),
+        "server_timeout": wants(DOUBLE, "Milliseconds; read and not needed", required=False),
+    }
+    OUTPUTS: ClassVar = {"collision_poses": gives(POSES, "The poses from which it is not open")}
+
+    def setup(self, **kwargs: Any) -> None:
+        """Look which lanes there are.
+
+        Args:
+            **kwargs: *client*, and what all nodes get.
+
+        Raises:
+            NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator doesn't say.
+            PortError: What the file says is not what a port takes.
+        """
+        super().setup(**kwargs)
+        self._lanes = OpenLanes(kwargs["client"])
+
+    def update(self) -> Status:
+        """Look which lanes are open now."""
+        path: Path | None = self.read("path")
+        if path is None or not path.poses:
+            self.feedback_message = "there is no path"
+            return Status.FAILURE
+        try:
+            self._lanes.look()
+        except HmrsimError as error:
+            self.feedback_message = str(error)
+            return Status.FAILURE
+        closed = self._lanes.closed_legs(path)
+        told = closed[:1] if self.read("stop_at_first_collision") else closed
+        self.write("collision_poses", [path.poses[index] for index in told])
+        self.feedback_message = f"closed from pose {closed[0]} on" if closed else "open"
+        return Status.FAILURE if closed else Status.SUCCESS

@@ -1,0 +1,102 @@
+"""Nodes with scripts in them: how a script's names become ports, so that a file's keys lead where they should.
+
+Each name is an input port ``name``, and one that a script changes an output port ``name>``, too; whoever builds the
+node wires both to the same key.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from py_trees.blackboard import Blackboard
+
+from bt_controller.node import Node
+from bt_controller.ports import ANY, gives, wants
+from bt_controller.scripting.parser import ScriptError
+from bt_controller.scripting.values import truth
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from bt_controller.scripting.parser import Script
+
+
+class Scripted(Node):
+    """A node that runs scripts; `bind` makes a class with them.
+
+    Attributes:
+        SCRIPTS: The attributes that are scripts, not ports.
+        scripts: What they are.
+    """
+
+    SCRIPTS: ClassVar[tuple[str, ...]] = ()
+
+    scripts: ClassVar[Mapping[str, Script]] = MappingProxyType({})
+
+    @classmethod
+    def bind(cls, scripts: Mapping[str, Script]) -> type[Self]:
+        """Return a class that has these scripts, by attribute, and ports for their names.
+
+        Raises:
+            ScriptError: An entry is named as one of the node's own ports.
+        """
+        inputs, outputs = dict(cls.INPUTS), dict(cls.OUTPUTS)
+        for script in scripts.values():
+            for name in script.names:
+                if name in {**cls.INPUTS, **cls.OUTPUTS}:
+                    raise ScriptError(f"script {script.text!r}: {name!r} is a port of {cls.__name__}, no entry")
+                inputs[name] = wants(ANY, f"Entry {name} of a script", required=False)
+            for name in script.changed:
+                outputs[f"{name}>"] = gives(ANY, f"Entry {name} as a script changes it")
+        parts: dict[str, Any] = {"__doc__": cls.__doc__, "__module__": cls.__module__}
+        parts |= {"INPUTS": inputs, "OUTPUTS": outputs, "scripts": dict(scripts)}
+        return type(cls.__name__, (cls,), parts)
+
+    def setup(self, **kwargs: Any) -> None:
+        """Look up where the scripts' names lead.
+
+        Args:
+            **kwargs: What all nodes get.
+
+        Raises:
+            PortError: What the file says is not what a port takes.
+        """
+        super().setup(**kwargs)
+        # A client's own get takes some names, such as "id", for its own attributes.
+        names = [name for script in self.scripts.values() for name in script.names]
+        self._keys = {name: self._get_blackboard_key(name) for name in names}
+
+    def run(self, attribute: str) -> Any:
+        """Run a script, and return its value.
+
+        Raises:
+            ScriptError: An entry is missing, or an operator can't be used on a value.
+        """
+        try:
+            return self.scripts[attribute].run(self)
+        except ScriptError as error:
+            raise ScriptError(f"{self._whose_script()}: {error}") from None
+
+    def holds(self, attribute: str) -> bool:
+        """Return whether the value of a script counts as true.
+
+        Raises:
+            ScriptError: It is neither true nor false, or the script can't be run.
+        """
+        value = self.run(attribute)
+        try:
+            return truth(value)
+        except ValueError as error:
+            raise ScriptError(f"{self._whose_script()}: script {self.scripts[attribute].text!r}: {error}") from None
+
+    def get(self, name: str) -> Any:
+        """Return the value of an entry; None if there is none."""
+        return Blackboard.storage.get(self._keys[name])
+
+    def set(self, name: str, value: Any) -> None:
+        """Change an entry, or make it."""
+        self.write(f"{name}>", value)
+
+    def _whose_script(self) -> str:
+        return f"{self.name} ({self.origin})" if self.origin else self.name

@@ -1,0 +1,188 @@
+"""What the operators of scripts make of their operands, as in BehaviorTree.CPP.
+
+Values are numbers, texts, truth values (1 and 0 as numbers), and whatever else is on the blackboard, which can only
+be passed on. A text that reads as a number, ``true`` or ``false`` counts as that beside a number.
+
+What is different: whole numbers stay whole as long as they fit into 64 bits, so that ports for whole numbers take
+them; and a division by zero is an error instead of an infinity.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+import re
+from functools import partial
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_WHOLE: Final = re.compile(r"[+-]?\d{1,18}")
+_BITS: Final = 63
+_EPSILON: Final = 2.0**-23
+"""BehaviorTree.CPP takes numbers that differ by less for equal."""
+
+
+def as_number(value: object) -> float | None:
+    """Return what a value is as a number; None if it is none."""
+    if isinstance(value, (int, float)):
+        return value
+    if not isinstance(value, str):
+        return None
+    text = value.strip()
+    if text in ("true", "false"):
+        return text == "true"
+    if _WHOLE.fullmatch(text):
+        return int(text)
+    return float(text) if _NUMBER.fullmatch(text) else None
+
+
+def truth(value: object) -> bool:
+    """Return whether a value counts as true: a number that is not zero, or a text that is neither zero nor empty.
+
+    Raises:
+        ValueError: It is something else.
+    """
+    number = as_number(value)
+    if number is not None:
+        return number != 0
+    if isinstance(value, str):
+        return value != ""
+    raise ValueError(f"{_shown(value)} is neither true nor false")
+
+
+def same(one: object, other: object) -> bool:
+    """Return whether two values are equal: two texts as texts or as numbers, anything else as numbers only."""
+    if one == other and isinstance(one, str):
+        return True
+    left, right = as_number(one), as_number(other)
+    return left is not None and right is not None and _equal(left, right)
+
+
+def negated(value: object) -> float:
+    """Return minus a value."""
+    return _bounded(-_number(value))
+
+
+def complement(value: object) -> int:
+    """Return the complement of a whole number's bits."""
+    return ~_whole(value)
+
+
+def inverted(value: object) -> bool:
+    """Return the other truth value."""
+    return not truth(value)
+
+
+def _equal(left: float, right: float) -> bool:
+    return left == right or abs(left - right) <= _EPSILON
+
+
+def _number(value: object) -> float:
+    number = as_number(value)
+    if number is None:
+        raise ValueError(f"{_shown(value)} is no number")
+    return number
+
+
+def _whole(value: object) -> int:
+    number = _number(value)
+    if not math.isfinite(number) or number != int(number) or int(number).bit_length() > _BITS:
+        raise ValueError(f"{_shown(value)} is no whole number of 64 bits")
+    return int(number)
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, (str, int, float)):
+        return f"{value!r:.80}"
+    return f"a {type(value).__name__}"
+
+
+def _bounded(number: float) -> float:
+    if isinstance(number, int) and number.bit_length() > _BITS:
+        return float(number)
+    return number
+
+
+def _calculated(operation: Callable[[float, float], float], left: object, right: object) -> float:
+    return _bounded(operation(_number(left), _number(right)))
+
+
+def _sum(left: object, right: object) -> Any:
+    if isinstance(left, str) and isinstance(right, str):
+        return left + right
+    return _calculated(operator.add, left, right)
+
+
+def _quotient(left: float, right: float) -> float:
+    if right == 0:
+        raise ValueError("division by zero")
+    if isinstance(left, int) and isinstance(right, int) and left % right == 0:
+        return left // right
+    return left / right
+
+
+def _joined(left: object, right: object) -> str:
+    return _text(left) + _text(right)
+
+
+def _text(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (str, int, float)):
+        return str(value)
+    raise ValueError(f"{_shown(value)} is neither a text nor a number")
+
+
+def _bitwise(operation: Callable[[int, int], int], left: object, right: object) -> int:
+    return operation(_whole(left), _whole(right))
+
+
+def _both(left: object, right: object) -> bool:
+    first, second = truth(left), truth(right)
+    return first and second
+
+
+def _either(left: object, right: object) -> bool:
+    first, second = truth(left), truth(right)
+    return first or second
+
+
+def _compared(operation: Callable[[Any, Any], bool], left: object, right: object) -> bool:
+    if isinstance(left, str) and isinstance(right, str):
+        return operation(left, right)
+    return operation(_number(left), _number(right))
+
+
+def _same_number(left: Any, right: Any) -> bool:
+    return left == right if isinstance(left, str) else _equal(left, right)
+
+
+def _other_number(left: Any, right: Any) -> bool:
+    return not _same_number(left, right)
+
+
+OPERATIONS: Final[Mapping[str, Callable[[Any, Any], Any]]] = MappingProxyType(
+    {
+        "+": _sum,
+        "-": partial(_calculated, operator.sub),
+        "*": partial(_calculated, operator.mul),
+        "/": partial(_calculated, _quotient),
+        "..": _joined,
+        "&": partial(_bitwise, operator.and_),
+        "|": partial(_bitwise, operator.or_),
+        "^": partial(_bitwise, operator.xor),
+        "&&": _both,
+        "||": _either,
+        "==": partial(_compared, _same_number),
+        "!=": partial(_compared, _other_number),
+        "<": partial(_compared, operator.lt),
+        ">": partial(_compared, operator.gt),
+        "<=": partial(_compared, operator.le),
+        ">=": partial(_compared, operator.ge),
+    }
+)
+"""By sign. They raise ValueError, and OverflowError for numbers that are too large."""

@@ -1,0 +1,105 @@
+"""Finding the trees in what was read: which there are, which is the main one, and what subtrees want."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from bt_controller.xml.faults import instead
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from bt_controller.xml.faults import Faults
+    from bt_controller.xml.source import Element
+
+_ROOT_ATTRIBUTES: Final = ("BTCPP_format", "main_tree_to_execute")
+_PORTS: Final = ("input_port", "output_port", "inout_port")
+_PARTS: Final = ("BehaviorTree", "TreeNodesModel", "include")
+
+
+@dataclass(frozen=True)
+class Document:
+    """What a file says.
+
+    Attributes:
+        trees: The <BehaviorTree> of each tree, by ID.
+        main: The ID of the tree to run.
+        models: By ID, the ports that subtrees have according to the file; None where there is no default.
+    """
+
+    trees: Mapping[str, Element]
+    main: str
+    models: Mapping[str, Mapping[str, str | None]]
+
+
+def document(root: Element, faults: Faults, *, tree: str | None = None) -> Document:
+    """Return what is in a file.
+
+    Args:
+        root: Its root element.
+        faults: Hears what is wrong; then some of it is left out.
+        tree: The ID of the tree to run; what the file says if left out.
+    """
+    if root.tag != "root":
+        faults.add(root.origin, 'is no file of trees; <root BTCPP_format="4"> is expected')
+    trees, models = _parts(root, faults)
+    if not trees:
+        if root.tag == "root":
+            faults.add(root.origin, 'has no trees; <BehaviorTree ID="…"> is expected')
+        return Document(trees, "", models)
+    return Document(trees, _main(root, trees, tree, faults), models)
+
+
+def _parts(root: Element, faults: Faults) -> tuple[dict[str, Element], dict[str, dict[str, str | None]]]:
+    trees: dict[str, Element] = {}
+    models: dict[str, dict[str, str | None]] = {}
+    children: list[Any] = list(root)
+    for child in children:
+        if child.tag == "BehaviorTree":
+            _add_tree(child, trees, faults)
+        elif child.tag == "TreeNodesModel":
+            models |= {model.attrib["ID"]: _model(model) for model in child.findall("SubTree") if "ID" in model.attrib}
+        elif root.tag == "root":
+            faults.add(child.origin, f"does not belong into <root>{instead(child.tag, _PARTS)}")
+    return trees, models
+
+
+def _add_tree(element: Any, trees: dict[str, Element], faults: Faults) -> None:
+    tree_id = element.attrib.get("ID", "")
+    for attribute in element.attrib:
+        if attribute != "ID" and not attribute.startswith("_"):
+            faults.add(element.origin, f"there is no attribute {attribute!r}; it has ID")
+    if not tree_id:
+        faults.add(element.origin, 'has no ID; write ID="…"')
+        return
+    if len(element) != 1:
+        faults.add(element.origin, f"{tree_id!r} has {len(element)} children; exactly 1 is expected")
+    if tree_id in trees:
+        faults.add(element.origin, f"there is a tree {tree_id!r} already, at {trees[tree_id].origin}")
+    else:
+        trees[tree_id] = element
+
+
+def _model(element: Any) -> dict[str, str | None]:
+    return {
+        port.attrib["name"]: port.attrib.get("default") or None
+        for port in element
+        if port.tag in _PORTS and "name" in port.attrib
+    }
+
+
+def _main(root: Element, trees: Mapping[str, Element], tree: str | None, faults: Faults) -> str:
+    for attribute in root.attrib:
+        if attribute not in _ROOT_ATTRIBUTES and "mean" in (hint := instead(attribute, _ROOT_ATTRIBUTES)):
+            faults.add(root.origin, f"there is no attribute {attribute!r}{hint}")
+    if root.attrib.get("BTCPP_format", "4") != "4":
+        said = root.attrib["BTCPP_format"]
+        faults.add(root.origin, f'is of format {said!r}; BTCPP_format="4" is read')
+    main = tree or root.attrib.get("main_tree_to_execute")
+    if main is None and len(trees) > 1:
+        known = ", ".join(trees)
+        faults.add(root.origin, f"does not say which tree to run; main_tree_to_execute or --tree, one of {known}")
+    elif main is not None and main not in trees:
+        faults.add(root.origin, f"there is no tree {main!r}{instead(main, trees)}")
+    return main or next(iter(trees))

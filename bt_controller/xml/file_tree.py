@@ -1,0 +1,109 @@
+"""The tree of a file: checked once, built for each robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from py_trees.blackboard import Blackboard
+from py_trees.parsers.behaviour_tree_xml import build_tree_from_xml
+
+from bt_controller.blackboards import Board
+from bt_controller.node import Node
+from bt_controller.trees import TreeError, described
+from bt_controller.xml.check import check
+from bt_controller.xml.document import document
+from bt_controller.xml.faults import Faults
+from bt_controller.xml.source import read
+from bt_controller.xml.translation import SUBTREE, translate
+from bt_controller.xml.wiring import examine
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from py_trees.behaviour import Behaviour
+
+    from bt_controller.xml.faults import Origin
+    from bt_controller.xml.translation import Translation
+
+
+@dataclass(frozen=True)
+class FileTree:
+    """A tree that py_trees can build.
+
+    Attributes:
+        main: The ID of the outermost tree.
+        translation: All trees of the file.
+        labels: The name of each node and where it comes from, in the order of py_trees' ``iterate``.
+        texts: What its subtrees find on the blackboard from the start.
+    """
+
+    main: str
+    translation: Translation
+    labels: tuple[tuple[str, Origin], ...]
+    texts: Mapping[str, str]
+
+    def build(self) -> Behaviour:
+        """Return the root of a new tree, on the blackboard in use."""
+        for key, text in self.texts.items():
+            Blackboard.set(key, text)
+        translation = self.translation
+        # In the outermost tree a key and the same with @ are one.
+        outermost = {key: f"/{key[1:]}" for key in translation.keys[self.main] if key.startswith("@")}
+        main = translation.trees[self.main]
+        root: Behaviour = build_tree_from_xml(main, outermost, translation.registry, translation.trees)
+        for node, (name, origin) in zip(root.iterate(), self.labels, strict=True):
+            node.name = name
+            if isinstance(node, Node):
+                node.origin = str(origin)
+        return root
+
+
+def load_file(
+    path: str, nodes: Mapping[str, type[Any]], *, tree: str | None, values: Mapping[str, str]
+) -> tuple[FileTree, tuple[str, ...]]:
+    """Return the tree of a file, and a line for each port that needs a value which nothing writes.
+
+    Args:
+        path: Its path.
+        nodes: The nodes that there are, by tag.
+        tree: The ID of the tree to run; None for what the file says.
+        values: Texts that are to be on each blackboard.
+
+    Raises:
+        TreeError: Something is wrong with it; a line each.
+    """
+    root = read(path)
+    faults = Faults()
+    found = document(root, faults, tree=tree)
+    calls = check(found, nodes, faults)
+    faults.raise_any()
+    translation = translate(calls, faults)
+    faults.raise_any()
+    result = _labelled(found.main, translation)
+    unset = _tried(path, result, values, faults)
+    faults.raise_any()
+    return result, unset
+
+
+def _labelled(main: str, translation: Translation) -> FileTree:
+    labels = []
+    texts = {}
+    for part, namespace in translation.parts(main):
+        if part.tag == SUBTREE:
+            texts.update({f"{namespace}{key}": text for key, text in part.texts.items()})
+        else:
+            labels.append((part.shown, part.origin))
+    return FileTree(main, translation, tuple(labels), texts)
+
+
+def _tried(path: str, tree: FileTree, values: Mapping[str, str], faults: Faults) -> tuple[str, ...]:
+    """Build a tree and look at it."""
+    with Board().in_use():
+        for key, text in values.items():
+            Blackboard.set(key, text)
+        try:
+            root = tree.build()
+        except Exception as error:  # whatever the constructors of the user's nodes raise
+            raise TreeError(f"{path}: {described(error)}") from error
+        return examine(zip(root.iterate(), (origin for _, origin in tree.labels), strict=True), faults)

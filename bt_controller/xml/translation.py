@@ -1,0 +1,227 @@
+"""Saying a checked file as py_trees' parser wants it.
+
+py_trees does the work: it makes the nodes, gives each subtree a namespace on the blackboard, and follows keys through
+them. It wants a name for each element, one tag for each class, and every key that a subtree shares.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from functools import partial
+from graphlib import CycleError, TopologicalSorter
+from inspect import Signature
+from typing import TYPE_CHECKING, Any, Final
+from xml.etree.ElementTree import Element
+
+from bt_controller.xml.keys import is_private
+from bt_controller.xml.source import DEEPEST, MOST_NODES
+from bt_controller.xml.subtree import SubTree
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from bt_controller.scripting.parser import Script
+    from bt_controller.xml.call import Call
+    from bt_controller.xml.faults import Faults, Origin
+
+SUBTREE: Final = "SubTree"
+_SHOWN_SUBTREE: Final = "#SubTree"
+"""A tag that no file can have."""
+
+_MOST_KEYS: Final = 1_000
+"""Of one tree. py_trees writes the table of them into a message, which nobody reads, for each node."""
+
+
+class Part(Element):
+    """An element as py_trees' parser takes it.
+
+    Attributes:
+        origin: Where it comes from.
+        shown: The name that its node is to have.
+        texts: What a subtree finds on its blackboard from the start.
+    """
+
+    origin: Origin
+    shown: str
+    texts: Mapping[str, str]
+
+
+@dataclass
+class Translation:
+    """What py_trees builds a tree of.
+
+    Attributes:
+        trees: A <BehaviorTree> by ID.
+        registry: The classes by tag.
+        keys: The keys that each tree uses, those of its subtrees that it shares with them among them.
+    """
+
+    trees: dict[str, Element] = field(default_factory=dict)
+    registry: dict[str, partial[Any]] = field(default_factory=dict)
+    keys: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def parts(self, tree: str, namespace: str = "/") -> Iterator[tuple[Part, str]]:
+        """Return what becomes of a tree, with the namespace: the parts in the order of py_trees' ``iterate``.
+
+        Subtrees themselves come before what is in them.
+        """
+        yield from self._parts(self.trees[tree][0], namespace)
+
+    def _parts(self, part: Any, namespace: str) -> Iterator[tuple[Part, str]]:
+        if part.tag == SUBTREE:
+            inside = f"{namespace}{part.attrib['name']}/"
+            yield part, inside
+            yield from self.parts(part.attrib["ID"], inside)
+            return
+        for child in part:
+            yield from self._parts(child, namespace)
+        yield part, namespace
+
+
+def translate(calls: Mapping[str, Call], faults: Faults) -> Translation:
+    """Return some trees for py_trees; none of those of which *faults* hears.
+
+    Args:
+        calls: The root of each tree, by ID.
+        faults: Hears of trees that are in themselves, or too large.
+    """
+    result = Translation()
+    sizes: dict[str, tuple[int, int]] = {}
+    for tree in _order(calls, faults):
+        _Translator(result, tree).add(calls[tree])
+        sizes[tree] = count, depth = _size(result.trees[tree][0], sizes)
+        if excess := _excess(count, depth, len(result.keys[tree])):
+            faults.add(calls[tree].origin, f"{tree!r} would {excess}, with its subtrees")
+            break
+    return result
+
+
+def _order(calls: Mapping[str, Call], faults: Faults) -> list[str]:
+    """Return the trees in an order in which each comes after those that it uses."""
+    uses = {tree: [call for call in _all(root) if call.node is None] for tree, root in calls.items()}
+    needed = {tree: [call.tree for call in used] for tree, used in uses.items()}
+    try:
+        return list(TopologicalSorter(needed).static_order())
+    except CycleError as error:
+        # Each is used by the next.
+        used, user, *_ = error.args[1]
+        call = next(call for call in uses[user] if call.tree == used)
+        ring = " in ".join(map(repr, error.args[1]))
+        faults.add(call.origin, f"a tree can't be in itself: {ring}")
+        return []
+
+
+def _excess(count: int, depth: int, keys: int) -> str:
+    """Return what is too much for py_trees; nothing if it is not."""
+    if count > MOST_NODES:
+        return f"have more than {MOST_NODES} nodes"
+    if depth > DEEPEST:
+        return f"be more than {DEEPEST} levels deep"
+    return f"use more than {_MOST_KEYS} keys" if keys > _MOST_KEYS else ""
+
+
+def _wrapped(node: type[Any]) -> partial[Any]:
+    """Return a class as py_trees calls it.
+
+    For each node it would look through the constructors of all bases of the class, which takes longer than all the
+    rest: a signature that is said need not be looked for.
+    """
+    made: partial[Any] = partial(node)  # type: ignore[misc]  # any class will do
+    made.__signature__ = Signature()  # type: ignore[attr-defined]  # it is what inspect.signature looks for
+    return made
+
+
+def _all(call: Call) -> Iterator[Call]:
+    yield call
+    for child in call.children:
+        yield from _all(child)
+
+
+def _size(part: Element, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
+    """Return how many nodes come of a part, and how deep they are in each other."""
+    if part.tag == SUBTREE:
+        return sizes[part.attrib["ID"]]
+    children = [_size(child, sizes) for child in part]
+    return 1 + sum(count for count, _ in children), 1 + max((depth for _, depth in children), default=0)
+
+
+class _Translator:
+    """Translates one tree; those that it uses have been."""
+
+    def __init__(self, result: Translation, tree: str) -> None:
+        self._result = result
+        self._tree = tree
+        self._keys: dict[str, None] = {}
+        self._namespaces: set[str] = set()
+
+    def add(self, call: Call) -> None:
+        root = Element("BehaviorTree", ID=self._tree)
+        root.append(self._whole(call))
+        self._result.trees[self._tree] = root
+        self._result.keys[self._tree] = tuple(self._keys)
+
+    def _whole(self, call: Call) -> Part:
+        """Return a part with the conditions around it."""
+        part = self._subtree(call) if call.node is None else self._node(call)
+        if call.around is None:
+            return part
+        outer = self._scripted(call.around, call.conditions, call.origin, " ".join(call.conditions))
+        outer.append(part)
+        return outer
+
+    def _node(self, call: Call) -> Part:
+        name = call.origin.name or call.origin.tag
+        node: type[Any] = call.node or SubTree
+        if call.scripts:
+            part = self._scripted(node, call.scripts, call.origin, name, call.ports)
+        else:
+            self._result.registry.setdefault(call.origin.tag, _wrapped(node))
+            part = self._part(call.origin.tag, call.origin, name, call.ports)
+        part.extend(self._whole(child) for child in call.children)
+        return part
+
+    def _scripted(
+        self,
+        node: type[Any],
+        scripts: Mapping[str, Script],
+        origin: Origin,
+        name: str,
+        ports: Mapping[str, str] | None = None,
+    ) -> Part:
+        """Return a part of a class that is made for its scripts: a port for each key that they use."""
+        tag = f"{origin.tag}#{len(self._result.registry)}"
+        self._result.registry[tag] = _wrapped(node)
+        known = {*node.input_ports(), *node.output_ports()}
+        names = dict.fromkeys(name for script in scripts.values() for name in script.names)
+        used = {port: f"{{{key}}}" for key in names for port in (key, f"{key}>") if port in known}
+        return self._part(tag, origin, name, {**(ports or {}), **used})
+
+    def _subtree(self, call: Call) -> Part:
+        shared = {port: text for port, text in call.ports.items() if text.startswith("{")}
+        for key in self._result.keys[call.tree]:
+            if key.startswith("@") or (call.autoremap and not is_private(key) and key not in call.ports):
+                shared[key] = f"{{{key}}}"
+        inner = self._part(SUBTREE, call.origin, self._namespace(call), shared)
+        inner.attrib["ID"] = call.tree
+        inner.texts = {port: text for port, text in call.ports.items() if port not in shared}
+        self._result.registry.setdefault(_SHOWN_SUBTREE, _wrapped(SubTree))
+        outer = self._part(_SHOWN_SUBTREE, call.origin, call.origin.name or call.tree, {})
+        outer.append(inner)
+        return outer
+
+    def _namespace(self, call: Call) -> str:
+        """Return a name for a subtree's part of the blackboard that no other subtree of this tree has."""
+        base = name = re.sub(r"[^\w-]|_{2,}", "_", call.origin.name or call.tree)
+        number = 1
+        while name in self._namespaces:
+            number += 1
+            name = f"{base}_{number}"
+        self._namespaces.add(name)
+        return name
+
+    def _part(self, tag: str, origin: Origin, shown: str, ports: Mapping[str, str]) -> Part:
+        part = Part(tag, {"name": shown, **ports})
+        part.origin, part.shown, part.texts = origin, shown, {}
+        self._keys.update(dict.fromkeys(text[1:-1] for text in ports.values() if text.startswith("{")))
+        return part

@@ -1,0 +1,46 @@
+"""The nodes that a file may use: ours, and those of the user's modules."""
+
+from __future__ import annotations
+
+import inspect
+from typing import TYPE_CHECKING, Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.ports import PortsMixin
+
+from bt_controller.nodes import registry
+from bt_controller.trees import TreeError, imported
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+
+def vocabulary(modules: Iterable[str] = ()) -> dict[str, type[Any]]:
+    """Return all nodes by tag.
+
+    Args:
+        modules: The user's; each public class of theirs that has ports is a node, and its name is the tag.
+
+    Raises:
+        TreeError: A module can't be imported, has no nodes, or one whose tag is taken.
+    """
+    found: dict[str, type[Any]] = dict(registry())
+    for name in modules:
+        module = imported(f"--nodes {name}", name)
+        classes = {
+            tag: value
+            for tag, value in vars(module).items()
+            if inspect.isclass(value) and value.__module__ == module.__name__ and _is_node(tag, value)
+        }
+        if not classes:
+            raise TreeError(f"--nodes {name}: it defines no nodes, public subclasses of bt_controller.node.Node")
+        for tag, value in classes.items():
+            if tag in found:
+                raise TreeError(f"--nodes {name}: there is a node {tag!r} already; give the class another name")
+            found[tag] = value
+    return found
+
+
+def _is_node(tag: str, value: type[Any]) -> bool:
+    has_ports = hasattr(value, "INPUT_PORTS") and hasattr(value, "OUTPUT_PORTS")
+    return not tag.startswith("_") and has_ports and issubclass(value, PortsMixin) and issubclass(value, Behaviour)

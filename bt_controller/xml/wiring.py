@@ -1,0 +1,112 @@
+"""What is connected with what, once py_trees has followed all keys: ports of one key, and keys that nothing writes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from py_trees.blackboard import Blackboard
+from py_trees.ports import PortsMixin
+
+from bt_controller.ports import ANY, DOUBLE, INT, STRING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from py_trees.behaviour import Behaviour
+
+    from bt_controller.ports import Kind
+    from bt_controller.xml.faults import Faults, Origin
+
+_LOOSE: Final = (ANY, STRING)
+"""What goes with every other kind: text is read as the port wants it."""
+_NUMBERS: Final = (INT, DOUBLE)
+
+
+@dataclass(frozen=True)
+class _End:
+    """One end of a wire: a port.
+
+    Attributes:
+        origin: Whose.
+        port: Its name.
+        key: Where it leads.
+        kind: What it carries; None if nobody knows.
+        written: Whether it is an output.
+        needed: Whether it is an input that can't go without a value.
+    """
+
+    origin: Origin
+    port: str
+    key: str
+    kind: Kind[Any] | None
+    written: bool
+    needed: bool
+
+
+def examine(nodes: Iterable[tuple[Behaviour, Origin]], faults: Faults) -> tuple[str, ...]:
+    """Look at a tree that has just been built on the blackboard in use.
+
+    Args:
+        nodes: The nodes, and where they come from.
+        faults: Hears of ports that do not fit each other or what they find.
+
+    Returns:
+        A line for each port that needs a value which nothing writes.
+    """
+    ends = [end for node, origin in nodes if isinstance(node, PortsMixin) for end in _ends(node, origin)]
+    _compare(ends, faults)
+    _read(ends, faults)
+    written = {end.key for end in ends if end.written} | set(Blackboard.storage)
+    unset = [end.origin.says(_unset(end)) for end in ends if end.needed and end.key not in written]
+    return tuple(dict.fromkeys(unset))
+
+
+def _ends(node: PortsMixin, origin: Origin) -> Iterator[_End]:
+    client = node.blackboard_client
+    for ports, written in ((node.input_ports(), False), (node.output_ports(), True)):
+        for name, port in ports.items():
+            key = client.remappings[client.absolute_name(name)]
+            needed = not written and port.required and port.default_value is None
+            yield _End(origin, name, key, getattr(port, "kind", None), written, needed)
+
+
+def _compare(ends: Iterable[_End], faults: Faults) -> None:
+    """Look whether what one port writes another can read."""
+    known: dict[str, _End] = {}
+    for end in ends:
+        if end.kind is None or end.kind in _LOOSE:
+            continue
+        first = known.setdefault(end.key, end)
+        if first.kind is not end.kind and not (first.kind in _NUMBERS and end.kind in _NUMBERS):
+            other = f"port {first.port!r} of <{first.origin.tag}>, {first.origin}"
+            key = _shown(end.key)
+            text = f"port {end.port!r} is {_name(end)}, but {key!r} is {_name(first)} at {other}; use another key"
+            faults.add(end.origin, text)
+
+
+def _read(ends: Iterable[_End], faults: Faults) -> None:
+    """Look whether texts that are on the blackboard already can be read."""
+    for end in ends:
+        text = Blackboard.storage.get(end.key)
+        if isinstance(text, str) and end.kind is not None and not end.written:
+            try:
+                end.kind.read(text, None)
+            except ValueError as error:
+                faults.add(end.origin, f"port {end.port!r}: {error}")
+
+
+def _unset(end: _End) -> str:
+    shown = _shown(end.key)
+    give = f"give it with --set {shown}=…"
+    if "/" in shown:
+        return f'nothing writes {shown!r}; share {shown.rpartition("/")[2]}="{{…}}" at its <SubTree>, or {give}'
+    return f"nothing writes {shown!r}; {give}"
+
+
+def _name(end: _End) -> str:
+    return "" if end.kind is None else end.kind.name
+
+
+def _shown(key: str) -> str:
+    return key.removeprefix("/")

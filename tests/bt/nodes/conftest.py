@@ -1,0 +1,198 @@
+"""Small trees of XML nodes without XML: leaves that end as they are told, and ports that are wired by hand."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from py_trees.blackboard import Blackboard
+from py_trees.common import Status
+
+from bt_controller.blackboards import Board
+from bt_controller.node import Decoration, Leaf
+from bt_controller.ports import pose_stamped
+from bt_controller.running.due import due
+from bt_controller.tree_time import simulated_time
+from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.interfaces.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance, Vector3
+from hmrsim.interfaces.nav_msgs import Odometry, Path
+from hmrsim.interfaces.std_msgs import Header
+
+STATUSES = {"S": Status.SUCCESS, "F": Status.FAILURE, "R": Status.RUNNING, "-": Status.INVALID}
+LETTERS = {status: letter for letter, status in STATUSES.items()}
+
+
+class Told(Leaf):
+    """Returns statuses as it is told, one a tick, the last for ever; remembers what happens to it.
+
+    Attributes:
+        begun: How often it was begun.
+        ticks: How often it was ticked.
+        halts: How often it was halted while it ran.
+    """
+
+    def __init__(self, name, statuses):
+        super().__init__(name)
+        self._statuses = [STATUSES[letter] for letter in statuses]
+        self.begun = self.ticks = self.halts = 0
+
+    def initialise(self):
+        """Count it."""
+        self.begun += 1
+
+    def update(self):
+        """Return the next status."""
+        self.ticks += 1
+        return self._statuses.pop(0) if len(self._statuses) > 1 else self._statuses[0]
+
+    def terminate(self, new_status):
+        """Count it if it is a halt."""
+        self.halts += new_status is Status.INVALID and self.status is Status.RUNNING
+
+
+class Topics:
+    """What a robot publishes, as the test says.
+
+    Attributes:
+        known: What nodes are set up with.
+        messages: By topic, the latest message.
+        watched: The robots and topics that are watched.
+    """
+
+    def __init__(self):
+        self.messages = {}
+        self.watched = []
+        self.known = {"topics": self, "robot": "wall_e"}
+        self.at(0.0, 0.0)
+
+    def at(self, x, y, yaw=0.0, *, speed=0.0, seconds=0.0):
+        """Let the robot be somewhere."""
+        self.messages["odom"] = Odometry(
+            header=Header(frame_id="map", stamp=Time.from_nanoseconds(round(seconds * 1e9))),
+            pose=PoseWithCovariance(pose=pose_stamped(x, y, yaw).pose),
+            twist=TwistWithCovariance(twist=Twist(linear=Vector3(x=speed))),
+        )
+
+    def watch(self, robot, topic):
+        """Take note of it."""
+        self.watched.append((robot, topic))
+
+    def latest(self, _robot, topic):
+        """Return what the test says."""
+        return self.messages[topic]
+
+
+class Tree:
+    """A tree that is ticked by hand; its clock stands still unless it is told the time."""
+
+    def __init__(self, root, **known):
+        self.root = root
+        self.now = 0.0
+        for node in root.iterate():
+            if getattr(node, "_blackboard_client", True) is None:
+                node.setup_ports()
+        for node in root.iterate():
+            node.setup(**known)
+
+    def tick(self, now=None):
+        """Tick the tree, and return the root's status as a letter."""
+        self.now = self.now if now is None else now
+        with simulated_time(self.now):
+            self.root.tick_once()
+        return LETTERS[self.root.status]
+
+    def ticks(self, *times):
+        """Tick the tree at each of these times, and return the root's statuses as letters."""
+        return "".join(self.tick(now) for now in times)
+
+    def halt(self):
+        """Interrupt the tree."""
+        with simulated_time(self.now):
+            self.root.stop(Status.INVALID)
+
+    def due(self, period=1.0):
+        """Return when the tree has to be ticked again."""
+        return due(self.root, self.now, period)
+
+
+@pytest.fixture(autouse=True)
+def _own_board():
+    """Give each test a blackboard as missions have it."""
+    with Board().in_use():
+        yield
+
+
+@pytest.fixture
+def told():
+    """Return what makes a leaf that returns these statuses: S, F, R, and - for skipped."""
+
+    def make(statuses, name="leaf"):
+        return Told(name, statuses)
+
+    return make
+
+
+@pytest.fixture
+def node():
+    """Return what makes a node with these children; ports are values, or keys of the blackboard if they are {key}.
+
+    Texts are texts as they are in a file, other values are on the blackboard as such.
+    """
+    count = 0
+
+    def make(kind, *children, **ports):
+        nonlocal count
+        count += 1
+        name = f"{kind.__name__}{count}"
+        made = kind(name, *children) if issubclass(kind, Decoration) else kind(name)
+        if children and not issubclass(kind, Decoration):
+            made.add_children(list(children))
+        keys = {}
+        for port, value in ports.items():
+            name_of_port = port.rstrip("_")
+            if isinstance(value, str) and value.startswith("{"):
+                keys[name_of_port] = f"/{value[1:-1]}"
+            else:
+                keys[name_of_port] = f"/ports/{name}/{name_of_port}"
+                Blackboard.set(keys[name_of_port], value)
+        for port in made.INPUTS:
+            default = made.INPUTS[port].default_value
+            if isinstance(default, str) and default.startswith("{"):
+                keys.setdefault(port, f"/{default[1:-1]}")
+        for script in getattr(kind, "scripts", {}).values():
+            for entry in (*script.names, *(f"{name}>" for name in script.changed)):
+                keys[entry] = f"/{entry.removeprefix('@').removesuffix('>')}"
+        made.setup_ports(keys)
+        return made
+
+    return make
+
+
+@pytest.fixture
+def topics():
+    """Return what wall_e publishes: at first, that it stands at (0, 0)."""
+    return Topics()
+
+
+@pytest.fixture
+def path():
+    """Return what makes a path of points; each pose faces the next one."""
+
+    def make(*points):
+        ends = [*points[1:], points[-1]]
+        yaws = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in zip(points, ends, strict=True)]
+        return Path(poses=[pose_stamped(float(x), float(y), yaw) for (x, y), yaw in zip(points, yaws, strict=True)])
+
+    return make
+
+
+@pytest.fixture
+def tree():
+    """Return what makes a tree of a root, ready to be ticked; whatever else is given goes to the nodes' setup."""
+    return Tree
+
+
+@pytest.fixture
+def board():
+    """Return the blackboard: a mapping of keys to values."""
+    return Blackboard.storage

@@ -1,0 +1,284 @@
+"""Decorators that change or repeat what their child does, by BehaviorTree.CPP's documentation."""
+
+from __future__ import annotations
+
+import pytest
+
+from bt_controller.node import PortError
+from bt_controller.nodes.decorators.precondition import Precondition
+from bt_controller.nodes.decorators.repetition import KeepRunningUntilFailure, Repeat, RetryUntilSuccessful
+from bt_controller.nodes.decorators.results import ForceFailure, ForceSuccess, Inverter
+from bt_controller.nodes.decorators.run_once import RunOnce
+from bt_controller.scripting.parser import ScriptError, parse
+
+NEVER = float("inf")
+
+
+@pytest.fixture
+def given(node, tree, told):
+    """Return what makes a tree of a decorator with a leaf that returns these statuses; the leaf comes after it."""
+
+    def make(kind, statuses, **ports):
+        leaf = told(statuses)
+        return tree(node(kind, leaf, **ports)), leaf
+
+    return make
+
+
+@pytest.mark.parametrize(
+    ("kind", "statuses"),
+    [(Inverter, "RFS-"), (ForceSuccess, "RSS-"), (ForceFailure, "RFF-")],
+    ids=str,
+)
+def test_results_are_changed(given, kind, statuses):
+    """What runs or is skipped stays as it is."""
+    root, _ = given(kind, "RSF-")
+
+    assert statuses == root.ticks(0, 1, 2, 3)
+
+
+@pytest.mark.parametrize("kind", [Inverter, ForceSuccess, ForceFailure])
+def test_a_running_child_tells_by_itself(given, kind):
+    """Nobody has to look."""
+    root, _ = given(kind, "R")
+    root.tick()
+
+    assert NEVER == root.due()
+
+
+def test_repeat_ticks_its_child_as_often_as_it_is_told(given):
+    """In one tick if the child takes no time; it is begun anew each time."""
+    root, leaf = given(Repeat, "S", num_cycles="3")
+
+    assert "S" == root.tick()
+    assert (3, 3) == (leaf.ticks, leaf.begun)
+
+
+def test_repeat_counts_over_ticks(given):
+    """A turn follows at once where the other ended."""
+    root, leaf = given(Repeat, "RSRS", num_cycles="2")
+
+    assert "RRS" == root.ticks(0, 1, 2)
+    assert (4, 2) == (leaf.ticks, leaf.begun)
+
+
+def test_repeat_fails_with_its_child(given):
+    """The next time it begins to count anew."""
+    root, leaf = given(Repeat, "SFSSS", num_cycles="3")
+
+    assert "FS" == root.ticks(0, 1)
+    assert 5 == leaf.ticks
+
+
+def test_repeat_is_skipped_with_its_child(given):
+    """Nothing is to be repeated."""
+    root, _ = given(Repeat, "-", num_cycles="3")
+
+    assert "-" == root.tick()
+
+
+def test_repeat_of_no_cycles_succeeds(given):
+    """The child is not ticked."""
+    root, leaf = given(Repeat, "F", num_cycles="0")
+
+    assert "S" == root.tick()
+    assert 0 == leaf.ticks
+
+
+def test_repeat_for_ever_ends_with_a_failure_only(given):
+    """A child that takes no time has one turn a tick, and the tree has to be ticked again for the next."""
+    root, leaf = given(Repeat, "SSF", num_cycles="-1")
+    statuses, due, last = root.ticks(0, 1), root.due(), root.tick(2)
+
+    assert ("RR", 2.0, "F") == (statuses, due, last)
+    assert (3, 3) == (leaf.ticks, leaf.begun)
+
+
+def test_repeat_for_ever_begins_the_next_turn_where_the_last_ended(given):
+    """If the child took time; then nobody has to look."""
+    root, leaf = given(Repeat, "RSRSR", num_cycles="-1")
+
+    assert "RRR" == root.ticks(0, 1, 2)
+    assert (5, 3) == (leaf.ticks, leaf.begun)
+    assert NEVER == root.due()
+
+
+@pytest.mark.parametrize(
+    ("kind", "port", "status"), [(Repeat, "num_cycles", "S"), (RetryUntilSuccessful, "num_attempts", "F")]
+)
+def test_a_thousand_turns_are_enough_for_one_tick(given, kind, port, status):
+    """The others have to have their turn, too; the tree is to be ticked again."""
+    root, leaf = given(kind, status, **{port: "2500"})
+    first, due, ticks = root.tick(), root.due(), leaf.ticks
+
+    assert ("R", 1.0, 1000) == (first, due, ticks)
+    assert f"R{status}" == root.ticks(1, 2)
+    assert 2500 == leaf.ticks
+
+
+def test_repeat_counts_anew_after_a_halt(given):
+    """What was done before does not count."""
+    root, leaf = given(Repeat, "SRSSS", num_cycles="3")
+    root.tick()
+    root.halt()
+
+    assert "S" == root.tick()
+    assert 5 == leaf.ticks
+
+
+def test_retry_ticks_its_child_until_it_succeeds(given):
+    """In one tick if the child takes no time."""
+    root, leaf = given(RetryUntilSuccessful, "FFS", num_attempts="5")
+
+    assert "S" == root.tick()
+    assert (3, 3) == (leaf.ticks, leaf.begun)
+
+
+def test_retry_fails_after_as_many_failures_as_it_is_told(given):
+    """Attempts, not further ones."""
+    root, leaf = given(RetryUntilSuccessful, "RF", num_attempts="3")
+
+    assert "RF" == root.ticks(0, 1)
+    assert 4 == leaf.ticks
+
+
+def test_retry_for_ever_looks_each_tick(given):
+    """At a child that takes no time."""
+    root, leaf = given(RetryUntilSuccessful, "FFS", num_attempts="-1")
+    statuses, due, last = root.ticks(0, 1), root.due(), root.tick(2)
+
+    assert ("RR", 2.0, "S") == (statuses, due, last)
+    assert 3 == leaf.ticks
+
+
+def test_retry_is_skipped_with_its_child(given):
+    """Nothing is to be tried."""
+    root, _ = given(RetryUntilSuccessful, "-", num_attempts="3")
+
+    assert "-" == root.tick()
+
+
+def test_retry_looks_at_its_port_again(given, board):
+    """The child may have changed how often it is tried."""
+    board["/attempts"] = 3
+    root, leaf = given(RetryUntilSuccessful, "FRF", num_attempts="{attempts}")
+    root.tick()
+    board["/attempts"] = 2
+
+    assert "F" == root.tick()
+    assert 3 == leaf.ticks
+
+
+def test_keep_running_runs_until_a_failure(given):
+    """What has succeeded or was skipped begins again with the next tick."""
+    root, leaf = given(KeepRunningUntilFailure, "SR-SF")
+
+    assert "RRRRF" == root.ticks(0, 1, 2, 3, 4)
+    assert 5 == leaf.ticks
+
+
+def test_keep_running_has_to_be_looked_at_where_its_child_has_ended(given):
+    """While that runs it tells by itself."""
+    ended, _ = given(KeepRunningUntilFailure, "S")
+    ended.tick()
+    running, _ = given(KeepRunningUntilFailure, "R")
+    running.tick()
+
+    assert (1.0, NEVER) == (ended.due(), running.due())
+
+
+def test_run_once_is_skipped_afterwards(given):
+    """It ends as its child does before."""
+    root, leaf = given(RunOnce, "RF")
+
+    assert "RF--" == root.ticks(0, 1, 2, 3)
+    assert 2 == leaf.ticks
+
+
+def test_run_once_may_tell_again_how_its_child_ended(given):
+    """Without a tick of it."""
+    root, leaf = given(RunOnce, "RF", then_skip="false")
+
+    assert "RFFF" == root.ticks(0, 1, 2, 3)
+    assert 2 == leaf.ticks
+
+
+def test_run_once_remembers_over_a_halt(given):
+    """Once is once; but who was halted or skipped has not run."""
+    ended, _ = given(RunOnce, "S")
+    ended.tick()
+    ended.halt()
+    halted, _ = given(RunOnce, "RS")
+    halted.tick()
+    halted.halt()
+    skipped, _ = given(RunOnce, "-S")
+    skipped.tick()
+
+    assert ("-", "S", "S") == (ended.tick(), halted.tick(), skipped.tick())
+
+
+@pytest.fixture
+def guarded(given):
+    """Return what makes a tree of a Precondition with this script."""
+
+    def make(script, statuses, **ports):
+        return given(Precondition.bind({"if": parse(script)}), statuses, **ports)
+
+    return make
+
+
+@pytest.mark.parametrize("status", ["SUCCESS", "FAILURE", "RUNNING", "SKIPPED"])
+def test_a_precondition_that_is_false_says_how_the_node_ends(guarded, status):
+    """The child is not ticked."""
+    root, leaf = guarded("1 > 2", "S", **{"else": status})
+
+    assert {"SUCCESS": "S", "FAILURE": "F", "RUNNING": "R", "SKIPPED": "-"}[status] == root.tick()
+    assert 0 == leaf.ticks
+
+
+def test_a_precondition_fails_if_nothing_is_said(guarded):
+    """It is false."""
+    root, _ = guarded("false", "S")
+
+    assert "F" == root.tick()
+
+
+def test_a_precondition_takes_statuses_only(guarded):
+    """Others are told when the tree is set up."""
+    with pytest.raises(PortError, match="port 'else': 'MAYBE' is no status; SUCCESS, FAILURE, RUNNING or SKIPPED is"):
+        guarded("false", "S", **{"else": "MAYBE"})
+
+
+def test_a_precondition_is_not_looked_at_while_the_child_runs(guarded, board):
+    """It goes on; afterwards it is looked at again."""
+    board["/go"] = True
+    root, leaf = guarded("go", "RSS")
+    root.tick()
+    board["/go"] = False
+
+    assert "SF" == root.ticks(1, 2)
+    assert 2 == leaf.ticks
+
+
+def test_a_precondition_that_runs_has_to_be_looked_at(guarded):
+    """It may become true; a child that runs tells by itself."""
+    waiting, _ = guarded("false", "S", **{"else": "RUNNING"})
+    waiting.tick()
+    running, _ = guarded("true", "R")
+    running.tick()
+
+    assert (1.0, NEVER) == (waiting.due(), running.due())
+
+
+def test_a_precondition_that_can_t_be_told_is_an_error(guarded):
+    """With the node's name."""
+    root, _ = guarded("missing > 1", "S")
+
+    with pytest.raises(ScriptError, match=r"^Precondition1: script 'missing > 1': 'missing' has no value"):
+        root.tick()
+
+
+def test_an_entry_of_a_script_is_not_named_as_a_port():
+    """Nobody could say which is meant."""
+    with pytest.raises(ScriptError, match=r"script 'else > 1': 'else' is a port of Precondition, no entry"):
+        Precondition.bind({"if": parse("else > 1")})

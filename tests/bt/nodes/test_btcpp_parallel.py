@@ -1,0 +1,158 @@
+"""Parallel and ParallelAll, sentence by sentence of BehaviorTree.CPP's documentation."""
+
+from __future__ import annotations
+
+import pytest
+
+from bt_controller.node import PortError
+from bt_controller.nodes.controls.parallel import Parallel, ParallelAll
+from bt_controller.nodes.controls.sequence import Sequence
+
+
+@pytest.fixture
+def given(node, tree, told):
+    """Return what makes a tree of a control with leaves that return these statuses; the leaves come after it."""
+
+    def make(kind, *statuses, **ports):
+        leaves = [told(each, f"leaf{number}") for number, each in enumerate(statuses)]
+        return tree(node(kind, *leaves, **ports)), *leaves
+
+    return make
+
+
+def test_all_children_have_to_succeed_if_nothing_is_said(given):
+    """They are ticked in the same tick; who has ended is not ticked again."""
+    root, *leaves = given(Parallel, "S", "RS", "RRS")
+
+    assert "RRS" == root.ticks(0, 1, 2)
+    assert [1, 2, 3] == [leaf.ticks for leaf in leaves]
+
+
+def test_one_failure_is_enough_if_nothing_is_said(given):
+    """The others are halted."""
+    root, first, _, last = given(Parallel, "R", "RF", "R")
+
+    assert "RF" == root.ticks(0, 1)
+    assert (1, 1) == (first.halts, last.halts)
+
+
+def test_it_succeeds_when_so_many_have(given):
+    """The others are halted; those after the last that was needed are not ticked."""
+    root, first, _, _, last = given(Parallel, "R", "RS", "S", "R", success_count="2")
+
+    assert "RS" == root.ticks(0, 1)
+    assert (1, 1) == (first.halts, last.halts)
+    assert 1 == last.ticks
+
+
+def test_it_fails_when_so_many_have(given):
+    """One is not enough then."""
+    root, *_ = given(Parallel, "F", "RF", "R", success_count="1", failure_count="2")
+
+    assert "RF" == root.ticks(0, 1)
+
+
+def test_a_negative_number_counts_from_the_end(given):
+    """-1 is all of them, -2 all but one."""
+    all_but_one, *_ = given(Parallel, "S", "S", "R", success_count="-2")
+    all_fail, *_ = given(Parallel, "F", "F", "RF", success_count="1", failure_count="-1")
+
+    assert "S" == all_but_one.tick()
+    assert "F" == given(Parallel, "F", "F", "F", success_count="1", failure_count="-1")[0].tick()
+    assert "RF" == all_fail.ticks(0, 1)
+
+
+def test_it_fails_when_it_can_t_succeed_any_more(given):
+    """Although fewer have failed than it is told."""
+    root, *_ = given(Parallel, "F", "R", "R", success_count="3", failure_count="2")
+
+    assert "F" == root.tick()
+
+
+def test_skipped_children_count_beside_a_negative_number(given):
+    """All that weren't skipped have succeeded."""
+    forgiving, *_ = given(Parallel, "S", "-", success_count="-1")
+    strict, *_ = given(Parallel, "S", "-", success_count="2")
+
+    assert "S" == forgiving.tick()
+    assert "R" == strict.tick()
+
+
+def test_skipped_children_are_ticked_again(given):
+    """They may have something to do then."""
+    root, _, skipped = given(Parallel, "S", "-S", success_count="2")
+
+    assert "RS" == root.ticks(0, 1)
+    assert 2 == skipped.ticks
+
+
+@pytest.mark.parametrize("kind", [Parallel, ParallelAll])
+def test_it_is_skipped_if_all_children_are(given, kind):
+    """Nothing was done."""
+    root, *_ = given(kind, "-", "-")
+
+    assert "-" == root.tick()
+
+
+@pytest.mark.parametrize(
+    ("kind", "port"), [(Parallel, "success_count"), (Parallel, "failure_count"), (ParallelAll, "max_failures")]
+)
+def test_more_than_there_are_is_an_error(given, kind, port):
+    """It could never come to that."""
+    root, *_ = given(kind, "S", "S", **{port: "3"})
+
+    with pytest.raises(PortError, match=rf"port '{port}': 3 of 2 children is never reached"):
+        root.tick()
+
+
+@pytest.mark.parametrize("kind", [Parallel, ParallelAll])
+def test_a_halt_halts_what_runs(given, kind):
+    """And the next tick begins with all of them."""
+    root, first, second = given(kind, "S", "R")
+    root.tick()
+    root.halt()
+    root.tick()
+
+    assert (2, 2, 1) == (first.ticks, second.ticks, second.halts)
+
+
+def test_all_waits_for_all(given):
+    """Also if one has failed."""
+    root, *leaves = given(ParallelAll, "F", "RRS", "S")
+
+    assert "RRF" == root.ticks(0, 1, 2)
+    assert [1, 3, 1] == [leaf.ticks for leaf in leaves]
+
+
+def test_all_succeeds_with_fewer_failures_than_it_is_told(given):
+    """And fails with as many."""
+    fewer, *_ = given(ParallelAll, "F", "S", "S", max_failures="2")
+    as_many, *_ = given(ParallelAll, "F", "F", "S", max_failures="2")
+    not_all, *_ = given(ParallelAll, "F", "F", "S", max_failures="-1")
+
+    assert ("S", "F", "S") == (fewer.tick(), as_many.tick(), not_all.tick())
+
+
+def test_all_does_not_wait_for_skipped_children(given):
+    """The others say how it ends."""
+    root, *_ = given(ParallelAll, "-", "RS")
+
+    assert "RS" == root.ticks(0, 1)
+
+
+@pytest.mark.parametrize("kind", [Parallel, ParallelAll])
+def test_what_has_not_ended_is_looked_at(node, tree, told, kind):
+    """A skipped control is begun again; one that has ended is not."""
+    ended = tree(node(kind, node(Sequence, told("S")), told("R")))
+    ended.tick()
+    skipped = tree(node(kind, node(Sequence, told("-")), told("R")))
+    skipped.tick()
+
+    assert float("inf") == ended.due()
+    assert 1.0 == skipped.due()
+
+
+@pytest.mark.parametrize("kind", [Parallel, ParallelAll])
+def test_what_is_idle_begins_with_itself(node, told, kind):
+    """Its children are not looked at for that."""
+    assert [] == node(kind, told("R")).next_ticked()

@@ -1,0 +1,407 @@
+"""Nav2's actions as nodes: the goals that their ports make, and what their ends mean."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from py_trees.common import Status
+
+from bt_controller.directory import NotServed
+from bt_controller.node import PortError
+from bt_controller.nodes.actions.docking import DockRobot, UndockRobot
+from bt_controller.nodes.actions.maneuvers import BackUp, DriveOnHeading, Spin, Wait
+from bt_controller.nodes.actions.manipulation import Pickup, Place
+from bt_controller.nodes.actions.navigation import NavigateThroughPoses, NavigateToPose
+from bt_controller.nodes.actions.paths import ComputePathToPose, FollowPath
+from bt_controller.nodes.controls.pipeline_sequence import PipelineSequence
+from bt_controller.ports import pose_stamped
+from hmrsim.actions import registry
+from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.nav_msgs import Path
+from hmrsim_zenoh.errors import NobodyThere
+
+
+@pytest.fixture
+def known(client):
+    """Return what nodes are set up with, for a robot that has all actions."""
+    client.info = lambda: {
+        "robots": [{"name": "wall_e", "actions": list(registry())}],
+        "aliases": {"a/b": "wall_e/wait"},
+    }
+    return {"client": client, "robot": "wall_e"}
+
+
+@pytest.fixture
+def sent(node, tree, known, client):
+    """Return the function that ticks a node and returns the plain values of its goal that are not the default."""
+
+    def run(kind, **ports):
+        tree(node(kind, **ports), **known).tick()
+        return client.goals[-1].goal.model_dump(exclude_defaults=True)
+
+    return run
+
+
+class TestGoals:
+    """What ports make."""
+
+    def test_navigate_to_pose(self, sent):
+        """The goal, and a tree that goes along with it."""
+        goal = sent(NavigateToPose, goal="1;2", behavior_tree="x.xml")
+
+        assert {"x": 1.0, "y": 2.0} == goal["pose"]["pose"]["position"]
+        assert "x.xml" == goal["behavior_tree"]
+
+    def test_navigate_through_poses(self, sent):
+        """All goals, in order."""
+        goal = sent(NavigateThroughPoses, goals="1;2|3;4")
+
+        assert [1.0, 3.0] == [pose["pose"]["position"]["x"] for pose in goal["poses"]["goals"]]
+
+    def test_compute_path_to_pose(self, sent):
+        """From where the robot is."""
+        goal = sent(ComputePathToPose, goal="1;2", planner_id="GridBased")
+
+        assert ({"x": 1.0, "y": 2.0}, "GridBased") == (goal["goal"]["pose"]["position"], goal["planner_id"])
+        assert "use_start" not in goal
+
+    @pytest.mark.parametrize(("use_start", "uses"), [({}, True), ({"use_start": "false"}, False)])
+    def test_compute_path_from_a_pose(self, sent, use_start, uses):
+        """A start counts, unless the file says that it doesn't."""
+        goal = sent(ComputePathToPose, goal="1;2", start="3;4", **use_start)
+
+        assert uses == goal.get("use_start", False)
+
+    def test_follow_path(self, sent, path):
+        """The path, and the ids."""
+        goal = sent(FollowPath, path=path((0, 0), (1, 0)), controller_id="FollowPath", goal_checker_id="exact")
+
+        assert 2 == len(goal["path"]["poses"])
+        assert ("FollowPath", "exact") == (goal["controller_id"], goal["goal_checker_id"])
+
+    def test_spin(self, sent):
+        """1.57 radians in 10 s if nobody says."""
+        assert {"target_yaw": 1.57, "time_allowance": {"sec": 10}} == sent(Spin)
+        assert {"target_yaw": -3.0, "time_allowance": {"nanosec": 500000000}} == sent(
+            Spin, spin_dist="-3", time_allowance="0.5"
+        )
+
+    def test_wait(self, sent):
+        """A second if nobody says."""
+        assert {"time": {"sec": 1}} == sent(Wait)
+        assert {"time": {"sec": 5}} == sent(Wait, wait_duration="5.0")
+
+    @pytest.mark.parametrize(
+        ("kind", "distance", "speed"),
+        [(BackUp, "backup_dist", "backup_speed"), (DriveOnHeading, "dist_to_travel", "speed")],
+    )
+    def test_straight_on_and_back(self, sent, kind, distance, speed):
+        """0.15 at 0.025 if nobody says."""
+        assert {"target": {"x": 0.15}, "speed": 0.025, "time_allowance": {"sec": 10}} == sent(kind)
+        assert {"target": {"x": 0.3}, "speed": 0.2} == sent(
+            kind, **{distance: "0.3", speed: "0.2", "time_allowance": "0"}
+        )
+
+    def test_dock_robot(self, sent):
+        """By name; or by pose, of a kind."""
+        assert {"dock_id": "charger"} == sent(DockRobot, dock_id="charger")
+        goal = sent(DockRobot, use_dock_id="false", dock_pose="1;2", dock_type="charger", max_staging_time="30")
+        assert (False, "charger", 30.0) == (goal["use_dock_id"], goal["dock_type"], goal["max_staging_time"])
+        assert {"x": 1.0, "y": 2.0} == goal["dock_pose"]["pose"]["position"]
+
+    def test_undock_robot(self, sent):
+        """In 30 s if nobody says."""
+        assert {} == sent(UndockRobot)
+        assert {"max_undocking_time": 5.0} == sent(UndockRobot, max_undocking_time="5")
+
+    def test_pickup(self, sent):
+        """The item."""
+        assert {"target_name": "parcel"} == sent(Pickup, target_name="parcel")
+
+    def test_place(self, sent):
+        """The item, or whatever it holds; where the robot is, or at a pose."""
+        assert {} == sent(Place)
+        goal = sent(Place, attached_object_name="parcel", place_pose="1;2")
+        assert "parcel" == goal["attached_object_name"]
+        assert [{"x": 1.0, "y": 2.0}] == [place["place_pose"]["pose"]["position"] for place in goal["place_locations"]]
+
+    def test_what_ports_lead_to_is_read_when_the_goal_is_sent(self, node, tree, known, client, board):
+        """Not before."""
+        ticked = tree(node(NavigateToPose, goal="{goal}"), **known)
+        board["/goal"] = pose_stamped(7.0, 8.0)
+        ticked.tick()
+
+        assert 7.0 == client.goals[0].goal.pose.pose.position.x
+
+    def test_a_port_without_a_value_is_an_error_that_names_it(self, node, tree, known):
+        """Nobody has planned."""
+        with pytest.raises(PortError, match=r"port 'path' has no value: nothing has written it so far"):
+            tree(node(FollowPath, path="{path}"), **known).tick()
+
+
+class TestServer:
+    """Which action it is."""
+
+    def test_the_usual_name_if_nobody_says(self, node, tree, known, client):
+        """Of the robot for which the tree is run."""
+        tree(node(Wait, server_timeout="20"), **known).tick()
+
+        assert ("wall_e", "wait") == (client.goals[0].robot, client.goals[0].action.name)
+
+    @pytest.mark.parametrize("name", ["wait", "/wall_e/wait", "a/b"])
+    def test_another_name_of_the_action(self, node, tree, known, client, name):
+        """With its robot, or by an alias."""
+        tree(node(Wait, server_name=name), **known).tick()
+
+        assert "wait" == client.goals[0].action.name
+
+    def test_a_name_of_another_action_is_refused(self, node, tree, known):
+        """It wants other goals."""
+        with pytest.raises(PortError, match=r"port 'server_name': 'spin' is not a name of 'wait'"):
+            tree(node(Wait, server_name="spin"), **known)
+
+    def test_a_name_that_is_not_served_is_an_error(self, node, tree, known):
+        """Before the first tick."""
+        with pytest.raises(NotServed, match=r"robot 'wall_e' has no action 'wait_server'"):
+            tree(node(Wait, server_name="wait_server"), **known)
+
+
+class TestEnds:
+    """What the end of a goal means, as in Nav2's BtActionNode."""
+
+    @pytest.fixture
+    def computing(self, node, tree, known, client):
+        """Return a tree that computes a path, ticked once, and its goal."""
+        ports = {"path": "{path}", "error_code_id": "{code}", "error_msg": "{message}"}
+        ticked = tree(node(ComputePathToPose, goal="1;2", **ports), **known)
+        ticked.tick()
+        return ticked, client.goals[0]
+
+    def test_it_runs_until_the_goal_has_ended(self, computing):
+        """Whatever happens before that; nobody has to look."""
+        ticked, goal = computing
+        goal.accept()
+
+        assert "R" == ticked.tick()
+        assert math.inf == ticked.due()
+
+    def test_succeeded_is_success_with_its_result(self, computing, board, path):
+        """And with the code 0."""
+        ticked, goal = computing
+        goal._end(GoalStatus.SUCCEEDED, goal.action.result(path=path((0, 0), (1, 0))))
+
+        assert "S" == ticked.tick()
+        assert (path((0, 0), (1, 0)), 0, "") == (board["/path"], board["/code"], board["/message"])
+
+    def test_aborted_is_failure_with_the_code(self, computing, board):
+        """And without a result: the path has no poses."""
+        ticked, goal = computing
+        goal.abort(208, "no route")
+
+        assert "F" == ticked.tick()
+        assert (Path(), 208, "no route") == (board["/path"], board["/code"], board["/message"])
+
+    def test_canceled_is_success(self, computing, board):
+        """Whoever has canceled it knows what for."""
+        ticked, goal = computing
+        goal.end_canceled()
+
+        assert "S" == ticked.tick()
+        assert (Path(), 0) == (board["/path"], board["/code"])
+
+    def test_rejected_is_failure_with_the_code_of_the_answer(self, computing, board):
+        """1 is Nav2's GOAL_REJECTED."""
+        ticked, goal = computing
+        goal.reject("not_ready", "battery empty")
+
+        assert "F" == ticked.tick()
+        assert (1, "not_ready: battery empty") == (board["/code"], board["/message"])
+
+    def test_a_server_that_does_not_answer_is_failure(self, computing, board):
+        """2 is Nav2's SEND_GOAL_FAILURE."""
+        ticked, goal = computing
+        goal.fail(NobodyThere("nobody there"))
+
+        assert "F" == ticked.tick()
+        assert (2, "nobody there") == (board["/code"], board["/message"])
+
+    def test_a_goal_that_can_not_be_sent_is_failure(self, node, tree, known, client, board):
+        """With that code, too."""
+        client.refuses = NobodyThere("nobody there")
+        ticked = tree(node(Wait, error_code_id="{code}"), **known)
+
+        assert "F" == ticked.tick()
+        assert 2 == board["/code"]
+
+    def test_halted_it_cancels_its_goal(self, computing, board, path):
+        """And a path that was there is there no longer."""
+        ticked, goal = computing
+        board["/path"] = path((0, 0), (1, 0))
+        ticked.halt()
+
+        assert goal.canceled
+        assert Path() == board["/path"]
+
+    def test_a_reset_after_its_end_takes_nothing_away(self, computing, board, path):
+        """The path is still there for whoever follows it."""
+        ticked, goal = computing
+        goal._end(GoalStatus.SUCCEEDED, goal.action.result(path=path((0, 0), (1, 0))))
+        ticked.tick()
+        ticked.halt()
+
+        assert path((0, 0), (1, 0)) == board["/path"]
+
+    @pytest.mark.parametrize(("end", "status"), [("succeed", "S"), ("abort", "F")])
+    def test_ticked_again_without_a_reset_it_ends_as_it_did(self, computing, client, end, status):
+        """And sends nothing: nobody has to look at it either."""
+        ticked, goal = computing
+        goal.succeed() if end == "succeed" else goal.abort(208, "no route")
+
+        assert status * 2 == ticked.ticks(1, 2)
+        assert 1 == len(client.goals)
+        assert math.inf == ticked.due()
+
+    def test_ticked_again_after_a_reset_it_sends_its_goal_again(self, computing, client):
+        """A new round of activity."""
+        ticked, goal = computing
+        goal.succeed()
+        ticked.tick()
+        ticked.halt()
+        ticked.tick()
+
+        assert 2 == len(client.goals)
+
+    def test_a_child_of_a_pipeline_is_not_sent_again_while_the_next_one_runs(self, node, told, tree, known, client):
+        """Though it is ticked again."""
+        ticked = tree(node(PipelineSequence, node(Wait), told("R")), **known)
+        ticked.tick()
+        client.goals[0].succeed()
+
+        assert "RR" == ticked.ticks(1, 2)
+        assert 1 == len(client.goals)
+
+    def test_docking_tells_whether_it_has_been_done(self, node, tree, known, client, board):
+        """And how often it was tried again."""
+        ticked = tree(node(DockRobot, success="{done}", num_retries="{retries}"), **known)
+        ticked.tick()
+        client.goals[0]._end(GoalStatus.SUCCEEDED, client.goals[0].action.result(num_retries=2))
+        ticked.tick()
+        assert (True, 2) == (board["/done"], board["/retries"])
+        ticked.halt()
+        ticked.tick()
+        client.goals[1].abort(904, "no dock")
+        ticked.tick()
+        assert board["/done"] is False
+
+    def test_undocking_tells_whether_it_has_been_done(self, node, tree, known, client, board):
+        """As docking does."""
+        ticked = tree(node(UndockRobot, success="{done}"), **known)
+        ticked.tick()
+        client.goals[0].succeed()
+        ticked.tick()
+        assert board["/done"] is True
+        ticked.halt()
+        ticked.tick()
+        ticked.halt()
+        assert board["/done"] is False
+
+
+class TestMoveIt:
+    """MoveIt's codes."""
+
+    @pytest.fixture
+    def picking(self, node, tree, known, client):
+        """Return a tree that picks something up, ticked once, and its goal."""
+        ticked = tree(node(Pickup, target_name="anvil", error_code_id="{code}", error_msg="{message}"), **known)
+        ticked.tick()
+        return ticked, client.goals[0]
+
+    def test_one_is_success(self, picking, board):
+        """Not 0 as Nav2's."""
+        ticked, goal = picking
+        goal._end(GoalStatus.SUCCEEDED, goal.action.failure(1, ""))
+
+        assert "S" == ticked.tick()
+        assert 1 == board["/code"]
+
+    def test_a_failure_has_its_code_and_its_message(self, picking, board):
+        """Too heavy is CONTROL_FAILED."""
+        ticked, goal = picking
+        goal.abort(-4, "'anvil' is too heavy")
+
+        assert "F" == ticked.tick()
+        assert (-4, "'anvil' is too heavy") == (board["/code"], board["/message"])
+
+    def test_nobody_there_is_failure(self, picking, board):
+        """MoveIt's FAILURE."""
+        ticked, goal = picking
+        goal.fail(NobodyThere("nobody there"))
+        ticked.tick()
+
+        assert 99999 == board["/code"]
+
+
+class TestFollowPath:
+    """Another path while it drives."""
+
+    @pytest.fixture
+    def following(self, node, tree, known, client, board, path):
+        """Return a tree that follows a path that the robot has accepted."""
+        board["/path"] = path((0, 0), (4, 0))
+        ticked = tree(node(FollowPath, path="{path}", controller_id="{controller}", error_code_id="{code}"), **known)
+        board["/controller"] = "FollowPath"
+        ticked.tick()
+        client.goals[0].accept()
+        return ticked
+
+    def test_the_same_path_is_not_sent_twice(self, following, client):
+        """However often it is ticked."""
+        assert "RR" == following.ticks(1, 2)
+        assert 1 == len(client.goals)
+
+    def test_another_path_replaces_the_goal(self, following, client, board, path):
+        """The robot drops the old one by itself: it is not canceled."""
+        board["/path"] = path((1, 0), (4, 1))
+
+        assert "R" == following.tick()
+        assert path((1, 0), (4, 1)) == client.goals[1].goal.path
+        assert not client.goals[0].canceled
+
+    def test_the_end_of_the_goal_that_was_replaced_is_of_no_matter(self, following, client, board, path):
+        """It is ABORTED, as it was preempted; the new one goes on."""
+        board["/path"] = path((1, 0), (4, 1))
+        following.tick()
+        client.goals[0].abort(100, "preempted")
+
+        assert "R" == following.tick()
+        assert "/code" not in board
+        client.goals[1].succeed()
+        assert "S" == following.tick()
+
+    def test_another_controller_replaces_the_goal(self, following, client, board):
+        """The robot says whether there is one."""
+        board["/controller"] = "Other"
+        following.tick()
+
+        assert "Other" == client.goals[1].goal.controller_id
+
+    def test_a_path_without_poses_does_not(self, following, client, board):
+        """Whoever plans has none for the moment."""
+        board["/path"] = Path()
+
+        assert "R" == following.tick()
+        assert 1 == len(client.goals)
+
+    def test_nobody_has_to_look_for_another_path(self, following):
+        """Whoever makes one does so in a tick."""
+        assert math.inf == following.due()
+
+    def test_halted_it_cancels_all_that_is_under_way(self, following, client, board, path):
+        """Also a goal that was replaced and has not ended yet."""
+        board["/path"] = path((1, 0), (4, 1))
+        following.tick()
+        following.halt()
+
+        assert [True, True] == [goal.canceled for goal in client.goals]
+        assert Status.INVALID is following.root.status

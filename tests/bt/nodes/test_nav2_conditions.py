@@ -1,0 +1,388 @@
+"""Nav2's conditions: what their documentation says, sentence by sentence."""
+
+from __future__ import annotations
+
+import pytest
+from py_trees.common import Status
+
+from bt_controller.node import PortError
+from bt_controller.nodes.conditions.battery import IsBatteryCharging, IsBatteryLow
+from bt_controller.nodes.conditions.error_codes import (
+    AreErrorCodesPresent,
+    WouldAControllerRecoveryHelp,
+    WouldAPlannerRecoveryHelp,
+    WouldASmootherRecoveryHelp,
+)
+from bt_controller.nodes.conditions.goals import (
+    ArePosesNear,
+    GlobalUpdatedGoal,
+    GoalReached,
+    GoalUpdated,
+    IsGoalNearby,
+)
+from bt_controller.nodes.conditions.localisation import InitialPoseReceived, TransformAvailable
+from bt_controller.nodes.conditions.motion import DistanceTraveled, IsStopped, IsStuck
+from bt_controller.nodes.conditions.timers import PathExpiringTimer, TimeExpired
+from bt_controller.ports import pose_stamped
+from hmrsim.interfaces.sensor_msgs import BatteryState
+
+
+class TestGoalReached:
+    """Near enough."""
+
+    @pytest.mark.parametrize(("x", "status"), [(4.74, "F"), (4.75, "S"), (5.0, "S"), (5.25, "S"), (5.26, "F")])
+    def test_it_succeeds_within_a_quarter_of_the_unit(self, node, tree, topics, x, status):
+        """As Nav2's goal_reached_tol has it."""
+        topics.at(x, 1.0)
+
+        assert status == tree(node(GoalReached, goal="5;1"), **topics.known).tick()
+
+    def test_the_robot_may_face_any_way(self, node, tree, topics):
+        """Only its position counts."""
+        topics.at(5.0, 1.0, 2.0)
+
+        assert "S" == tree(node(GoalReached, goal="5;1;0"), **topics.known).tick()
+
+    def test_it_watches_the_robots_odometry(self, node, tree, topics):
+        """And nothing else."""
+        tree(node(GoalReached, goal="5;1"), **topics.known)
+
+        assert [("wall_e", "odom")] == topics.watched
+
+    def test_it_has_to_be_looked_at_each_period(self, node, tree, topics):
+        """Nobody tells when the robot has come near."""
+        ticked = tree(node(GoalReached, goal="5;1"), **topics.known)
+        ticked.tick()
+
+        assert 1.0 == ticked.due()
+
+
+class TestGoalUpdated:
+    """Another goal than at the last tick."""
+
+    def test_it_fails_when_it_was_idle(self, node, tree, board):
+        """Whatever the goal is; that one counts from then on."""
+        board["/goal"] = pose_stamped(1.0, 1.0)
+        ticked = tree(node(GoalUpdated))
+
+        assert "FF" == ticked.ticks(0, 1)
+
+    def test_it_succeeds_once_for_each_change(self, node, tree, board):
+        """Of the goal or the goals."""
+        ticked = tree(node(GoalUpdated))
+        ticked.tick()
+        board["/goal"] = pose_stamped(1.0, 1.0)
+        assert "SF" == ticked.ticks(1, 2)
+        board["/goals"] = [pose_stamped(1.0, 1.0)]
+        assert "SF" == ticked.ticks(3, 4)
+
+    def test_a_change_while_it_is_idle_is_none(self, node, tree, board):
+        """A reset begins anew."""
+        ticked = tree(node(GoalUpdated))
+        ticked.tick()
+        ticked.halt()
+        board["/goal"] = pose_stamped(1.0, 1.0)
+
+        assert "F" == ticked.tick(1)
+
+    def test_a_goal_that_is_text_is_compared_as_a_pose(self, node, tree, board):
+        """As --set gives it."""
+        board["/goal"] = "1;1"
+        ticked = tree(node(GoalUpdated))
+        ticked.tick()
+        board["/goal"] = pose_stamped(1.0, 1.0)
+
+        assert "F" == ticked.tick(1)
+
+
+class TestGlobalUpdatedGoal:
+    """Another goal than ever before."""
+
+    def test_it_succeeds_at_its_first_tick(self, node, tree):
+        """There was no goal before."""
+        assert "SF" == tree(node(GlobalUpdatedGoal)).ticks(0, 1)
+
+    def test_a_change_while_it_was_idle_counts(self, node, tree, board):
+        """That is what is global about it."""
+        ticked = tree(node(GlobalUpdatedGoal))
+        ticked.tick()
+        ticked.halt()
+        board["/goal"] = pose_stamped(1.0, 1.0)
+
+        assert "SF" == ticked.ticks(1, 2)
+
+    def test_the_port_may_lead_elsewhere(self, node, tree, board):
+        """Instead of to the key goal."""
+        ticked = tree(node(GlobalUpdatedGoal, goal="{mine}"))
+        ticked.tick()
+        board["/goal"] = pose_stamped(1.0, 1.0)
+        assert "F" == ticked.tick(1)
+        board["/mine"] = pose_stamped(1.0, 1.0)
+        assert "S" == ticked.tick(2)
+
+
+class TestIsGoalNearby:
+    """What is left of the path."""
+
+    @pytest.mark.parametrize(("x", "status"), [(0.0, "F"), (6.0, "F"), (6.01, "S"), (10.0, "S")])
+    def test_it_succeeds_if_less_than_the_threshold_is_left(self, node, tree, topics, path, x, status):
+        """4 m of 10, along the path; the robot need not be on it."""
+        topics.at(x, 0.5)
+        condition = node(IsGoalNearby, path=path((0, 0), (10, 0)), proximity_threshold="4.0")
+
+        assert status == tree(condition, **topics.known).tick()
+
+    def test_along_the_path_is_not_in_a_straight_line(self, node, tree, topics, path):
+        """The goal is 1 m away behind a bend of 9 m."""
+        condition = node(IsGoalNearby, path=path((0, 0), (4, 0), (4, 1), (0, 1)), proximity_threshold="2.0")
+
+        assert "F" == tree(condition, **topics.known).tick()
+
+    def test_the_robot_is_looked_for_on_the_whole_path(self, node, tree, topics, path):
+        """If nobody says how far to look, it may jump ahead."""
+        ticked = tree(node(IsGoalNearby, path=path((0, 0), (10, 0), (10, 1), (0, 1))), **topics.known)
+        ticked.tick()
+        topics.at(0.0, 0.9)
+
+        assert "S" == ticked.tick()
+
+    def test_the_robot_is_looked_for_so_far_ahead_only(self, node, tree, topics, path):
+        """Where the path comes near itself it is not taken for being on its other part."""
+        nearby = node(IsGoalNearby, path=path((0, 0), (10, 0), (10, 1), (0, 1)), max_robot_pose_search_dist="1.5")
+        ticked = tree(nearby, **topics.known)
+        ticked.tick()
+        topics.at(0.0, 0.9)
+
+        assert "F" == ticked.tick()
+
+    @pytest.mark.parametrize("ports", [{}, {"path": "{path}"}])
+    def test_without_a_path_it_fails(self, node, tree, topics, ports):
+        """Nobody has planned one yet."""
+        assert "F" == tree(node(IsGoalNearby, **ports), **topics.known).tick()
+
+
+@pytest.mark.parametrize(("tolerance", "status"), [("4.99", "F"), ("5", "S")])
+def test_poses_are_near_within_the_tolerance(node, tree, tolerance, status):
+    """3 and 4 away are 5."""
+    assert status == tree(node(ArePosesNear, ref_pose="0;0", target_pose="3;4;1", tolerance=tolerance)).tick()
+
+
+class TestBattery:
+    """What the battery tells."""
+
+    @pytest.fixture
+    def battery(self, topics):
+        """Return the function that has the battery tell something."""
+
+        def tell(**fields):
+            topics.messages["battery_state"] = BatteryState(**fields)
+            return topics.known
+
+        return tell
+
+    @pytest.mark.parametrize(("left", "status"), [(0.31, "F"), (0.3, "S"), (0.0, "S")])
+    def test_it_is_low_at_the_share_or_below(self, node, tree, battery, left, status):
+        """From 0 to 1, as batteries tell it."""
+        assert status == tree(node(IsBatteryLow, min_battery="0.3"), **battery(percentage=left)).tick()
+
+    @pytest.mark.parametrize(("volts", "status"), [(11.6, "F"), (11.5, "S")])
+    def test_it_is_low_at_the_voltage_or_below(self, node, tree, battery, volts, status):
+        """With is_voltage."""
+        low = node(IsBatteryLow, min_battery="11.5", is_voltage="true")
+
+        assert status == tree(low, **battery(voltage=volts, percentage=0.9)).tick()
+
+    @pytest.mark.parametrize(("state", "status"), [(1, "S"), (2, "F"), (3, "F"), (4, "F")])
+    def test_it_is_charging_if_it_says_so(self, node, tree, battery, state, status):
+        """CHARGING is 1; a full battery is not charging."""
+        assert status == tree(node(IsBatteryCharging), **battery(power_supply_status=state)).tick()
+
+    def test_the_topic_may_be_named(self, node, tree, battery):
+        """By what robots here call it, with or without a name before it."""
+        low = node(IsBatteryLow, min_battery="0.3", battery_topic="/wall_e/battery_state")
+
+        assert "F" == tree(low, **battery(percentage=0.5)).tick()
+
+    def test_another_topic_is_refused(self, node, tree, battery):
+        """There is none."""
+        low = node(IsBatteryLow, min_battery="0.3", battery_topic="/battery_status")
+
+        with pytest.raises(PortError, match=r"no topic '/battery_status'; batteries tell on 'battery_state'"):
+            tree(low, **battery())
+
+
+class TestDistanceTraveled:
+    """How far the robot has come."""
+
+    def test_it_succeeds_each_time_the_robot_has_come_so_far(self, node, tree, topics):
+        """From where it was when the node was idle, or has succeeded."""
+        ticked = tree(node(DistanceTraveled, distance="2.0"), **topics.known)
+        statuses = []
+        for x in (0.0, 1.9, 2.1, 4.0, 4.2):
+            topics.at(x, 0.0)
+            statuses.append(ticked.tick())
+
+        assert list("FFSFS") == statuses
+
+
+class TestIsStopped:
+    """Slow for a while."""
+
+    def test_it_runs_until_the_robot_has_stood_long_enough(self, node, tree, topics):
+        """A second, if nobody says."""
+        ticked = tree(node(IsStopped), **topics.known)
+
+        assert "RRSS" == ticked.ticks(0, 0.9, 1.0, 2.0)
+
+    def test_it_fails_while_the_robot_moves(self, node, tree, topics):
+        """And counts anew when it stands again."""
+        ticked = tree(node(IsStopped, velocity_threshold="0.1", duration_stopped="500"), **topics.known)
+        ticked.tick(0.0)
+        topics.at(0.0, 0.0, speed=0.1)
+        assert "F" == ticked.tick(0.4)
+        topics.at(0.0, 0.0, speed=0.09)
+        assert "RRS" == ticked.ticks(0.5, 0.9, 1.0)
+
+    def test_it_looks_again_when_the_time_is_over(self, node, tree, topics):
+        """Not only each period."""
+        ticked = tree(node(IsStopped, duration_stopped="300"), **topics.known)
+        ticked.tick()
+
+        assert pytest.approx(0.3) == ticked.due()
+
+
+class TestIsStuck:
+    """Braking like into a wall."""
+
+    def test_it_succeeds_if_the_robot_has_braked_too_hard(self, node, tree, topics):
+        """2 m/s lost in 0.1 s; the next time it stands, and is not stuck."""
+        ticked = tree(node(IsStuck), **topics.known)
+        statuses = []
+        for seconds, speed in ((1.0, 2.0), (1.1, 0.0), (1.2, 0.0)):
+            topics.at(0.0, 0.0, speed=speed, seconds=seconds)
+            statuses.append(ticked.tick())
+
+        assert list("FSF") == statuses
+
+    def test_braking_as_one_does_is_not_being_stuck(self, node, tree, topics):
+        """2 m/s lost in a second."""
+        ticked = tree(node(IsStuck), **topics.known)
+        topics.at(0.0, 0.0, speed=2.0, seconds=1.0)
+        ticked.tick()
+        topics.at(0.0, 0.0, speed=0.0, seconds=2.0)
+
+        assert "F" == ticked.tick()
+
+    def test_the_same_message_again_tells_nothing(self, node, tree, topics):
+        """No time has gone by."""
+        assert "FF" == tree(node(IsStuck), **topics.known).ticks(0, 1)
+
+
+class TestTimeExpired:
+    """A clock that strikes."""
+
+    def test_it_succeeds_each_time_so_many_seconds_are_over(self, node, tree):
+        """From when it was idle, or from its last success."""
+        assert "FFSFS" == tree(node(TimeExpired, seconds="2.0")).ticks(0, 1.9, 2.5, 4.4, 4.5)
+
+    def test_a_reset_begins_anew(self, node, tree):
+        """The time that is over then is forgotten."""
+        ticked = tree(node(TimeExpired, seconds="2.0"))
+        ticked.tick(0)
+        ticked.halt()
+
+        assert "FS" == ticked.ticks(1.9, 3.9)
+
+    def test_it_looks_again_when_the_time_is_over(self, node, tree):
+        """Then, and not before."""
+        ticked = tree(node(TimeExpired, seconds="2.5"))
+        ticked.tick(1.0)
+
+        assert 3.5 == ticked.due()
+
+
+class TestPathExpiringTimer:
+    """How old a path is."""
+
+    def test_it_succeeds_each_time_so_many_seconds_are_over(self, node, tree, path):
+        """A second if nobody says; whether it is reset or not."""
+        ticked = tree(node(PathExpiringTimer, path=path((0, 0), (1, 0))))
+        ticked.tick(0)
+        ticked.halt()
+
+        assert "FSFS" == ticked.ticks(0.9, 1.0, 1.9, 2.0)
+
+    def test_another_path_begins_the_time_anew(self, node, tree, path, board):
+        """It is not old yet."""
+        board["/path"] = path((0, 0), (1, 0))
+        ticked = tree(node(PathExpiringTimer, path="{path}"))
+        ticked.tick(0)
+        board["/path"] = path((0, 0), (2, 0))
+
+        assert "FFS" == ticked.ticks(0.9, 1.8, 1.9)
+        assert pytest.approx(2.9) == ticked.due(period=100.0)
+
+
+class TestErrorCodes:
+    """What a code means."""
+
+    @pytest.mark.parametrize(("code", "status"), [(100, "F"), (106, "S"), (208, "S"), (0, "F")])
+    def test_the_codes_to_look_for_are_written_with_semicolons(self, node, tree, code, status):
+        """One of them is enough."""
+        assert status == tree(node(AreErrorCodesPresent, error_code=code, error_codes_to_check="106;208")).tick()
+
+    @pytest.mark.parametrize(
+        ("kind", "codes"),
+        [
+            (WouldAPlannerRecoveryHelp, [200, 207, 208]),
+            (WouldAControllerRecoveryHelp, [100, 104, 105, 106]),
+            (WouldASmootherRecoveryHelp, [500, 502, 503, 504]),
+        ],
+    )
+    def test_a_recovery_helps_against_some_causes(self, node, tree, kind, codes):
+        """As Nav2 has it: not if the goal is outside the map, or occupied."""
+        helped = [
+            code
+            for code in (0, 1, 2, *range(100, 110), *range(200, 210), *range(500, 506))
+            if tree(node(kind, error_code=code)).tick() == "S"
+        ]
+
+        assert codes == helped
+
+    def test_a_code_that_nobody_has_written_is_none(self, node, tree):
+        """The controller has not been asked yet."""
+        assert "F" == tree(node(WouldAControllerRecoveryHelp, error_code="{never}")).tick()
+
+
+class TestLocalisation:
+    """Robots here know where they are."""
+
+    def test_the_initial_pose_was_received(self, node, tree):
+        """From the start, unless the file says otherwise."""
+        assert "S" == tree(node(InitialPoseReceived)).tick()
+        assert "F" == tree(node(InitialPoseReceived, initial_pose_received="false")).tick()
+
+    @pytest.mark.parametrize(("child", "status"), [("base_link", "S"), ("odom", "F")])
+    def test_two_frames_are_known(self, node, tree, child, status):
+        """The map's and the robot's."""
+        ticked = tree(node(TransformAvailable, child=child, parent="map"))
+
+        assert status == ticked.tick()
+        assert ("" if status == "S" else "no frame 'odom'; there are map and base_link") == ticked.root.feedback_message
+
+
+def test_conditions_never_run_but_for_one(node, tree, topics):
+    """IsStopped alone takes its time; here all the others are looked at once."""
+    topics.messages["battery_state"] = BatteryState(percentage=0.5)
+    ports = {
+        AreErrorCodesPresent: {"error_codes_to_check": "1"},
+        ArePosesNear: {"ref_pose": "0;0", "target_pose": "0;0"},
+        GoalReached: {"goal": "0;0"},
+        IsBatteryLow: {"min_battery": "0.1"},
+    }
+    kinds = [*ports, DistanceTraveled, GlobalUpdatedGoal, GoalUpdated, IsGoalNearby, IsStuck, TimeExpired]
+    trees = [tree(node(kind, **ports.get(kind, {})), **topics.known) for kind in kinds]
+    for each in trees:
+        each.tick()
+
+    assert Status.RUNNING not in [each.root.status for each in trees]

@@ -1,0 +1,257 @@
+"""Nav2's decorators: what their documentation says, sentence by sentence."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from bt_controller.node import PortError
+from bt_controller.nodes.decorators.distance_controller import DistanceController
+from bt_controller.nodes.decorators.goal_updated_controller import GoalUpdatedController
+from bt_controller.nodes.decorators.goal_updater import GoalUpdater
+from bt_controller.nodes.decorators.path_longer_on_approach import PathLongerOnApproach
+from bt_controller.nodes.decorators.rate_controller import RateController
+from bt_controller.nodes.decorators.single_trigger import SingleTrigger
+from bt_controller.nodes.decorators.speed_controller import SpeedController
+from bt_controller.ports import pose_stamped
+
+
+class TestRateController:
+    """A child that is ticked so often."""
+
+    def test_the_child_is_ticked_at_once_and_then_at_the_rate(self, node, told, tree):
+        """Twice a second: at 0, 0.5 and 1; RUNNING between that."""
+        child = told("S")
+        ticked = tree(node(RateController, child, hz="2.0"))
+
+        assert "SRSRS" == ticked.ticks(0, 0.25, 0.5, 0.75, 1.0)
+        assert 3 == child.ticks
+
+    def test_ten_times_a_second_if_nobody_says(self, node, told, tree):
+        """As Nav2's documentation has it."""
+        assert "SRS" == tree(node(RateController, told("S"))).ticks(0, 0.0999, 0.1)
+
+    def test_a_child_that_runs_is_ticked_each_time(self, node, told, tree):
+        """Until it has ended."""
+        child = told("RRS")
+
+        assert "RRSR" == tree(node(RateController, child, hz="1.0")).ticks(0, 0.1, 0.2, 0.3)
+        assert (3, 1) == (child.ticks, child.begun)
+
+    def test_the_time_counts_from_the_last_success(self, node, told, tree):
+        """Not from the beginning of what took its time."""
+        ticked = tree(node(RateController, told("RS"), hz="1.0"))
+        ticked.ticks(0, 0.5)
+
+        assert 1.5 == ticked.due()
+
+    def test_it_looks_again_when_the_time_comes(self, node, told, tree):
+        """Whatever it is meanwhile; its child tells by itself while it runs."""
+        ticked = tree(node(RateController, told("SR"), hz="1.0"))
+        dues = []
+        for now in (0.0, 0.5, 1.0):
+            ticked.tick(now)
+            dues.append(ticked.due(period=100.0))
+
+        assert [1.0, 1.0, math.inf] == dues
+
+    def test_halted_it_ticks_its_child_at_once(self, node, told, tree):
+        """A new round of activity begins."""
+        child = told("SR")
+        ticked = tree(node(RateController, child, hz="1.0"))
+        ticked.ticks(0, 0.1)
+        ticked.halt()
+        ticked.tick(0.2)
+
+        assert 2 == child.ticks
+
+    def test_a_rate_that_is_none_is_an_error(self, node, told, tree):
+        """One line says whose it is."""
+        with pytest.raises(PortError, match=r"port 'hz': 0 is no rate; a number greater than 0 is expected"):
+            tree(node(RateController, told("S"), hz="0")).tick()
+
+    def test_a_failure_is_its_own(self, node, told, tree):
+        """So is a skip."""
+        assert "F" == tree(node(RateController, told("F"))).tick()
+        assert "-" == tree(node(RateController, told("-"))).tick()
+
+
+class TestDistanceController:
+    """A child that is ticked so far on the way."""
+
+    def test_the_child_is_ticked_at_once_and_then_each_so_many_metres(self, node, told, tree, topics):
+        """RUNNING between that; in a straight line from where it was at the last success."""
+        child = told("S")
+        ticked = tree(node(DistanceController, child, distance="2.0"), **topics.known)
+        statuses = []
+        for x in (0.0, 1.9, 2.0, 3.9, 4.1):
+            topics.at(x, 0.0)
+            statuses.append(ticked.tick())
+
+        assert list("SRSRS") == statuses
+        assert 3 == child.ticks
+
+    def test_a_child_that_runs_is_ticked_each_time(self, node, told, tree, topics):
+        """Wherever the robot is; and it tells by itself when it is to be ticked."""
+        ticked = tree(node(DistanceController, told("RRS")), **topics.known)
+
+        assert "RR" == ticked.ticks(0, 1)
+        assert math.inf == ticked.due()
+
+    def test_somebody_has_to_look_where_the_robot_is(self, node, told, tree, topics):
+        """Each period."""
+        ticked = tree(node(DistanceController, told("S")), **topics.known)
+        ticked.ticks(0, 0.5)
+
+        assert 1.0 == ticked.due()
+
+
+class TestSpeedController:
+    """A rate that goes with the speed."""
+
+    @pytest.mark.parametrize(("speed", "period"), [(0.0, 10.0), (0.25, 1 / 0.55), (0.5, 1.0), (9.0, 1.0)])
+    def test_the_faster_the_robot_the_more_often_the_child_is_ticked(self, node, told, tree, topics, speed, period):
+        """0.1 Hz for a robot that stands, 1 Hz at 0.5 m/s and above, linear between that."""
+        topics.at(0.0, 0.0, speed=speed)
+        ticked = tree(node(SpeedController, told("S")), **topics.known)
+        ticked.ticks(0, 1)
+
+        assert pytest.approx(1.0 + period) == ticked.due(period=100.0)
+
+    def test_one_speed_may_be_the_limit_between_two_rates(self, node, told, tree, topics):
+        """Slower than that is the least rate."""
+        topics.at(0.0, 0.0, speed=0.4)
+        ticked = tree(node(SpeedController, told("S"), min_speed="0.5", max_speed="0.5"), **topics.known)
+        ticked.ticks(0, 1)
+
+        assert 11.0 == ticked.due(period=100.0)
+
+    def test_the_first_period_is_that_of_the_greatest_rate(self, node, told, tree, topics):
+        """However slow the robot is."""
+        assert "SRS" == tree(node(SpeedController, told("S")), **topics.known).ticks(0, 0.9, 1.0)
+
+    def test_another_goal_has_the_child_ticked_at_once(self, node, told, tree, topics, board):
+        """Also in the middle of a period."""
+        board["/goal"] = pose_stamped(1.0, 1.0)
+        ticked = tree(node(SpeedController, told("S")), **topics.known)
+        ticked.ticks(0, 0.1)
+        board["/goal"] = pose_stamped(2.0, 1.0)
+
+        assert "S" == ticked.tick(0.2)
+
+    def test_a_child_that_runs_is_ticked_each_time(self, node, told, tree, topics):
+        """Until it has ended."""
+        assert "RRS" == tree(node(SpeedController, told("RRS")), **topics.known).ticks(0, 0.1, 0.2)
+
+
+class TestGoalUpdatedController:
+    """A child that is ticked for each goal."""
+
+    def test_the_child_is_ticked_at_once_and_when_the_goal_changes(self, node, told, tree, board):
+        """RUNNING between that."""
+        child = told("S")
+        board["/goal"] = pose_stamped(1.0, 1.0)
+        ticked = tree(node(GoalUpdatedController, child))
+
+        assert "SR" == ticked.ticks(0, 1)
+        board["/goal"] = pose_stamped(2.0, 1.0)
+        assert "SR" == ticked.ticks(2, 3)
+        assert 2 == child.ticks
+
+    def test_other_goals_count_too(self, node, told, tree, board):
+        """Those of NavigateThroughPoses."""
+        ticked = tree(node(GoalUpdatedController, told("S")))
+        ticked.ticks(0, 1)
+        board["/goals"] = [pose_stamped(1.0, 1.0)]
+
+        assert "S" == ticked.tick(2)
+
+    def test_a_child_that_runs_is_ticked_each_time(self, node, told, tree):
+        """Until it has ended."""
+        assert "RRSR" == tree(node(GoalUpdatedController, told("RRS"))).ticks(0, 1, 2, 3)
+
+
+class TestGoalUpdater:
+    """Goals that are handed on."""
+
+    def test_the_goals_go_through_at_each_tick(self, node, told, tree, board):
+        """As they are then."""
+        updater = node(
+            GoalUpdater, told("R"), input_goal="{a}", output_goal="{b}", input_goals="{c}", output_goals="{d}"
+        )
+        board["/a"], board["/c"] = pose_stamped(1.0, 2.0), [pose_stamped(3.0, 4.0)]
+        tree(updater).tick()
+
+        assert (pose_stamped(1.0, 2.0), [pose_stamped(3.0, 4.0)]) == (board["/b"], board["/d"])
+
+    def test_it_is_what_its_child_is(self, node, told, tree):
+        """Without a goal, too."""
+        assert "RSF" == tree(node(GoalUpdater, told("RSF"))).ticks(0, 1, 2)
+
+
+class TestSingleTrigger:
+    """Once."""
+
+    def test_the_child_is_ticked_until_it_has_ended_and_then_no_more(self, node, told, tree):
+        """After that the node fails."""
+        child = told("RS")
+
+        assert "RSFF" == tree(node(SingleTrigger, child)).ticks(0, 1, 2, 3)
+        assert 2 == child.ticks
+
+    def test_a_reset_gives_it_another_turn(self, node, told, tree):
+        """A new round of activity."""
+        ticked = tree(node(SingleTrigger, told("S")))
+        ticked.ticks(0, 1)
+        ticked.halt()
+
+        assert "S" == ticked.tick(2)
+
+    def test_a_global_one_has_one_turn_whoever_resets_it(self, node, told, tree):
+        """As long as the tree is run."""
+        ticked = tree(node(SingleTrigger, told("S"), is_global="true"))
+        ticked.tick()
+        ticked.halt()
+
+        assert "F" == ticked.tick(1)
+
+
+class TestPathLongerOnApproach:
+    """A detour shortly before the goal."""
+
+    @pytest.fixture
+    def detour(self, node, told, tree, board, path):
+        """Return the function that ticks it with one path after the other; the child's ticks come after that."""
+
+        def run(*paths, **ports):
+            child = told("F")
+            ticked = tree(node(PathLongerOnApproach, child, path="{path}", **ports))
+            statuses = []
+            for points in paths:
+                board["/path"] = path(*points)
+                statuses.append(ticked.tick())
+            return "".join(statuses), child.ticks
+
+        return run
+
+    def test_a_much_longer_path_to_a_goal_that_was_near_has_the_child_ticked(self, detour):
+        """2 m, then 5 m: more than twice as long. The node is what the child is."""
+        assert ("SF", 1) == detour([(0, 0), (2, 0)], [(0, 0), (1, 1.5), (1, 3), (2, 0)])
+
+    @pytest.mark.parametrize(
+        "second",
+        [[(0, 0), (1, 1), (2, 0)], [(0, 0), (1, 4), (3, 0)], [(0, 0), (2, 0)]],
+        ids=["not much longer", "to another goal", "the same"],
+    )
+    def test_otherwise_it_succeeds_without_it(self, detour, second):
+        """The first path is none that is longer either."""
+        assert ("SS", 0) == detour([(0, 0), (2, 0)], second)
+
+    def test_a_path_that_was_long_may_become_longer(self, detour):
+        """4 m is no approach if 3 m is one."""
+        assert ("SS", 0) == detour([(0, 0), (4, 0)], [(0, 0), (2, 9), (4, 0)])
+
+    def test_what_is_short_and_what_is_much_can_be_said(self, detour):
+        """Here 10 m, and one and a half times."""
+        assert ("SF", 1) == detour([(0, 0), (4, 0)], [(0, 0), (2, 3), (4, 0)], prox_len="10", length_factor="1.5")

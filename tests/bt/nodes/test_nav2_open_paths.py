@@ -1,0 +1,173 @@
+"""Whether a path is still open: against the lanes that the simulator tells."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from bt_controller.nodes.actions.path_validation import PathCheck
+from bt_controller.nodes.conditions.path_validity import IsPathValid
+from bt_controller.ports import pose_stamped
+from hmrsim.interfaces.nav_msgs import Path
+from hmrsim_zenoh.errors import RequestTimeout
+from hmrsim_zenoh.keys import Keys
+
+A, B, C, D = (0.0, 0.0), (4.0, 0.0), (8.0, 0.0), (8.0, 4.0)
+LANES = [(A, B), (B, A), (B, C), (C, B), (C, D)]
+
+
+class World:
+    """Tells which lanes are open.
+
+    Attributes:
+        lanes: Those, in the direction in which they are driven.
+        error: What the client raises instead.
+    """
+
+    def __init__(self):
+        self.keys = Keys()
+        self.lanes = LANES
+        self.error = None
+        self.kind = "MultiLineString"
+
+    def get(self, key):
+        """Return the graph as Nav2 writes it."""
+        assert "hmrsim/_world/route_graph" == key
+        if self.error:
+            raise self.error
+        lines = [
+            [[list(start), list(end)]] if self.kind == "MultiLineString" else [start, end] for start, end in self.lanes
+        ]
+        features = [{"geometry": {"type": "Point", "coordinates": [0, 0]}}]
+        features += [{"geometry": {"type": self.kind, "coordinates": line}} for line in lines]
+        return json.dumps({"features": features}).encode()
+
+    def close(self, *lanes):
+        """Close lanes."""
+        self.lanes = [lane for lane in LANES if lane not in lanes]
+
+
+@pytest.fixture
+def world():
+    """Return a world in which all lanes are open at first."""
+    return World()
+
+
+@pytest.fixture
+def checked(node, tree, world, path):
+    """Return the function that closes lanes after the tree is set up, and looks whether a path is valid."""
+
+    def run(points, *closed, **ports):
+        ticked = tree(node(PathCheck, path=path(*points), collision_poses="{poses}", **ports), client=world)
+        world.close(*closed)
+        return ticked.tick()
+
+    return run
+
+
+def test_a_path_over_open_lanes_is_valid(checked, board):
+    """There are no poses of which to tell."""
+    assert "S" == checked([A, B, C, D])
+    assert [] == board["/poses"]
+
+
+def test_a_path_that_begins_a_closed_lane_is_not(checked, board):
+    """The pose from which it does is told."""
+    assert "F" == checked([A, B, C, D], (B, C), (C, B))
+    assert [B] == [(pose.pose.position.x, pose.pose.position.y) for pose in board["/poses"]]
+
+
+def test_all_such_poses_are_told_if_one_wants(checked, board):
+    """Not only the first."""
+    checked([A, B, C, D], (B, C), (C, D), stop_at_first_collision="false")
+
+    assert [4.0, 8.0] == [pose.pose.position.x for pose in board["/poses"]]
+
+
+def test_a_lane_that_is_closed_the_other_way_is_open(checked):
+    """One may drive it."""
+    assert "S" == checked([B, C], (C, B))
+
+
+def test_who_is_on_a_closed_lane_may_leave_it(checked):
+    """As the simulator lets robots do; a path of several poses, too."""
+    assert "S" == checked([(5.0, 0.0), C], (B, C))
+    assert "S" == checked([(5.0, 0.0), (6.0, 0.0), C, D], (B, C))
+
+
+def test_who_has_left_it_may_not_come_back(checked, board):
+    """That is beginning it."""
+    assert "F" == checked([(5.0, 0.0), C, B, C], (B, C))
+    assert [(4.0, 0.0)] == [(pose.pose.position.x, pose.pose.position.y) for pose in board["/poses"]]
+
+
+def test_a_part_of_a_closed_lane_is_closed(checked):
+    """A goal in the middle of it is not reached."""
+    assert "F" == checked([A, B, (6.0, 0.0)], (B, C))
+
+
+def test_a_leg_over_several_lanes_is_closed_if_one_of_them_is(checked):
+    """Paths from elsewhere need not have a pose where lanes meet."""
+    assert "F" == checked([(1.0, 0.0), C], (B, C))
+
+
+def test_what_has_never_been_a_lane_is_open(checked):
+    """Off the lanes there are walls only, which whoever planned has seen."""
+    assert "S" == checked([(0.0, 1.0), (8.0, 3.0)], (B, C))
+
+
+def test_a_lane_that_is_open_again_is_valid_again(node, tree, world, path):
+    """It is looked at anew each time."""
+    ticked = tree(node(PathCheck, path=path(A, B, C)), client=world)
+    world.close((B, C))
+    assert "F" == ticked.tick()
+    world.close()
+    assert "S" == ticked.tick()
+
+
+def test_a_lane_that_was_closed_at_first_is_known_once_it_has_been_open(node, tree, world, path):
+    """Then it is noticed when it closes."""
+    world.close((B, C))
+    ticked = tree(node(PathCheck, path=path(A, B, C)), client=world)
+    assert "S" == ticked.tick()
+    world.close()
+    ticked.tick()
+    world.close((B, C))
+    assert "F" == ticked.tick()
+
+
+def test_lanes_may_be_lines_too(checked, world):
+    """As in graphs that others write."""
+    world.kind = "LineString"
+
+    assert "F" == checked([A, B, C], (B, C))
+
+
+@pytest.mark.parametrize("path", ["{path}", Path()])
+def test_no_path_is_not_valid(node, tree, world, path):
+    """There is nothing to drive along."""
+    assert "F" == tree(node(PathCheck, path=path), client=world).tick()
+
+
+def test_a_path_of_one_pose_is_valid(node, tree, world):
+    """It leads nowhere."""
+    assert "S" == tree(node(PathCheck, path=Path(poses=[pose_stamped(0.0, 0.0)])), client=world).tick()
+
+
+def test_a_simulator_that_does_not_say_is_a_failure(node, tree, world, path):
+    """With the reason as its message."""
+    ticked = tree(node(PathCheck, path=path(A, B)), client=world)
+    world.error = RequestTimeout("no answer")
+
+    assert "F" == ticked.tick()
+    assert "no answer" == ticked.root.feedback_message
+
+
+def test_the_condition_has_to_be_looked_at_each_period(node, tree, world, path):
+    """The action has not: whoever ticks it again does so."""
+    condition, action = (tree(node(kind, path=path(A, B)), client=world) for kind in (IsPathValid, PathCheck))
+    condition.tick()
+    action.tick()
+
+    assert (1.0, float("inf")) == (condition.due(), action.due())

@@ -1,0 +1,322 @@
+"""BehaviorTree.CPP's script language."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bt_controller.scripting.parser import ScriptError, parse
+
+
+class Board(dict):
+    """A blackboard that is a dictionary."""
+
+    def set(self, name, value):
+        """Write an entry."""
+        self[name] = value
+
+
+def value_of(text, **entries):
+    """Return the value of a script."""
+    return parse(text).run(Board(entries))
+
+
+def after(text, **entries):
+    """Return what is on the blackboard after a script."""
+    board = Board(entries)
+    parse(text).run(board)
+    return dict(board)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("42", 42),
+        ("0x1F", 31),
+        ("0XfF", 255),
+        ("2.5", 2.5),
+        ("2e3", 2000.0),
+        ("2.5e-1", 0.25),
+        ("-3", -3),
+        ("+3", 3),
+        ("'a \"b\"'", 'a "b"'),
+        ('"it\'s"', "it's"),
+        ("''", ""),
+        ("true", True),
+        ("false", False),
+    ],
+)
+def test_literals(text, value):
+    """Numbers, also hexadecimal, texts in either kind of quotes, and truth values."""
+    assert (value, type(value)) == (value_of(text), type(value_of(text)))
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1 + 2 * 3", 7),
+        ("(1 + 2) * 3", 9),
+        ("10 - 4 - 3", 3),
+        ("12 / 3 / 2", 2),
+        ("7 / 2", 3.5),
+        ("-2 * -3", 6),
+        ("- (2 + 3)", -5),
+        ("1 - -1", 2),
+        ("true + 1", 2),
+    ],
+)
+def test_arithmetic(text, value):
+    """Products bind more strongly than sums; both go from left to right."""
+    assert value == value_of(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("6 & 3", 2), ("6 | 3", 7), ("6 ^ 3", 5), ("~5", -6), ("1 | 6 & 3", 3), ("2.0 & 3", 2)],
+)
+def test_bits(text, value):
+    """Of whole numbers; ``&`` binds more strongly than ``|`` and ``^``."""
+    assert value == value_of(text)
+
+
+@pytest.mark.parametrize("text", ["1 + 2 & 3", "1 | 2 * 3", "!true + 1", "-~1"])
+def test_bits_and_arithmetic_need_parentheses(text):
+    """BehaviorTree.CPP leaves open how they would bind, and so do we."""
+    with pytest.raises(ScriptError, match="parentheses where arithmetic and bitwise operators"):
+        parse(text)
+
+
+def test_parentheses_join_bits_and_arithmetic():
+    """Then it is clear what is meant."""
+    assert 3 == value_of("(1 + 2) & 3")
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("'a' + 'b'", "ab"), ("'a' .. 'b'", "ab"), ("'a' .. 1", "a1"), ("2.5 .. 'a'", "2.5a"), ("'a' .. 1 + 2", "a3")],
+)
+def test_texts_are_joined(text, value):
+    """Two texts by ``+``; ``..`` joins numbers, too, and binds less strongly than ``+``."""
+    assert value == value_of(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1 == 1.0", True),
+        ("1 != 2", True),
+        ("1 < 2", True),
+        ("2 <= 1", False),
+        ("2 > 1", True),
+        ("1 >= 2", False),
+        ("'a' == 'a'", True),
+        ("'a' < 'b'", True),
+        ("0.1 + 0.2 == 0.3", True),
+        ("0.1 + 0.2 != 0.3", False),
+        ("1 < 2 < 3", True),
+        ("1 < 3 < 2", False),
+        ("1 + 1 == 2", True),
+    ],
+)
+def test_comparisons(text, value):
+    """Also in chains; numbers that hardly differ are equal."""
+    assert value is value_of(text)
+
+
+@pytest.mark.parametrize(
+    ("entry", "text", "value"),
+    [
+        ("3", "entry == 3", True),
+        ("10", "entry > 9", True),
+        ("2.5", "2.5 == entry", True),
+        ("true", "entry == 1", True),
+        ("false", "entry == 0", True),
+        ("10", "entry > '9'", False),
+        ("3", "entry + 1", 4),
+        ("3", "-entry", -3),
+    ],
+)
+def test_a_text_that_reads_as_a_number_counts_as_one_beside_a_number(entry, text, value):
+    """So that what a file or a user puts on the blackboard can be compared; two texts are compared as texts."""
+    assert value == value_of(text, entry=entry)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("true && false", False),
+        ("true || false", True),
+        ("!false", True),
+        ("!'a'", False),
+        ("2 && 'a'", True),
+        ("1 < 2 && 2 < 3", True),
+        ("true || true && false", False),
+    ],
+)
+def test_logic(text, value):
+    """``&&`` and ``||`` bind equally, from left to right, as in BehaviorTree.CPP."""
+    assert value is value_of(text)
+
+
+def test_logic_looks_at_both_sides():
+    """As in BehaviorTree.CPP: also where the first says it all."""
+    assert {"a": 1, "b": 2} == after("true || (a := 1); false && (b := 2)")
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("true ? 1 : 2", 1),
+        ("0 ? 1 : 2", 2),
+        ("'' ? 1 : 2", 2),
+        ("1 > 2 ? 'a' : 'b'", "b"),
+        ("true ? (false ? 1 : 2) : 3", 2),
+        ("true ? false ? 1 : 2 : 3", 2),
+    ],
+)
+def test_choices(text, value):
+    """A number that is not zero is true, and so is a text that is not empty."""
+    assert value == value_of(text)
+
+
+def test_a_choice_evaluates_what_it_takes():
+    """The other may have no value."""
+    assert 1 == value_of("true ? 1 : missing")
+
+
+def test_names_are_entries():
+    """Of the blackboard; one that begins with @ is the main tree's."""
+    assert 5 == value_of("own + @main", **{"own": 2, "@main": 3})
+
+
+def test_the_names_are_known_beforehand():
+    """In order of first use, once each; and those that are changed."""
+    script = parse("b := a + @c; a = b; b += 1")
+
+    assert (("b", "a", "@c"), ("b", "a")) == (script.names, script.changed)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("x := 1", 1), ("x = 1", 1), ("x += 2", 7), ("x -= 2", 3), ("x *= 2", 10), ("x /= 2", 2.5)],
+)
+def test_assignments(text, value):
+    """They change an entry, and their value is the new one."""
+    assert {"x": value} == after(text, x=5)
+    assert value == value_of(text, x=5)
+
+
+def test_only_one_assignment_makes_an_entry():
+    """The others say so."""
+    assert {"x": 1} == after("x := 1")
+    with pytest.raises(ScriptError, match=r"script 'x = 1': there is no entry 'x' yet; ':=' makes one"):
+        after("x = 1")
+    with pytest.raises(ScriptError, match="there is no entry 'x' yet"):
+        after("x += 1")
+
+
+def test_anything_can_be_passed_on():
+    """Such as a pose, of which a script knows nothing else."""
+    pose = object()
+
+    assert {"one": pose, "other": pose} == after("other := one", one=pose)
+
+
+def test_statements_follow_each_other():
+    """The value is that of the last; a semicolon may end it."""
+    assert {"a": 1, "b": 2, "c": 3} == after("a := 1; b := a + 1; c := a + b;")
+    assert 3 == value_of("1; 2; 3")
+
+
+def test_whole_numbers_stay_whole():
+    """Ports for whole numbers take them; a quotient is one if it can."""
+    assert int is type(value_of("6 / 3 + 2 * 4"))
+
+
+def test_a_number_of_more_than_64_bits_is_no_longer_whole():
+    """As in BehaviorTree.CPP, in which it never was."""
+    assert (float, 2.0**64) == (type(value_of("x * x", x=2**32)), value_of("x * x", x=2**32))
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("", r"script '': character 1: a statement is expected, got its end"),
+        (";", "character 2: a statement is expected"),
+        ("1 +", "character 4: a value is expected, got its end"),
+        ("1 2", r"character 3: an operator or ';' is expected, got '2'"),
+        ("(1", r"character 3: '\)' is expected, got its end"),
+        ("a ? 1", "character 6: ':' is expected"),
+        ("1 = 2", r"character 3: the name of an entry before '=' is expected"),
+        ("(a) := 2", "the name of an entry before ':=' is expected"),
+        ("a = b = c", r"character 7: an operator or ';' is expected, got '='"),
+        ("'a", r"character 1: a number, a name, a text in quotes or an operator is expected, got \"'a\""),
+        ("3apples", "character 1: a number, .* got '3apples'"),
+        ("1.5.2", "character 1: a number"),
+        ("a # b", "character 3: a number, a name, a text in quotes or an operator is expected, got '# b'"),
+        ("+a", "character 2: a number is expected, got 'a'"),
+        ("{key}", "character 1: a number, a name"),
+        ("9223372036854775808", "a number of 64 bits is expected"),
+        ("(" * 21 + "1" + ")" * 21, "something simpler"),
+        ("-" * 30 + "a", "something simpler"),
+        ("+".join(["a"] * 200), "something shorter"),
+    ],
+)
+def test_what_is_no_script_is_told(text, error):
+    """With the script, the character and what is expected there."""
+    with pytest.raises(ScriptError, match=error):
+        parse(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("missing", "script 'missing': 'missing' has no value: nothing has written it so far"),
+        ("'a' + 1", "'a' is no number"),
+        ("'a' < 1", "'a' is no number"),
+        ("1 / 0", "division by zero"),
+        ("1.5 & 1", "1.5 is no whole number of 64 bits"),
+        ("1e300 & 1", "is no whole number of 64 bits"),
+        ("~'a'", "'a' is no number"),
+        ("thing + 1", "a list is no number"),
+        ("thing == thing", "a list is no number"),
+        ("thing ? 1 : 2", "a list is neither true nor false"),
+        ("'a' .. thing", "a list is neither a text nor a number"),
+        ("huge * 1.0", "a number is too large"),
+    ],
+)
+def test_what_can_t_be_run_is_told(text, error):
+    """With the script and the value."""
+    with pytest.raises(ScriptError, match=error):
+        value_of(text, thing=[], huge=10**400)
+
+
+_PIECES = st.lists(st.sampled_from([*"()+-*/<>=!&|^~?:;.'\" ", "a", "@b", "1", "2.5", "0x1", "'t'", ":=", "true"]))
+
+
+@given(st.one_of(st.text(), _PIECES.map("".join), st.integers(0, 2000).map(lambda n: "(" * n + "a" + "-a" * n)))
+def test_nothing_but_a_script_error_is_raised(text):
+    """Whatever the text, and whatever is on the blackboard."""
+    with suppress(ScriptError):
+        parse(text).run(Board({"a": "text", "@b": 3}))
+
+
+_NUMBERS = st.integers(0, 1000) | st.floats(0.0, 1000.0).filter(lambda x: "e" not in repr(x))
+_EXPRESSIONS = st.recursive(
+    _NUMBERS.map(str),
+    lambda part: st.one_of(
+        st.builds("{} {} {}".format, part, st.sampled_from("+-*"), part),
+        part.map("({})".format),
+        part.map("-({})".format),
+    ),
+    max_leaves=12,
+)
+
+
+@given(_EXPRESSIONS)
+def test_arithmetic_is_python_s(text):
+    """Wherever the two languages have the same operators."""
+    assert pytest.approx(eval(text)) == value_of(text)

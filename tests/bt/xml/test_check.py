@@ -1,0 +1,222 @@
+"""Wrong files: a line for each mistake, with its place and what would do."""
+
+from __future__ import annotations
+
+import pytest
+
+from bt_controller.trees import TreeError
+
+
+def _tree(body):
+    return f'<BehaviorTree ID="A">{body}</BehaviorTree>'
+
+
+NODES = [
+    ("<Sya/>", "<Sya>: there is no such node; did you mean 'Say'?"),
+    ("<Hover/>", "<Hover>: there is no such node; see bt-controller nodes"),
+    ('<Action ID="Sya"/>', "<Sya>: there is no such node; did you mean 'Say'?"),
+    ("<Action/>", '<Action>: needs ID="…", the name of a node'),
+    ('<Control ID="Say"/>', "<Control>: 'Say' is none; write <Say> as it is"),
+    ("<A/>", '<A>: is no node but a tree; write <SubTree ID="A"/>'),
+    ("<Say><Say/></Say>", "<Say>: has 1 child; none may be there"),
+    ("<Same/>", "<Same>: has no children; exactly 1 may be there"),
+    ('<All name="x"/>', "<All> 'x': has no children; at least 1 may be there"),
+    ("<Two><Say/><Say/><Say/></Two>", "<Two>: has 3 children; exactly 2 may be there"),
+]
+
+PORTS = [
+    ('<Say txt="a"/>', "<Say>: there is no port 'txt'; did you mean 'text'?"),
+    ('<Go goal="1;2" x=""/>', "<Go>: there is no port 'x'; it has goal, speed, note, code, where"),
+    ('<Same x=""><Say/></Same>', "<Same>: there is no port 'x'; it has none"),
+    ('<Say ID="x"/>', "<Say>: there is no port 'ID'; it has text"),
+    ("<Go/>", "<Go>: port 'goal' is missing; write goal=\"…\""),
+    ('<Go goal="1;2;3;4"/>', "<Go>: port 'goal': '1;2;3;4' is no pose; x;y, x;y;yaw, Nav2's nine fields or the name"),
+    ('<Go goal="1;2" speed="fast"/>', "<Go>: port 'speed': 'fast' is no number"),
+    ('<Go goal="1;2" code="7"/>', "<Go>: port 'code': '7' is a value, and this is an output; write code=\"{…}\""),
+    ('<Say text="{a b}"/>', "<Say>: port 'text': '{a b}' is no key of the blackboard; letters, digits, '_' and '-'"),
+    ('<Say text="{a.b}"/>', "'{a.b}' is no key of the blackboard"),
+    ('<Say text="{/a}"/>', "'{/a}' is no key of the blackboard"),
+    ('<Say text="{name}"/>', "'{name}' is no key of the blackboard; another name, that one is taken, is expected"),
+    ('<Say text="hi {name}"/>', "'hi {name}' is no value; braces are for keys of the blackboard: {key}"),
+    ('<Say text="{}"/>', "'{}' is no value; braces are for keys"),
+    ('<Say text="a__DOT__b"/>', "'a__DOT__b' is no value; '__const_' and '__DOT__' mean something to py_trees"),
+    ('<Put value="1" to="a b"/>', "port 'to': 'a b' is a value, and this is an output"),
+]
+
+SCRIPTS = [
+    ('<Say _skipif="x"/>', "<Say>: there is no attribute '_skipif'; did you mean '_skipIf'?"),
+    ('<Say _autoremap="true"/>', "<Say>: there is no attribute '_autoremap'; there are _failureIf"),
+    ('<Say _skipIf="x &gt;"/>', "<Say>: _skipIf: script 'x >'"),
+    ('<Script code=""/>', "<Script>: code: script ''"),
+    ("<Script/>", '<Script>: needs code="…", a script'),
+    ('<Say _post="name := 1"/>', "<Say>: _post: an entry can't be called 'name' here"),
+]
+
+SUBTREES = [
+    ("<SubTree/>", '<SubTree>: needs ID="…", that of a <BehaviorTree>'),
+    ('<SubTree ID="AA"/>', "<SubTree>: there is no tree 'AA'; did you mean 'A'?"),
+    ('<SubTree ID="A"/>', "<SubTree>: a tree can't be in itself: 'A' in 'A'"),
+    ('<SubTree ID="A"><Say/></SubTree>', "<SubTree>: has children; they belong into its <BehaviorTree>"),
+    ('<SubTree ID="A" _autoremap="yes"/>', "<SubTree>: _autoremap: 'yes' is neither true nor false"),
+    ('<SubTree ID="A" _atoremap="1"/>', "<SubTree>: there is no attribute '_atoremap'; did you mean '_autoremap'?"),
+    ('<SubTree ID="A" x="{"/>', "<SubTree>: port 'x': '{' is no value"),
+    ('<SubTree ID="A" x.y="1"/>', "<SubTree>: port 'x.y': that is no name of a key"),
+]
+
+
+@pytest.mark.parametrize(("body", "error"), [*NODES, *PORTS, *SCRIPTS, *SUBTREES])
+def test_a_wrong_element_is_told_in_one_line(files, body, error):
+    """File, line, tag, name, what is wrong, what would do."""
+    with pytest.raises(TreeError) as caught:
+        files.load(f'<root BTCPP_format="4">\n{_tree(body)}\n</root>')
+
+    lines = str(caught.value).splitlines()
+    assert [line for line in lines if line.startswith(f"tree.xml:2: {error}") or error in line] == lines[:1]
+    assert lines[0].startswith("tree.xml:2: <")
+
+
+RING = """\
+<root main_tree_to_execute="A"><BehaviorTree ID="A"><SubTree ID="B"/></BehaviorTree>
+<BehaviorTree ID="B"><Same><SubTree ID="C"/></Same></BehaviorTree>
+<BehaviorTree ID="C"><SubTree ID="B"/></BehaviorTree></root>"""
+
+MODEL = """\
+<root><TreeNodesModel><SubTree ID="B"><input_port name="x"/></SubTree></TreeNodesModel>
+<BehaviorTree ID="A"><SubTree ID="B"/></BehaviorTree><BehaviorTree ID="B"><Say/></BehaviorTree></root>"""
+
+DOCUMENTS = [
+    ('<?xml version="1.0"?><tree/>', 'tree.xml:1: <tree>: is no file of trees; <root BTCPP_format="4"> is expected'),
+    ("<root/>", 'tree.xml:1: <root>: has no trees; <BehaviorTree ID="…"> is expected'),
+    (
+        f'<root BTCPP_format="3">{_tree("<Say/>")}</root>',
+        "tree.xml:1: <root>: is of format '3'; BTCPP_format=\"4\" is read",
+    ),
+    (
+        f'<root main_tree_to_excute="A">{_tree("<Say/>")}</root>',
+        "tree.xml:1: <root>: there is no attribute 'main_tree_to_excute'; did you mean 'main_tree_to_execute'?",
+    ),
+    (
+        f'<root main_tree_to_execute="B">{_tree("<Say/>")}</root>',
+        "tree.xml:1: <root>: there is no tree 'B'; there are A",
+    ),
+    (f"<root>{_tree('<Say/>')}<BehaviourTree/></root>", "did you mean 'BehaviorTree'?"),
+    ("<root><BehaviorTree><Say/></BehaviorTree></root>", 'tree.xml:1: <BehaviorTree>: has no ID; write ID="…"'),
+    (f"<root>{_tree('')}</root>", "tree.xml:1: <BehaviorTree>: 'A' has 0 children; exactly 1 is expected"),
+    (f"<root>{_tree('<Say/><Say/>')}</root>", "tree.xml:1: <BehaviorTree>: 'A' has 2 children; exactly 1 is expected"),
+    (f"<root>\n{_tree('<Say/>')}\n{_tree('<Say/>')}</root>", "there is a tree 'A' already, at tree.xml:2"),
+    (
+        '<root><BehaviorTree ID="A"><Say/></BehaviorTree><BehaviorTree ID="B"><Say/></BehaviorTree></root>',
+        "<root>: does not say which tree to run; main_tree_to_execute or --tree, one of A, B",
+    ),
+    (RING, "<SubTree>: a tree can't be in itself: "),
+    (MODEL, "tree.xml:2: <SubTree>: port 'x' is missing; write x=\"…\", as its model wants it"),
+]
+
+
+@pytest.mark.parametrize(("text", "error"), DOCUMENTS)
+def test_a_wrong_file_is_told_in_one_line(files, text, error):
+    """What is wrong with the whole has a place, too."""
+    with pytest.raises(TreeError) as caught:
+        files.load(text)
+
+    assert error in str(caught.value)
+    assert "Traceback" not in str(caught.value)
+
+
+def test_all_mistakes_are_told_at_once(files):
+    """In the order of the file; trees that are not run are looked at, too."""
+    other = '<BehaviorTree ID="B"><All>\n<Two x="">\n<Sya/>\n<Say txt=""/>\n</Two></All></BehaviorTree>'
+    with pytest.raises(TreeError) as caught:
+        files.load(f'<root main_tree_to_execute="A">\n{_tree("<Say/>")}\n{other}</root>')
+
+    assert [
+        "tree.xml:4: <Two>: there is no port 'x'; it has none",
+        "tree.xml:5: <Sya>: there is no such node; did you mean 'Say'?",
+        "tree.xml:6: <Say>: there is no port 'txt'; did you mean 'text'?",
+    ] == str(caught.value).splitlines()
+
+
+def test_there_is_an_end_of_mistakes(files):
+    """More than fifty help nobody."""
+    with pytest.raises(TreeError) as caught:
+        files.load(_tree("<All>" + "<Hover/>\n" * 1000 + "</All>"))
+
+    lines = str(caught.value).splitlines()
+    assert (51, "that is 50 mistakes; there may be more") == (len(lines), lines[-1])
+
+
+def test_a_line_is_never_longer_than_a_few_hundred_characters(files):
+    """What is in the file may be."""
+    with pytest.raises(TreeError) as caught:
+        files.load(_tree(f'<Go goal="1;2" speed="{"9" * 5000}x"/>'))
+
+    assert len(str(caught.value)) < 500
+
+
+def test_the_tree_to_run_can_be_chosen(files):
+    """--tree comes before what the file says."""
+    other = '<BehaviorTree ID="B"><Put value="1" to="x"/></BehaviorTree>'
+    text = f'<root main_tree_to_execute="A">{_tree("<Say/>")}{other}</root>'
+
+    with files.built(text, tree="B") as root:
+        assert root.name == "Put"
+    with pytest.raises(TreeError, match="there is no tree 'D'; there are A, B"):
+        files.load(text, tree="D")
+
+
+@pytest.mark.parametrize("form", ["<Say/>", '<Action ID="Say"/>', '<Condition ID="Say"/>', '<Say _description="hm"/>'])
+def test_a_format_that_is_not_said_and_the_long_forms_of_nodes_are_read(files, form):
+    """Also what editors add."""
+    with files.built(f"<root>{_tree(form)}</root>") as root:
+        assert (root.name, root.origin) == ("Say", "tree.xml:1")
+
+
+class TestSize:
+    """Trees that unroll to more than anybody needs."""
+
+    @staticmethod
+    def _doubling(levels):
+        trees = "".join(
+            f'<BehaviorTree ID="T{n}"><All><SubTree ID="T{n + 1}"/><SubTree ID="T{n + 1}"/></All></BehaviorTree>'
+            for n in range(levels)
+        )
+        return f'<root main_tree_to_execute="T0">{trees}<BehaviorTree ID="T{levels}"><Say/></BehaviorTree></root>'
+
+    def test_subtrees_that_double_and_double_are_refused(self, files):
+        """Without unrolling them."""
+        with pytest.raises(TreeError, match=r"'T\d+' would have more than 10000 nodes, with its subtrees"):
+            files.load(self._doubling(49))
+
+    def test_subtrees_that_double_a_few_times_are_built(self, files):
+        """2^4 leaves, and what leads there."""
+        with files.built(self._doubling(4)) as root:
+            assert len(list(root.iterate())) == 16 + 15 + 30
+
+    def test_a_chain_of_subtrees_has_an_end(self, files):
+        """Each is two levels deeper."""
+        trees = "".join(
+            f'<BehaviorTree ID="T{n}"><Same><SubTree ID="T{n + 1}"/></Same></BehaviorTree>' for n in range(60)
+        )
+        text = f'<root main_tree_to_execute="T0">{trees}<BehaviorTree ID="T60"><Say/></BehaviorTree></root>'
+
+        with pytest.raises(TreeError, match=r"'T10' would be more than 100 levels deep"):
+            files.load(text)
+
+    def test_keys_have_an_end(self, files):
+        """Those that subtrees share count for the tree that shares them."""
+        nodes = "".join(f'<Put value="1" to="k{number}"/>' for number in range(1001))
+        text = f'<BehaviorTree ID="A"><SubTree ID="B" _autoremap="1"/></BehaviorTree><BehaviorTree ID="B"><All>{nodes}'
+
+        with pytest.raises(TreeError, match="'B' would use more than 1000 keys, with its subtrees"):
+            files.load(f'<root main_tree_to_execute="A">{text}</All></BehaviorTree></root>')
+
+    def test_a_tree_of_the_greatest_depth_can_be_run(self, files):
+        """py_trees goes down by recursion."""
+        trees = "".join(
+            f'<BehaviorTree ID="T{n}"><Same><SubTree ID="T{n + 1}"/></Same></BehaviorTree>' for n in range(49)
+        )
+        text = (
+            f'<root main_tree_to_execute="T0">{trees}<BehaviorTree ID="T49"><Same><Say/></Same></BehaviorTree></root>'
+        )
+
+        assert files.ticked(text)[1] == {"Say": "nothing"}

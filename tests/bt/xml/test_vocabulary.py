@@ -1,0 +1,104 @@
+"""Nodes of the user's own modules."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from bt_controller.nodes import registry
+from bt_controller.trees import TreeError, load
+from bt_controller.xml.vocabulary import vocabulary
+
+MODULE = '''
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from py_trees.ports import PortInformation, PortsMixin
+
+from bt_controller.node import Leaf
+from bt_controller.ports import STRING, wants
+
+
+class _Hidden(Leaf):
+    """Not for files."""
+
+
+class Greet(Leaf):
+    """Greets."""
+
+    INPUTS = {"whom": wants(STRING)}
+
+    def update(self):
+        self.feedback_message = f"hello, {self.read('whom')}"
+        return Status.SUCCESS
+
+
+class Plain(PortsMixin, Behaviour, register=False):
+    """A node as py_trees has it."""
+
+    INPUT_PORTS = {"number": PortInformation(float)}
+    OUTPUT_PORTS = {"half": PortInformation(float)}
+
+    def update(self):
+        self._set_output("half", self.get_input("number") / 2)
+        return Status.SUCCESS
+'''
+
+
+@pytest.fixture(autouse=True)
+def modules(files, monkeypatch):
+    """Put modules into the current folder."""
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    (files.folder / "bt_test_nodes.py").write_text(MODULE)
+    (files.folder / "bt_test_empty.py").write_text("from bt_controller.node import Leaf\n")
+    (files.folder / "bt_test_taken.py").write_text(
+        "from bt_controller.node import Leaf\nclass AlwaysSuccess(Leaf):\n    pass\n"
+    )
+    yield
+    for name in [name for name in sys.modules if name.startswith("bt_test_")]:
+        del sys.modules[name]
+
+
+def test_public_classes_with_ports_are_nodes_by_their_names():
+    """Not what a module has from elsewhere, nor what is hidden."""
+    assert {"Greet", "Plain"} == vocabulary(["bt_test_nodes"]).keys() - registry().keys()
+
+
+@pytest.mark.parametrize(
+    ("module", "error"),
+    [
+        ("bt_test_nowhere", r"^--nodes bt_test_nowhere: no module 'bt_test_nowhere' here \(.*\) or installed$"),
+        ("bt_test_empty", "^--nodes bt_test_empty: it defines no nodes, public subclasses of bt_controller.node.Node$"),
+        ("bt_test_taken", "^--nodes bt_test_taken: there is a node 'AlwaysSuccess' already; give the class another"),
+    ],
+)
+def test_modules_without_nodes_are_refused(module, error):
+    """The line says why."""
+    with pytest.raises(TreeError, match=error):
+        vocabulary([module])
+
+
+def test_a_file_may_use_them(files):
+    """Those of py_trees' own kind read their values as their types say."""
+    files.nodes = vocabulary(["bt_test_nodes"])
+    body = '<Sequence><Greet whom="eve"/><Plain number="3" half="{x}"/></Sequence>'
+
+    entries, said = files.ticked(f'<BehaviorTree ID="A">{body}</BehaviorTree>')
+    assert (entries, said) == ({"/x": 1.5}, {"Greet": "hello, eve"})
+
+
+def test_a_value_that_py_trees_cannot_read_is_one_line(files):
+    """It is py_trees that says so."""
+    files.nodes = vocabulary(["bt_test_nodes"])
+
+    with pytest.raises(TreeError, match=r"^tree\.xml: ValueError: Cannot convert Value 'three' to type"):
+        files.load('<BehaviorTree ID="A"><Plain number="three"/></BehaviorTree>')
+
+
+def test_load_knows_them(files):
+    """As --nodes says."""
+    path = files.write('<BehaviorTree ID="A"><Greet whom="eve"/></BehaviorTree>')
+
+    assert load(path, nodes=["bt_test_nodes"]).build("wall_e").name == "Greet"
+    with pytest.raises(TreeError, match="<Greet>: there is no such node"):
+        load(path)

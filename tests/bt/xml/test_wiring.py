@@ -1,0 +1,82 @@
+"""What does not fit together, and what is missing."""
+
+from __future__ import annotations
+
+import pytest
+
+from bt_controller.trees import TreeError
+
+
+def _tree(body, rest=""):
+    return f'<root main_tree_to_execute="A"><BehaviorTree ID="A">\n{body}</BehaviorTree>\n{rest}</root>'
+
+
+SUB = '<BehaviorTree ID="S"><Go goal="{g}" code="{c}"/></BehaviorTree>'
+
+
+SUB_G = "tree.xml:3: <Go>: nothing writes 'sub/g'; share g=\"{…}\" at its <SubTree>, or give it with --set sub/g=…"
+GOAL = "tree.xml:3: <Go>: port 'goal' is geometry_msgs/PoseStamped, but 'x' is int at port 'code' of <Go>, tree.xml:2"
+CODE = "tree.xml:4: <Go>: port 'code' is int, but 'x' is geometry_msgs/PoseStamped at port 'where' of <Go>, tree.xml:2"
+
+
+@pytest.mark.parametrize(
+    ("body", "error"),
+    [
+        ('<All><Go goal="1;2" code="{x}"/>\n<Go goal="{x}"/></All>', GOAL),
+        ('<All><Go goal="1;2" where="{x}"/>\n<SubTree ID="S" g="{x}" c="{x}"/></All>', CODE),
+        ('<SubTree ID="S" g="1;2" c="{=}" _autoremap="true"/>', None),
+        ('<All><Go goal="1;2" code="{x}"/><Go goal="1;2" speed="{x}"/></All>', None),
+        ('<All><Go goal="1;2" code="{x}"/><Say text="{x}"/><Put value="{x}" to="y"/><Go goal="{y}"/></All>', None),
+        ('<All><Script code="x := 1"/><Go goal="{x}"/></All>', None),
+    ],
+)
+def test_two_kinds_on_one_key_are_told(files, body, error):
+    """Also through subtrees; numbers go together, and what may be anything goes with everything."""
+    if error is None:
+        files.load(_tree(body, SUB))
+        return
+    with pytest.raises(TreeError) as caught:
+        files.load(_tree(body, SUB))
+
+    assert f"{error}; use another key" == str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("body", "lines"),
+    [
+        ('<Go goal="{g}"/>', ["tree.xml:2: <Go>: nothing writes 'g'; give it with --set g=…"]),
+        ('<Same><SubTree ID="S" name="sub"/></Same>', [SUB_G]),
+        ('<SubTree ID="S" g="{h}"/>', ["tree.xml:3: <Go>: nothing writes 'h'; give it with --set h=…"]),
+        ('<SubTree ID="S" g="1;2"/>', []),
+        ('<All><Go goal="{g}"/><Go goal="1;2" where="{g}"/></All>', []),
+        ('<All><Script code="g := 1"/><Go goal="{g}"/></All>', []),
+        (
+            '<All><Go goal="{g}"/><Say text="{x}"/></All>',
+            ["tree.xml:2: <Go>: nothing writes 'g'; give it with --set g=…"],
+        ),
+    ],
+)
+def test_what_nothing_writes_is_told(files, body, lines):
+    """Ports that can do without a value do not count."""
+    files.load(_tree(body, SUB))
+
+    assert lines == list(files.unset)
+
+
+def test_what_is_given_is_not_missing(files):
+    """Entries of subtrees can be given, too."""
+    files.load(_tree('<All><Go goal="{g}"/><SubTree ID="S"/></All>', SUB), values={"g": "kitchen", "S/g": "1;2"})
+
+    assert files.unset == ()
+
+
+def test_a_given_value_has_to_be_what_its_ports_take(files):
+    """The line is that of the node that reads it."""
+    with pytest.raises(TreeError, match=r"^tree\.xml:2: <Go>: port 'speed': 'fast' is no number$"):
+        files.load(_tree('<Go goal="1;2" speed="{v}"/>'), values={"v": "fast"})
+
+
+def test_a_value_for_a_subtree_has_to_be_what_its_ports_take(files):
+    """Which ports those are, py_trees finds out."""
+    with pytest.raises(TreeError, match=r"^tree\.xml:3: <Go>: port 'goal': '1;2;3;4' is no pose"):
+        files.load(_tree('<SubTree ID="S" g="1;2;3;4"/>', SUB))

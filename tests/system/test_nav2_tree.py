@@ -1,0 +1,199 @@
+"""Nav2's way of navigating by a tree: its default tree as it is, and one of ours that has the same in it."""
+
+from __future__ import annotations
+
+import json
+import signal
+from pathlib import Path
+
+import pytest
+import yaml
+from py_trees.common import Status
+
+from bt_controller.running.clocks import clock_for
+from bt_controller.running.mailbox import Mailbox
+from bt_controller.running.mission import Mission
+from bt_controller.running.runner import Runner
+from bt_controller.trees import load
+from hmrsim_zenoh.client import Client
+from tests.hosted import hosted
+
+pytestmark = pytest.mark.system
+
+NAV2 = "navigate_to_pose_w_replanning_and_recovery.xml"
+THEIRS = Path(__file__).parents[3] / "shared" / "data" / "bt" / NAV2
+OURS = Path(__file__).with_name("navigate.xml")
+
+GOAL = "14;0"
+"""14 m down the corridor."""
+
+CORRIDOR = {
+    "name": "corridor",
+    "bounds": [-5, -5, 40, 6],
+    "waypoints": {"start": [0, 0], "fork": [4, 0], "join": [10, 0], "end": [14, 0], "far": [30, 0], "isle": [34, 0]},
+    "lanes": [["start", "fork"], ["fork", "join"], ["join", "end"], ["far", "isle"]],
+    "walls": [[[20, -5], [20, 6]]],
+    "robots": {"r": {"at": "start"}},
+}
+LOOP = {
+    **CORRIDOR,
+    "waypoints": {**CORRIDOR["waypoints"], "left": [4, 4], "right": [10, 4]},
+    "lanes": [*CORRIDOR["lanes"], ["fork", "left"], ["left", "right"], ["right", "join"]],
+}
+
+
+def closing(world, *lane, at, until=None):
+    """Return a world in which a lane is closed at some time."""
+    fault = {"type": "lane_closed", "lane": [*lane], "at": at, **({"until": until} if until else {})}
+    return {**world, "faults": [fault]}
+
+
+@pytest.fixture(
+    params=[
+        pytest.param(OURS, id="ours"),
+        pytest.param(THEIRS, id="nav2", marks=pytest.mark.skipif(not THEIRS.exists(), reason=f"there is no {NAV2}")),
+    ]
+)
+def tree(request):
+    """Return the file of a tree."""
+    return request.param
+
+
+@pytest.fixture
+def navigate(start, tree, tmp_path):
+    """Return the function that lets a process run the tree for r: exit code, what it says, and the trace."""
+
+    def run(world, goal=GOAL, clock="lockstep", **env):
+        file, trace = tmp_path / "world.yaml", tmp_path / "trace.jsonl"
+        file.write_text(yaml.safe_dump({"units": "m", **world}))
+        serving = ("--clock", clock, "--listen", "tcp/127.0.0.1:0", "--trace", trace)
+        simulator = start("hmrsim", "run", file, *serving, env=env)
+        endpoint = simulator.line().split()[1]
+        options = ("--robot", "r", "--set", f"goal={goal}", "--connect", endpoint)
+        code, out, _ = start("bt-controller", "run", tree, *options, env=env).end()
+        simulator.end(signal.SIGTERM)
+        return code, out, [json.loads(line) for line in trace.read_text().splitlines()]
+
+    return run
+
+
+@pytest.fixture
+def driven(tree):
+    """Return the function that runs the tree for r in lockstep: its status, when it ended, and its blackboard."""
+
+    def run(world, goal=GOAL):
+        plan = load(str(tree), values={"goal": goal})
+        with hosted(world, clock="lockstep") as options, Client(options, name="trees") as client:
+            mission, mailbox = Mission("r", plan), Mailbox()
+            clock = clock_for(client, mailbox, feedback=False, grace=0.1)
+            runner = Runner(client, [mission], clock, mailbox, show=lambda *_: None, grace=5.0)
+            outcome = runner.run()
+            return outcome.statuses["r"], round(clock.now, 3), dict(mission._board.storage)
+
+    return run
+
+
+def codes(board):
+    """Return the error codes on a blackboard, and what is said of them, that are none of success."""
+    return sorted(value for key, value in board.items() if key.endswith(("error", "error_code")) and value)
+
+
+def goals(trace, action):
+    """Return the goals of an action that were sent, with their seconds."""
+    sent = [line for line in trace if line["kind"] == "command" and line.get("action") == action]
+    return [(line["stamp"]["sec"], line["goal"]) for line in sent if line["command"] == "send_goal"]
+
+
+def ends(trace):
+    """Return the actions and statuses of the goals that have ended, in their order."""
+    statuses = [line for line in trace if line["kind"] == "status" and line["status"] >= 4]
+    return [(line["action"], line["status"]) for line in statuses]
+
+
+def test_it_navigates_over_zenoh(navigate):
+    """While time goes by itself: 2 m, from process to process."""
+    code, out, trace = navigate(CORRIDOR, goal="2;0", clock="realtime")
+
+    assert (0, "r: SUCCESS") == (code, out.splitlines()[-1])
+    assert ("follow_path", 4) == ends(trace)[-1]
+
+
+@pytest.mark.parametrize(("base", "seconds"), [({}, 14.0), ({"acceleration": 0.5}, 16.0)])
+def test_a_robot_neither_jumps_nor_stops_when_its_path_is_replaced(driven, base, seconds):
+    """14 m at 1 m/s, with a path each second from where it is: as long as in one go."""
+    robots = {"r": {"at": "start", "base": {"speed": 1.0, **base}}}
+
+    assert (Status.SUCCESS, seconds) == driven({**CORRIDOR, "robots": robots})[:2]
+
+
+def test_paths_are_planned_each_second_until_the_goal_is_near(navigate):
+    """Then the path that there is goes on to be valid."""
+    _, _, trace = navigate(CORRIDOR)
+    planned = [second for second, _ in goals(trace, "compute_path_to_pose")]
+
+    assert planned == sorted(set(planned))
+    assert [0, 1, 2, 3] == planned[:4]
+    assert 10 <= planned[-1] <= 12
+    assert planned == [second for second, _ in goals(trace, "follow_path")]
+
+
+def test_a_lane_closed_on_the_way_is_gone_around(driven):
+    """At 2 s, before the robot is on it: 8 m more."""
+    status, seconds, board = driven(closing(LOOP, "fork", "join", at=2))
+
+    assert (Status.SUCCESS, 22.0) == (status, seconds)
+    assert [] == codes(board)
+
+
+def test_a_lane_closed_without_another_way_is_waited_for(navigate):
+    """Closed for six seconds: the tree stops the robot, clears, turns, waits, and arrives when it is open again."""
+    code, _, trace = navigate(closing(CORRIDOR, "join", "end", at=3, until=9))
+    recoveries = [action for action, status in ends(trace) if action in ("spin", "wait", "back_up") and status == 4]
+
+    assert 0 == code
+    assert ("compute_path_to_pose", 6) in ends(trace)
+    assert ["spin", "wait"] == recoveries[:2]
+    assert ("follow_path", 4) == ends(trace)[-1]
+
+
+def test_a_lane_that_closes_near_the_goal_is_noticed(driven):
+    """The path is not planned anew there, but it is looked whether it is open; it opens before all is tried."""
+    corridor = {**CORRIDOR, "waypoints": {**CORRIDOR["waypoints"], "door": [13, 0]}}
+    corridor["lanes"] = [["start", "fork"], ["fork", "join"], ["join", "door"], ["door", "end"]]
+    status, seconds, _ = driven(closing(corridor, "door", "end", at=12.2, until=17))
+
+    assert Status.SUCCESS is status
+    assert 18.0 < seconds < 30.0
+
+
+@pytest.mark.parametrize(
+    ("world", "goal", "code"),
+    [(CORRIDOR, "100;0", 204), (CORRIDOR, "32;0", 208), (closing(CORRIDOR, "join", "end", at=3), GOAL, 208)],
+    ids=["outside the map", "no way", "closed for ever"],
+)
+def test_an_unreachable_goal_is_a_failure_with_the_code_on_the_blackboard(driven, world, goal, code):
+    """204 at once, for no recovery helps; 208 after all recoveries have had their turn."""
+    status, seconds, board = driven(world, goal)
+
+    assert Status.FAILURE is status
+    assert [code] == codes(board)
+    assert (seconds == 0.0) is (code == 204)
+
+
+def test_a_robot_that_never_gets_out_of_the_way_is_a_failure_too(driven):
+    """Though the path is planned anew each second: patience goes on, and then all recoveries have their turn."""
+    robots = {"r": {"at": "start"}, "s": {"at": "join", "script": ["Wait 1000"]}}
+    status, _, board = driven({**CORRIDOR, "robots": robots, "traffic": {"policy": "reserve", "patience": 10}})
+
+    assert Status.FAILURE is status
+    assert [104] == codes(board)
+
+
+def test_two_runs_have_the_same_trace(navigate, tmp_path):
+    """Byte for byte, with recoveries and whatever hash seed."""
+    traces = []
+    for seed in ("1", "2"):
+        navigate(closing(CORRIDOR, "join", "end", at=3, until=9), PYTHONHASHSEED=seed)
+        traces.append((tmp_path / "trace.jsonl").read_bytes())
+
+    assert traces[0] == traces[1]
