@@ -6,6 +6,7 @@
     initialise   sends the goal, and does not wait
     update       RUNNING until the goal is done; SUCCEEDED → SUCCESS, whatever else → FAILURE and why
     terminate    INVALID cancels the goal, also when it is not known yet whether it is accepted
+    suspend      cancels the goal, too; ticked again, the leaf sends it again if it was not done nevertheless
 """
 
 from __future__ import annotations
@@ -17,10 +18,12 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Access, Status
 
 from bt_controller.directory import Directory
+from bt_controller.resuming import Resumption
 from hmrsim.actions import Action, F, G, R, error_of, registry
 from hmrsim.errors import GoalRejected, HmrsimError
 from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim_zenoh.errors import ResultExpired
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -69,6 +72,9 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         self._client: ActionClient[G, R, F] | None = None
         self._handle: GoalHandle[R, F] | None = None
         self._open: list[GoalHandle[R, F]] = []
+        self._sent: G | None = None
+        self._suspended = False
+        self._resumption: Resumption | None = None
         self._wake: Callable[[], None] = _let_be
         self._blackboard = self.attach_blackboard_client()
         for key in self._on_success:
@@ -87,13 +93,19 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         self._open = [handle for handle in self._open if not handle.done]
         return self._open
 
+    @property
+    def is_unfinished(self) -> bool:
+        """Whether the leaf was suspended, and its goal has ended so that it is to be sent again."""
+        return self._suspended and self._handle is not None and self._is_undone(self._handle)
+
     def setup(self, **kwargs: Any) -> None:
         """Look the action up.
 
         Args:
             **kwargs: *client*, a `hmrsim_zenoh.client.Client`; *robot*, whom the tree is run for; *directory*,
                 what the simulator serves (asked for if left out); *wake*, called from any thread when the leaf
-                should be ticked.
+                should be ticked; *resume*, under which name goals are found again in the next life of the controller
+                (not at all if left out).
 
         Raises:
             NotServed: There is no such robot, or it has no such action.
@@ -106,25 +118,36 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         action = _named(name) if isinstance(self._action, str) else self._action
         self._client = client.action_client(robot, action)
         self._wake = kwargs.get("wake") or _let_be
+        if kwargs.get("resume"):
+            self._resumption = Resumption(kwargs["resume"], self)
 
     def initialise(self) -> None:
         """Send the goal."""
         self._handle = None
+        self._suspended = False
         goal = self._next_goal()
         if goal is None:
             self.feedback_message = "no goal to send"
             return
+        self._send(goal)
+
+    def _send(self, goal: G) -> None:
         if self._client is None:
             raise RuntimeError(f"{self.name!r} was ticked before it was set up")
+        self._sent, self._handle = goal, None
         try:
             self._handle = self._client.send_goal(
                 goal,
                 on_feedback=lambda _feedback: self._wake(),
                 on_change=lambda handle: self._wake() if handle.done else None,
+                goal_id=None if self._resumption is None else self._resumption.next_id(),
+                adopt=self._resumption is not None,
             )
         except HmrsimError as error:
             self.feedback_message = str(error)
             return
+        if self._resumption is not None:
+            self._resumption.latest = self._handle
         self._open = [*self.open_goals, self._handle]
         self.feedback_message = "sent goal request"
 
@@ -137,17 +160,42 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
             if handle.feedback is not None:
                 self.feedback_message = f"feedback: {self._describe(handle.feedback)}"
             return Status.RUNNING
+        if self._sent is not None and self._is_undone(handle):
+            self._suspended = False
+            self._send(self._sent)
+            return Status.FAILURE if self._handle is None else Status.RUNNING
+        if isinstance(handle.error, ResultExpired) and handle.status is GoalStatus.SUCCEEDED:
+            return self._succeeded("was done before; its result has expired")
         return self.ended(handle)
+
+    def suspend(self) -> None:
+        """Cancel the goal, if it is under way, and mean to go on with it when ticked next; returns at once.
+
+        The leaf's status stays as it is. Let it not be ticked before its open goals have ended, and what the goal has
+        become counts: the leaf sends it again only if it was CANCELED.
+        """
+        if self.status is Status.RUNNING and self._handle is not None and not self._handle.done:
+            self._suspended = True
+            self.cancel()
 
     def ended(self, handle: GoalHandle[R, F]) -> Status:
         """Return what the end of the goal means to the tree."""
         if handle.error is None and handle.status is GoalStatus.SUCCEEDED:
-            for key, value in self._on_success.items():
-                self._blackboard.set(key, value)
-            self.feedback_message = "successfully completed"
-            return Status.SUCCESS
+            return self._succeeded("successfully completed")
         self.feedback_message = _verdict(handle)
         return Status.FAILURE
+
+    def _succeeded(self, message: str) -> Status:
+        for key, value in self._on_success.items():
+            self._blackboard.set(key, value)
+        self.feedback_message = message
+        return Status.SUCCESS
+
+    def _is_undone(self, handle: GoalHandle[R, F]) -> bool:
+        """Return whether a goal has ended so that it is to be sent again: suspended, or in an earlier life."""
+        if self._suspended and handle.error is None and handle.status is GoalStatus.CANCELED:
+            return True
+        return self._resumption is not None and self._resumption.is_undone(handle)
 
     def terminate(self, new_status: Status) -> None:
         """Cancel the goal if the leaf is interrupted."""

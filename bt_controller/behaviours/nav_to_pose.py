@@ -1,12 +1,13 @@
-"""Drive to a pose."""
+"""Drive to a pose, or to a place."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bt_controller.action_leaf import ActionLeaf
+from bt_controller.directory import NotServed
+from bt_controller.ports import pose_stamped
 from hmrsim.actions.navigate_to_pose import ACTION
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 
 if TYPE_CHECKING:
@@ -29,9 +30,53 @@ class NavToPoseActionClient(ActionLeaf[NavigateToPose.Goal, NavigateToPose.Resul
         super().__init__(name, ACTION, goal, robot=robot, describe=_remaining, on_success=on_success)
 
 
+class GoTo(NavToPoseActionClient):
+    """Drives the robot to a place of the world: a waypoint, a place or a dock; or to a pose.
+
+    ::
+
+        GoTo("pharmacy")
+        GoTo((6.0, 18.0), name="Go to the pharmacy")
+
+    Args:
+        target: The place's name; or x, y and, if it matters, yaw, in the world's unit of length and radians.
+        name: The behaviour's name; says the target if left out.
+        robot: Whose action; None for the robot that the tree is run for.
+    """
+
+    def __init__(
+        self,
+        target: str | tuple[float, float] | tuple[float, float, float],
+        *,
+        name: str | None = None,
+        robot: str | None = None,
+    ) -> None:
+        self._place = target if isinstance(target, str) else None
+        shown = target if isinstance(target, str) else "({})".format(", ".join(f"{part:g}" for part in target))
+        goal = None if isinstance(target, str) else NavigateToPose.Goal(pose=pose_stamped(*target))
+        super().__init__(name or f"Go to {shown}", lambda: goal, robot=robot)
+
+    def setup(self, **kwargs: Any) -> None:
+        """Look action and place up.
+
+        Args:
+            **kwargs: As `ActionLeaf.setup`; *places*, where those of the world are.
+
+        Raises:
+            NotServed: There is no such robot, action or place.
+            NobodyThere: No simulator answers.
+        """
+        super().setup(**kwargs)
+        if self._place is not None:
+            try:
+                self._goal = NavigateToPose.Goal(pose=kwargs["places"].pose(self._place))
+            except ValueError as error:
+                raise NotServed(f"{self.name!r}: {error}") from None
+
+
 def pose_goal(x: float, y: float) -> NavigateToPose.Goal:
     """Return the goal to drive to a point, in the world's unit of length."""
-    return NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=Point(x=x, y=y))))
+    return NavigateToPose.Goal(pose=pose_stamped(x, y))
 
 
 def _remaining(feedback: NavigateToPose.Feedback) -> str:

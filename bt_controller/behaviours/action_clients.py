@@ -1,0 +1,74 @@
+"""Leaves for any action, under the names that py_trees_ros has: the goal is given, or found on the blackboard."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bt_controller.action_leaf import ActionLeaf
+from hmrsim.actions import F, G, R
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from hmrsim.actions import Action
+
+
+class FromConstant(ActionLeaf[G, R, F]):
+    """Sends always the same goal.
+
+    Args:
+        name: The behaviour's name.
+        action: The action, or its name.
+        goal: What to send.
+        generate_feedback_message: What to say of feedback; None for its plain fields.
+        robot: Whose action; None for the robot that the tree is run for.
+        on_success: What to write on the blackboard when the goal has succeeded, by key.
+
+    Raises:
+        ValueError: There is no action of this name.
+        TypeError: The goal is of another action.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        action: Action[G, R, F] | str,
+        goal: G,
+        generate_feedback_message: Callable[[F], str] | None = None,
+        *,
+        robot: str | None = None,
+        on_success: Mapping[str, object] | None = None,
+    ) -> None:
+        super().__init__(name, action, goal, robot=robot, describe=generate_feedback_message, on_success=on_success)
+        if self.action is not None and not isinstance(goal, self.action.goal):
+            raise TypeError(f"{name!r}: {self.action.name} takes {self.action.goal.ros_type}, got {goal!r}")
+
+
+class FromBlackboard(ActionLeaf[G, R, F]):
+    """Sends the goal that is on the blackboard when the leaf begins; fails if there is none.
+
+    Put py_trees' `WaitForBlackboardVariable` before it to wait for one.
+
+    Args:
+        name: The behaviour's name.
+        action: The action, or its name.
+        key: Where on the blackboard the goal will be.
+        generate_feedback_message: What to say of feedback; None for its plain fields.
+        robot: Whose action; None for the robot that the tree is run for.
+        on_success: What to write on the blackboard when the goal has succeeded, by key.
+
+    Raises:
+        ValueError: There is no action of this name.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        action: Action[G, R, F] | str,
+        key: str,
+        generate_feedback_message: Callable[[F], str] | None = None,
+        *,
+        robot: str | None = None,
+        on_success: Mapping[str, object] | None = None,
+    ) -> None:
+        super().__init__(name, action, key, robot=robot, describe=generate_feedback_message, on_success=on_success)

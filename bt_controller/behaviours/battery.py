@@ -1,0 +1,76 @@
+"""How full the battery is, under the name that py_trees_ros has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from py_trees.common import Access, Status
+
+from bt_controller.behaviours import subscribers
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.sensor_msgs import BatteryState
+
+_HYSTERESIS: Final = 5.0
+"""Per cent above the threshold from which the warning is taken back."""
+
+
+class ToBlackboard(subscribers.ToBlackboard):
+    """Writes ``battery``, the latest BatteryState, and ``battery_low_warning`` on the blackboard.
+
+    The warning is given below the threshold, and taken back five per cent above it, so that it does not flicker.
+
+    Args:
+        name: The behaviour's name.
+        threshold: Per cent of the capacity.
+    """
+
+    def __init__(self, name: str = "Battery to blackboard", *, threshold: float = 30.0) -> None:
+        super().__init__(name, "battery_state", "battery", initialise_variables={"battery_low_warning": False})
+        self._threshold = threshold
+        self.blackboard.register_key("battery_low_warning", Access.READ)
+
+    def update(self) -> Status:
+        """Write the message, and whether it is a warning."""
+        status = super().update()
+        if status is Status.SUCCESS:
+            battery: BatteryState = self.message()
+            percent = battery.percentage * 100.0
+            if percent > self._threshold + _HYSTERESIS:
+                self.blackboard.set("battery_low_warning", value=False)
+            elif percent < self._threshold:
+                self.blackboard.set("battery_low_warning", value=True)
+            low = self.blackboard.get("battery_low_warning")
+            self.feedback_message = f"battery level is {'low' if low else 'ok'}: {percent:.0f} %"
+        return status
+
+
+class WaitUntilCharged(subscribers.Handler):
+    """Waits until the battery is as full as it is to be, for as long as it charges; fails when it does not.
+
+    Args:
+        percentage: The share of the capacity, from 0 to 1, as in a BatteryState.
+        name: The behaviour's name.
+    """
+
+    def __init__(self, percentage: float = 0.9, *, name: str | None = None) -> None:
+        super().__init__(name or f"Charge to {percentage:.0%}", "battery_state")
+        self._percentage = percentage
+
+    def update(self) -> Status:
+        """Return whether it is."""
+        battery: BatteryState = self.message()
+        self.feedback_message = f"battery: {battery.percentage:.0%}"
+        if battery.percentage >= self._percentage or is_full(battery):
+            return Status.SUCCESS
+        return Status.RUNNING if is_charging(battery) else Status.FAILURE
+
+
+def is_charging(battery: BatteryState) -> bool:
+    """Return whether a battery is charging."""
+    return battery.power_supply_status == battery.POWER_SUPPLY_STATUS_CHARGING
+
+
+def is_full(battery: BatteryState) -> bool:
+    """Return whether a charger has nothing more to give."""
+    return battery.power_supply_status == battery.POWER_SUPPLY_STATUS_FULL

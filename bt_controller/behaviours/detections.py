@@ -1,0 +1,50 @@
+"""What the robot sees: on the blackboard, and as a condition."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from py_trees.common import Status
+
+from bt_controller.behaviours import subscribers
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.vision_msgs import Detection3D, Detection3DArray
+
+
+class ToBlackboard(subscribers.ToBlackboard):
+    """Writes the latest ``detections``, a Detection3DArray, on the blackboard.
+
+    Args:
+        name: The behaviour's name.
+        key: Where to.
+    """
+
+    def __init__(self, name: str = "Detections to blackboard", *, key: str = "detections") -> None:
+        super().__init__(name, "detections", key)
+
+
+class IsDetected(subscribers.Handler):
+    """Succeeds while the robot's sensors see something; fails while they don't.
+
+    Args:
+        entity: The name of what is to be seen, or its class.
+        name: The behaviour's name; says what if left out.
+    """
+
+    def __init__(self, entity: str, *, name: str | None = None) -> None:
+        super().__init__(name or f"Is {entity} detected", "detections")
+        self._entity = entity
+
+    def update(self) -> Status:
+        """Return whether it is seen."""
+        seen: Detection3DArray = self.message()
+        if any(self._entity in _names(detection) for detection in seen.detections):
+            self.feedback_message = "detected"
+            return Status.SUCCESS
+        self.feedback_message = "not detected"
+        return Status.FAILURE
+
+
+def _names(detection: Detection3D) -> tuple[str, ...]:
+    return detection.id, *(result.hypothesis.class_id for result in detection.results)

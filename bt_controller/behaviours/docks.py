@@ -1,0 +1,32 @@
+"""Drive into docks, and out of them."""
+
+from __future__ import annotations
+
+from bt_controller.behaviours.action_clients import FromConstant
+from hmrsim.actions import dock_robot, undock_robot
+from hmrsim.interfaces.nav2_msgs import DockRobot, UndockRobot
+
+
+class Dock(FromConstant[DockRobot.Goal, DockRobot.Result, DockRobot.Feedback]):
+    """Docks the robot; at a charger it succeeds as soon as the battery charges.
+
+    Args:
+        dock: The dock's name.
+        name: The behaviour's name; says the dock if left out.
+        robot: Whose action; None for the robot that the tree is run for.
+    """
+
+    def __init__(self, dock: str, *, name: str | None = None, robot: str | None = None) -> None:
+        super().__init__(name or f"Dock at {dock}", dock_robot.ACTION, DockRobot.Goal(dock_id=dock), robot=robot)
+
+
+class Undock(FromConstant[UndockRobot.Goal, UndockRobot.Result, UndockRobot.Feedback]):
+    """Lets the robot leave its dock.
+
+    Args:
+        name: The behaviour's name.
+        robot: Whose action; None for the robot that the tree is run for.
+    """
+
+    def __init__(self, *, name: str = "Undock", robot: str | None = None) -> None:
+        super().__init__(name, undock_robot.ACTION, UndockRobot.Goal(), robot=robot)

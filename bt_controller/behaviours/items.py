@@ -1,0 +1,37 @@
+"""Pick items up, and lay them down."""
+
+from __future__ import annotations
+
+from bt_controller.behaviours.action_clients import FromConstant
+from hmrsim.actions import pickup, place
+from hmrsim.interfaces import moveit_msgs
+
+
+class Pickup(FromConstant[moveit_msgs.Pickup.Goal, moveit_msgs.Pickup.Result, moveit_msgs.Pickup.Feedback]):
+    """Picks up an item that is in reach.
+
+    Args:
+        item: Its name.
+        name: The behaviour's name; says the item if left out.
+        robot: Whose action; None for the robot that the tree is run for.
+    """
+
+    def __init__(self, item: str, *, name: str | None = None, robot: str | None = None) -> None:
+        super().__init__(
+            name or f"Pick up {item}", pickup.ACTION, moveit_msgs.Pickup.Goal(target_name=item), robot=robot
+        )
+
+
+class Place(FromConstant[moveit_msgs.Place.Goal, moveit_msgs.Place.Result, moveit_msgs.Place.Feedback]):
+    """Lays down an item that the robot holds.
+
+    Args:
+        item: Its name.
+        name: The behaviour's name; says the item if left out.
+        robot: Whose action; None for the robot that the tree is run for.
+    """
+
+    def __init__(self, item: str, *, name: str | None = None, robot: str | None = None) -> None:
+        super().__init__(
+            name or f"Place {item}", place.ACTION, moveit_msgs.Place.Goal(attached_object_name=item), robot=robot
+        )

@@ -1,0 +1,54 @@
+"""Where the world's places are, on the blackboard."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Access, Status
+
+from bt_controller.directory import NotServed
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.interfaces.geometry_msgs import PoseStamped
+
+
+class ToBlackboard(Behaviour):
+    """Writes poses of places on the blackboard, as PoseStamped.
+
+    Args:
+        name: The behaviour's name.
+        places: The names of waypoints, places or docks, by key.
+    """
+
+    def __init__(self, name: str, places: Mapping[str, str]) -> None:
+        super().__init__(name)
+        self._places = dict(places)
+        self._poses: dict[str, PoseStamped] = {}
+        self.blackboard = self.attach_blackboard_client()
+        for key in self._places:
+            self.blackboard.register_key(key, Access.WRITE)
+
+    def setup(self, **kwargs: Any) -> None:
+        """Look the places up.
+
+        Args:
+            **kwargs: *places*, where those of the world are.
+
+        Raises:
+            NotServed: There is no such place.
+            NobodyThere: No simulator answers.
+        """
+        try:
+            self._poses = {key: kwargs["places"].pose(place) for key, place in self._places.items()}
+        except ValueError as error:
+            raise NotServed(f"{self.name!r}: {error}") from None
+
+    def update(self) -> Status:
+        """Write them."""
+        for key, pose in self._poses.items():
+            self.blackboard.set(key, pose)
+        self.feedback_message = f"wrote {', '.join(self._poses)}"
+        return Status.SUCCESS

@@ -1,0 +1,158 @@
+"""Leaves that ask the world's services, under the names that py_trees_ros has.
+
+Where time goes by itself the answer is waited for from tick to tick; where it stands while trees are ticked it is
+there at once, so that every run is the same. A service that takes simulated time, such as ``step_simulation``, has
+no answer then.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Access, Status
+
+from hmrsim.errors import HmrsimError
+from hmrsim.interfaces.simulation_interfaces import Result
+from hmrsim_zenoh.envelopes import UnreadableError, plain, read
+from hmrsim_zenoh.errors import RequestError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim.interfaces.message import Message
+    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.link import Answer
+
+_TIMEOUT: Final = 10.0
+"""Wall seconds that an answer may take."""
+
+
+class FromBlackboard(Behaviour):
+    """Asks a service with the request that is on the blackboard when the leaf begins; fails if there is none.
+
+    An answer that says that nothing came of it, by its ``result``, is FAILURE.
+
+    Args:
+        name: The behaviour's name.
+        service_type: The service's type, such as `SetDoorState`.
+        service_name: The service, such as ``set_door_state``.
+        key_request: Where on the blackboard the request will be.
+        key_response: Where to write the answer; None for nowhere.
+    """
+
+    def __init__(
+        self, name: str, service_type: Any, service_name: str, key_request: str, key_response: str | None = None
+    ) -> None:
+        super().__init__(name)
+        self._type = service_type
+        self._service = service_name
+        self._key_request = key_request
+        self._key_response = key_response
+        self._client: Client | None = None
+        self._wake: Callable[[], None] = lambda: None
+        self._answers: list[Answer | HmrsimError] | None = None
+        self.blackboard = self.attach_blackboard_client()
+        if key_request:
+            self.blackboard.register_key(key_request, Access.READ)
+        if key_response is not None:
+            self.blackboard.register_key(key_response, Access.WRITE)
+
+    def setup(self, **kwargs: Any) -> None:
+        """Remember whom to ask.
+
+        Args:
+            **kwargs: *client* and *wake*.
+        """
+        self._client = kwargs["client"]
+        self._wake = kwargs.get("wake") or self._wake
+
+    def initialise(self) -> None:
+        """Send the request."""
+        self._answers = None
+        request = self.request()
+        if request is None:
+            self.feedback_message = "no request to send"
+            return
+        if not isinstance(request, self._type.Request):
+            self.feedback_message = f"{self._service} takes {self._type.Request.ros_type}, got {request!r:.80}"
+            return
+        if self._client is None:
+            raise RuntimeError(f"{self.name!r} was ticked before it was set up")
+        key, payload = self._client.keys.world(self._service), request.model_dump_json().encode()
+        # Whoever is interrupted and begins anew does not take an old answer for its own.
+        answers: list[Answer | HmrsimError] = []
+        self._answers = answers
+        self.feedback_message = "sent request"
+        if self._client.lockstep is None:
+
+            def answered(answer: Answer) -> None:
+                answers.append(answer)
+                self._wake()
+
+            self._client.ask(key, payload, answered, timeout=_TIMEOUT)
+            return
+        try:
+            answers.append(self._client.get(key, payload=payload))
+        except HmrsimError as error:
+            answers.append(error)
+
+    def request(self) -> Message | None:
+        """Return what to ask; None if there is nothing."""
+        key = self._key_request
+        return self.blackboard.get(key) if self.blackboard.exists(key) else None
+
+    def update(self) -> Status:
+        """Return what has become of the request."""
+        if self._answers is None:
+            return Status.FAILURE
+        if not self._answers:
+            return Status.RUNNING
+        try:
+            response = self._response(self._answers[0])
+        except (HmrsimError, UnreadableError) as error:
+            self.feedback_message = str(error)
+            return Status.FAILURE
+        if self._key_response is not None:
+            self.blackboard.set(self._key_response, response)
+        result = getattr(response, "result", None)
+        if isinstance(result, Result) and result.result != Result.RESULT_OK:
+            self.feedback_message = result.error_message or f"result {result.result}"
+            return Status.FAILURE
+        self.feedback_message = "successfully completed"
+        return Status.SUCCESS
+
+    def _response(self, answer: Answer | HmrsimError) -> Message:
+        if isinstance(answer, HmrsimError):
+            raise answer
+        if answer is None:
+            raise RequestError(f"no answer from {self._service!r}; it may have been served all the same")
+        response: Message = read(plain(self._type.Response), answer)
+        return response
+
+
+class FromConstant(FromBlackboard):
+    """Asks a service always the same.
+
+    Args:
+        name: The behaviour's name.
+        service_type: The service's type, such as `SetDoorState`.
+        service_name: The service, such as ``set_door_state``.
+        service_request: The request.
+        key_response: Where to write the answer; None for nowhere.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        service_type: Any,
+        service_name: str,
+        service_request: Message,
+        key_response: str | None = None,
+    ) -> None:
+        super().__init__(name, service_type, service_name, "", key_response)
+        self._request = service_request
+
+    def request(self) -> Message:
+        """Return the request."""
+        return self._request

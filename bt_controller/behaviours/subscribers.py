@@ -1,0 +1,248 @@
+"""Leaves that look at what a robot publishes, under the names that py_trees_ros has.
+
+The topics are ``odom``, ``battery_state`` and ``detections``. Each has a latest message always, so that, other than
+with py_trees_ros, *clearing_policy* lets a leaf take that by default. With `ClearingPolicy.ON_INITIALISE` or
+`ON_SUCCESS` it wants one that is newer than its beginning or its last success.
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import TYPE_CHECKING, Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Access, ClearingPolicy, Status
+
+from bt_controller.topics import TOPICS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from bt_controller.topics import Topics
+    from hmrsim.interfaces.message import Message
+
+
+class Handler(Behaviour):
+    """Knows the latest message of a topic; subclasses make a behaviour of it.
+
+    Args:
+        name: The behaviour's name.
+        topic_name: The topic.
+        robot: Whose; None for the robot that the tree is run for.
+        clearing_policy: Which messages are too old.
+
+    Raises:
+        ValueError: There is no such topic.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        topic_name: str,
+        *,
+        robot: str | None = None,
+        clearing_policy: ClearingPolicy = ClearingPolicy.NEVER,
+    ) -> None:
+        super().__init__(name)
+        if topic_name not in TOPICS:
+            raise ValueError(f"{name!r}: no topic {topic_name!r}; there are {', '.join(TOPICS)}")
+        self.topic_name = topic_name
+        self.clearing_policy = clearing_policy
+        self._robot = robot
+        self._topics: Topics | None = None
+        self._cleared: Message | None = None
+
+    def setup(self, **kwargs: Any) -> None:
+        """Be ready for the topic.
+
+        Args:
+            **kwargs: *topics*, *robot* and *wake*.
+
+        Raises:
+            NotServed: There is no such robot, or it publishes no such thing.
+            NobodyThere: No simulator answers.
+        """
+        self._topics = kwargs["topics"]
+        self._robot = self._robot or kwargs["robot"]
+        self._topics.watch(self._robot, self.topic_name, kwargs.get("wake"))
+
+    def initialise(self) -> None:
+        """Begin to wait for something newer, if the leaf wants that."""
+        if self.clearing_policy == ClearingPolicy.ON_INITIALISE:
+            self._cleared = self._latest()
+
+    def message(self) -> Any:
+        """Return the latest message; None while that is too old."""
+        latest = self._latest()
+        return None if latest is self._cleared else latest
+
+    def succeeded(self) -> Status:
+        """Return SUCCESS, from which on newer messages count if the leaf wants that."""
+        if self.clearing_policy == ClearingPolicy.ON_SUCCESS:
+            self._cleared = self._latest()
+        return Status.SUCCESS
+
+    def _latest(self) -> Any:
+        if self._topics is None:
+            raise RuntimeError(f"{self.name!r} was ticked before it was set up")
+        return self._topics.latest(self._robot or "", self.topic_name)
+
+
+class CheckData(Handler):
+    """Compares a field of the latest message with a value: SUCCESS when that holds.
+
+    Args:
+        name: The behaviour's name.
+        topic_name: The topic.
+        variable_name: The field, such as ``twist.twist.linear.x``.
+        expected_value: What to compare it with.
+        comparison_operator: A function of both, such as `operator.lt`.
+        fail_if_no_data: Whether to fail instead of waiting while there is no message that is new enough.
+        fail_if_bad_comparison: Whether to fail instead of waiting while the comparison does not hold.
+        clearing_policy: Which messages are too old.
+
+    Raises:
+        ValueError: There is no such topic, or no such field.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        topic_name: str,
+        variable_name: str,
+        expected_value: object,
+        comparison_operator: Callable[[Any, Any], bool] = operator.eq,
+        *,
+        fail_if_no_data: bool = False,
+        fail_if_bad_comparison: bool = False,
+        clearing_policy: ClearingPolicy = ClearingPolicy.NEVER,
+    ) -> None:
+        super().__init__(name, topic_name, clearing_policy=clearing_policy)
+        self._field = _field(name, topic_name, variable_name)
+        self._variable = variable_name
+        self._expected = expected_value
+        self._compare = comparison_operator
+        self._without_data = Status.FAILURE if fail_if_no_data else Status.RUNNING
+        self._otherwise = Status.FAILURE if fail_if_bad_comparison else Status.RUNNING
+
+    def update(self) -> Status:
+        """Return whether the comparison holds."""
+        message = self.message()
+        if message is None:
+            self.feedback_message = "no message so far"
+            return self._without_data
+        value = self._field(message)
+        holds = self._compare(value, self._expected)
+        verdict = "succeeded" if holds else "failed"
+        self.feedback_message = f"{self._variable!r} comparison {verdict} [v: {value}][e: {self._expected}]"
+        return self.succeeded() if holds else self._otherwise
+
+
+class WaitForData(Handler):
+    """Waits for a message, whatever it says: the next one, by default.
+
+    Args:
+        name: The behaviour's name.
+        topic_name: The topic.
+        clearing_policy: Which messages are too old.
+
+    Raises:
+        ValueError: There is no such topic.
+    """
+
+    def __init__(
+        self, name: str, topic_name: str, *, clearing_policy: ClearingPolicy = ClearingPolicy.ON_INITIALISE
+    ) -> None:
+        super().__init__(name, topic_name, clearing_policy=clearing_policy)
+
+    def update(self) -> Status:
+        """Return whether there is one."""
+        if self.message() is None:
+            self.feedback_message = "no message so far"
+            return Status.RUNNING
+        self.feedback_message = "got a message"
+        return self.succeeded()
+
+
+class ToBlackboard(Handler):
+    """Writes the latest message, or fields of it, on the blackboard.
+
+    Args:
+        name: The behaviour's name.
+        topic_name: The topic.
+        blackboard_variables: The key for the message; or by key the field of it, None for all of it.
+        initialise_variables: What to write before the first tick, by key.
+        clearing_policy: Which messages are too old.
+
+    Raises:
+        ValueError: There is no such topic, or no such field.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        topic_name: str,
+        blackboard_variables: str | Mapping[str, str | None],
+        *,
+        initialise_variables: Mapping[str, object] | None = None,
+        clearing_policy: ClearingPolicy = ClearingPolicy.NEVER,
+    ) -> None:
+        super().__init__(name, topic_name, clearing_policy=clearing_policy)
+        fields = {blackboard_variables: None} if isinstance(blackboard_variables, str) else blackboard_variables
+        self._fields = {key: _field(name, topic_name, field) for key, field in fields.items()}
+        self.blackboard = self.attach_blackboard_client()
+        initial = initialise_variables or {}
+        for key in dict.fromkeys((*fields, *initial)):
+            self.blackboard.register_key(key, Access.WRITE)
+        for key, value in initial.items():
+            self.blackboard.set(key, value)
+
+    def update(self) -> Status:
+        """Write what there is; wait for the first."""
+        message = self.message()
+        if message is None:
+            self.feedback_message = "no message so far"
+            return Status.RUNNING
+        for key, field in self._fields.items():
+            self.blackboard.set(key, field(message))
+        self.feedback_message = f"wrote {', '.join(self._fields)}"
+        return self.succeeded()
+
+
+class EventToBlackboard(Handler):
+    """Writes on the blackboard whether a message has come since the leaf was ticked last; succeeds always.
+
+    Args:
+        name: The behaviour's name.
+        topic_name: The topic.
+        variable_name: The key for it.
+
+    Raises:
+        ValueError: There is no such topic.
+    """
+
+    def __init__(self, name: str, topic_name: str, variable_name: str) -> None:
+        super().__init__(name, topic_name, clearing_policy=ClearingPolicy.ON_SUCCESS)
+        self._variable = variable_name
+        self.blackboard = self.attach_blackboard_client()
+        self.blackboard.register_key(variable_name, Access.WRITE)
+        self.blackboard.set(variable_name, value=False)
+
+    def update(self) -> Status:
+        """Write whether one has come."""
+        came = self.message() is not None
+        self.blackboard.set(self._variable, came)
+        self.feedback_message = "got a message" if came else "nothing new"
+        return self.succeeded()
+
+
+def _field(name: str, topic: str, field: str | None) -> Callable[[Any], Any]:
+    """Return what reads a field of a message of a topic; of None, the message itself."""
+    if field is None:
+        return lambda message: message
+    read = operator.attrgetter(field)
+    try:
+        read(TOPICS[topic]())
+    except AttributeError:
+        raise ValueError(f"{name!r}: {TOPICS[topic].ros_type} has no field {field!r}") from None
+    return read

@@ -1,0 +1,69 @@
+"""Topics, places and a robot for leaves that are tested without a simulator."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from bt_controller.directory import Directory
+from bt_controller.ports import pose_stamped
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim.interfaces.geometry_msgs import PoseStamped
+    from hmrsim.interfaces.message import Message
+
+
+class FakeTopics:
+    """What a robot publishes, as the test says.
+
+    Attributes:
+        messages: The latest of each topic.
+        asks: Whether messages are asked for.
+        watched: Whose topics somebody looks at.
+    """
+
+    def __init__(self) -> None:
+        self.messages: dict[str, Message] = {}
+        self.asks = True
+        self.watched: list[tuple[str, str]] = []
+
+    def watch(self, robot: str, topic: str, _wake: Callable[[], None] | None = None) -> None:
+        """Note who is looked at."""
+        self.watched.append((robot, topic))
+
+    def latest(self, _robot: str, topic: str) -> Message:
+        """Return what the test has put there."""
+        return self.messages[topic]
+
+
+class FakePlaces:
+    """A world with one place."""
+
+    def pose(self, name: str) -> PoseStamped:
+        """Return where the kitchen is."""
+        if name != "kitchen":
+            raise ValueError(f"no place {name!r}; there are kitchen")
+        return pose_stamped(3.0, 4.0)
+
+
+@pytest.fixture
+def topics() -> FakeTopics:
+    """Return topics without a message."""
+    return FakeTopics()
+
+
+@pytest.fixture
+def equip(client: Any, topics: FakeTopics) -> Callable[[Any], Any]:
+    """Return the function that sets a tree up for wall_e."""
+    actions = ["navigate_to_pose", "pickup", "place", "wait", "dock_robot", "undock_robot"]
+    directory = Directory.from_info({"robots": [{"name": "wall_e", "actions": actions}]})
+
+    def run(root: Any) -> Any:
+        for node in root.iterate():
+            node.setup(client=client, robot="wall_e", topics=topics, places=FakePlaces(), directory=directory)
+        return root
+
+    return run

@@ -1,0 +1,354 @@
+"""A mission that is interrupted to charge goes on where it was, whenever that was."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from py_trees.behaviours import Failure
+from py_trees.blackboard import Blackboard
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel, Selector, Sequence
+from py_trees.decorators import Repeat, Timeout
+from py_trees.timers import Timer
+
+from bt_controller.action_leaf import ActionLeaf
+from bt_controller.behaviours.battery_guard import BatteryGuard
+from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
+from bt_controller.behaviours.wait import Wait
+from bt_controller.directory import Directory
+from bt_controller.node import PortError
+from bt_controller.running.due import due
+from bt_controller.tree_time import simulated_time
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import Wait as WaitAction
+from hmrsim.interfaces.nav_msgs import Odometry
+from hmrsim.interfaces.sensor_msgs import BatteryState
+
+CHARGE = 99
+BACK = 100
+DIRECTORY = Directory.from_info(
+    {"robots": [{"name": name, "actions": ["wait", "navigate_to_pose"]} for name in ("wall_e", "eve")]}
+)
+
+
+class Battery:
+    """Stands where topics are."""
+
+    asks = True
+
+    def __init__(self):
+        self.percentage = 1.0
+        self.status = BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
+
+    def watch(self, robot, topic, wake=None):
+        """Take no note of it."""
+
+    def ask(self, _robot, _topic):
+        """Return where the robot is."""
+        return Odometry()
+
+    def latest(self, _robot, _topic):
+        """Return how full it is."""
+        return BatteryState(percentage=self.percentage, power_supply_status=self.status)
+
+
+class Robots:
+    """Does what the goals say, a step of each at a time; checks that no robot has two of them.
+
+    Attributes:
+        done: The seconds of the waits that were done, in order.
+    """
+
+    def __init__(self, client, *, steps=2, late=0, meanwhile=False):
+        self._client = client
+        self._steps = steps
+        self._late = late
+        self._meanwhile = meanwhile
+        self._ages = {}
+        self.done = []
+
+    def step(self):
+        """Let each goal go on."""
+        open_goals = [goal for goal in self._client.goals if not goal.done]
+        robots = [goal.robot for goal in open_goals]
+        assert sorted(set(robots)) == sorted(robots)
+        for goal in open_goals:
+            if goal.accepted is None:
+                goal.accept()
+            if goal.canceled:
+                self._ages[goal, "canceled"] = late = self._ages.get((goal, "canceled"), -1) + 1
+                if late >= self._late:
+                    self._end_canceled(goal)
+                continue
+            self._ages[goal] = self._ages.get(goal, 0) + 1
+            if self._ages[goal] >= self._steps:
+                self._succeed(goal)
+
+    def _end_canceled(self, goal):
+        if self._meanwhile:
+            self._succeed(goal)
+        else:
+            goal.end_canceled()
+
+    def _succeed(self, goal):
+        goal.succeed()
+        self.done.append(BACK if goal.action.name == "navigate_to_pose" else goal.goal.time.sec)
+
+
+def leaf(seconds, robot=None):
+    """Return a leaf that waits."""
+    goal = WaitAction.Goal(time=Duration(sec=seconds))
+    if robot is None:
+        return Wait(seconds)
+    return ActionLeaf(f"Wait {seconds}", "wait", goal, robot=robot)
+
+
+def errand():
+    """Return a mission of all kinds of composites; its six goals each have a number."""
+    both = ParallelPolicy.SuccessOnAll(synchronise=True)
+    choice = Selector("Choice", memory=True, children=[Failure("No"), leaf(2)])
+    pair = Parallel("Pair", policy=both, children=[leaf(3), leaf(4, "eve")])
+    limited = Timeout("Limited", Sequence("Inner", memory=True, children=[leaf(5), leaf(6)]), duration=1000.0)
+    return Sequence("Errand", memory=True, children=[leaf(1), choice, pair, limited])
+
+
+def guarded(client, mission, battery, charge=None):
+    """Return a guard that is set up."""
+    guard = BatteryGuard("Guard", mission, charge or leaf(CHARGE))
+    for node in guard.iterate():
+        node.setup(client=client, robot="wall_e", topics=battery, directory=DIRECTORY)
+    return guard
+
+
+def play(client, lows, mission=None, **robots):
+    """Run a guarded mission to its end, with a battery that is low from the given ticks until it is charged."""
+    client.goals.clear()
+    Blackboard.clear()
+    battery, world = Battery(), Robots(client, **robots)
+    guard = guarded(client, mission or errand(), battery)
+    for tick in range(500):
+        if tick in lows:
+            battery.percentage = 0.1
+        with simulated_time(float(tick)):
+            guard.tick_once()
+        if guard.status is not Status.RUNNING:
+            return guard, world, tick
+        world.step()
+        if world.done[-1:] == [CHARGE]:
+            battery.percentage = 1.0
+    raise AssertionError("the mission does not end")
+
+
+def test_a_mission_without_interruption_needs_no_charging(client):
+    """The guard is not noticed while the battery is full."""
+    guard, world, ticks = play(client, ())
+
+    assert (Status.SUCCESS, [1, 2, 3, 4, 5, 6], 10) == (guard.status, world.done, ticks)
+
+
+@pytest.mark.parametrize(("late", "meanwhile"), [*product((0, 1, 3), (False, True))])
+def test_a_mission_interrupted_at_any_tick_does_each_step_once(client, late, meanwhile):
+    """Whether cancels are answered at once or late, or the goal succeeds meanwhile."""
+    for tick in range(10):
+        guard, world, _ = play(client, {tick}, late=late, meanwhile=meanwhile)
+
+        assert guard.status is Status.SUCCESS
+        assert sorted(world.done) == [1, 2, 3, 4, 5, 6, CHARGE, BACK]
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    lows=st.frozensets(st.integers(0, 60), max_size=6),
+    steps=st.integers(1, 4),
+    late=st.integers(0, 4),
+    meanwhile=st.booleans(),
+)
+def test_a_mission_interrupted_again_and_again_does_each_step_once(client, lows, steps, late, meanwhile):
+    """However often, and whatever becomes of the canceled goals."""
+    guard, world, _ = play(client, lows, steps=steps, late=late, meanwhile=meanwhile)
+
+    assert guard.status is Status.SUCCESS
+    assert sorted(seconds for seconds in world.done if seconds < CHARGE) == [1, 2, 3, 4, 5, 6]
+
+
+def test_goals_end_before_the_battery_is_charged(client):
+    """A robot that is still leaving one goal is not given another."""
+    battery = Battery()
+    guard = guarded(client, leaf(1), battery)
+    guard.tick_once()
+    battery.percentage = 0.1
+    guard.tick_once()
+    guard.tick_once()
+    before = len(client.goals)
+    client.goals[0].end_canceled()
+    guard.tick_once()
+
+    assert (1, 2) == (before, len(client.goals))
+    assert client.goals[1].goal.time.sec == CHARGE
+
+
+def test_a_charger_that_still_charges_is_waited_for(client):
+    """As a dock succeeds as soon as it charges."""
+    battery = Battery()
+    battery.percentage = 0.1
+    guard = guarded(client, leaf(1), battery)
+    guard.tick_once()
+    client.goals[0].succeed()
+    battery.status = BatteryState.POWER_SUPPLY_STATUS_CHARGING
+    for battery.percentage in (0.1, 0.5, 0.89):
+        guard.tick_once()
+    before = len(client.goals)
+    battery.percentage = 0.9
+    guard.tick_once()
+
+    assert (1, 2) == (before, len(client.goals))
+
+
+def test_a_charger_that_does_not_charge_fails_the_guard(client):
+    """After some seconds, in which it might have been late to say so."""
+    battery = Battery()
+    battery.percentage = 0.1
+    guard = guarded(client, leaf(1), battery)
+    for now in (0.0, 1.0, 3.0):
+        with simulated_time(now):
+            guard.tick_once()
+        client.goals[0].succeed()
+    before = guard.status
+    with simulated_time(4.0):
+        guard.tick_once()
+
+    assert (Status.RUNNING, Status.FAILURE) == (before, guard.status)
+    assert guard.feedback_message == "charged to 10% only"
+
+
+def test_charging_that_fails_fails_the_guard_and_leaves_nothing_running(client):
+    """The mission is not gone on with on an empty battery."""
+    battery = Battery()
+    guard = guarded(client, leaf(1), battery)
+    guard.tick_once()
+    battery.percentage = 0.1
+    guard.tick_once()
+    client.goals[0].end_canceled()
+    guard.tick_once()
+    client.goals[1].abort(903, "no way there")
+    guard.tick_once()
+
+    assert (Status.FAILURE, Status.INVALID) == (guard.status, guard.children[0].status)
+    assert guard.feedback_message == "the battery is at 10%, and charging it failed"
+    assert [] == [goal for goal in client.goals if not goal.done]
+
+
+def test_an_interrupt_while_charging_cancels_that(client):
+    """And the mission is at its beginning again."""
+    battery = Battery()
+    battery.percentage = 0.1
+    guard = guarded(client, leaf(1), battery)
+    guard.tick_once()
+    guard.stop(Status.INVALID)
+
+    assert [True] == [goal.canceled for goal in client.goals]
+
+
+def test_a_goal_that_was_aborted_meanwhile_fails_the_mission(client):
+    """It is not sent again: that was no cancel."""
+    battery = Battery()
+    guard = guarded(client, leaf(1), battery)
+    guard.tick_once()
+    battery.percentage = 0.1
+    guard.tick_once()
+    client.goals[0].abort(740, "lost")
+    guard.tick_once()
+    client.goals[1].succeed()
+    battery.percentage = 1.0
+    guard.tick_once()
+    client.goals[2].succeed()
+    guard.tick_once()
+
+    assert (Status.FAILURE, 3) == (guard.status, len(client.goals))
+
+
+def test_time_stands_still_for_the_mission(client):
+    """A timer of ten seconds that was interrupted for a hundred ends a hundred seconds later, and is ticked then."""
+    battery = Battery()
+    guard = guarded(client, Timer("Timer", 10.0), battery)
+    for now, battery.percentage in ((0.0, 1.0), (4.0, 0.1), (5.0, 0.1), (100.0, 1.0), (104.0, 1.0)):
+        with simulated_time(now):
+            guard.tick_once()
+        for goal in client.goals:
+            goal.succeed()
+    battery.asks = False
+    when = due(guard, 104.0, 1.0)
+    statuses = []
+    for now in (109.0, 110.0):
+        with simulated_time(now):
+            guard.tick_once()
+        statuses.append(guard.status)
+
+    assert 110.0 == when
+    assert [Status.RUNNING, Status.SUCCESS] == statuses
+
+
+def test_counts_of_decorators_are_kept(client):
+    """Three times are three times, charged in between."""
+    guard, world, _ = play(client, {3}, Repeat("Thrice", leaf(1), num_success=3))
+
+    assert (Status.SUCCESS, [1, CHARGE, BACK, 1, 1]) == (guard.status, world.done)
+
+
+@pytest.mark.parametrize(("below", "until"), [(0.5, 0.4), (-0.1, 0.9), (0.2, 1.1)])
+def test_shares_that_make_no_sense_are_an_error(client, below, until):
+    """Before the first tick."""
+    guard = BatteryGuard("Guard", leaf(1), leaf(CHARGE), below=below, until=until)
+    with pytest.raises(PortError, match=r"Guard: port 'below': .* are not as 0 <= below < until <= 1"):
+        guard.setup(client=client, robot="wall_e", topics=Battery())
+
+
+def test_a_robot_that_can_not_get_back_fails_the_guard(client):
+    """It would go on in the wrong place."""
+    battery = Battery()
+    battery.percentage = 0.1
+    guard = guarded(client, leaf(1), battery)
+    guard.tick_once()
+    client.goals[0].succeed()
+    battery.percentage = 1.0
+    guard.tick_once()
+    client.goals[1].abort(208, "no way there")
+    guard.tick_once()
+
+    assert (Status.FAILURE, 2) == (guard.status, len(client.goals))
+    assert guard.feedback_message == "charged, but can't get back: aborted: no way there"
+
+
+def test_a_battery_that_is_low_on_the_way_back_is_charged_again(client):
+    """Then the robot drives back to where the mission was interrupted, not to where it got."""
+    battery = Battery()
+    guard = guarded(client, leaf(1), battery)
+    for percentage, end in (
+        (0.1, "succeed"),
+        (1.0, "accept"),
+        (0.1, "end_canceled"),
+        (0.1, "succeed"),
+        (1.0, "accept"),
+    ):
+        battery.percentage = percentage
+        guard.tick_once()
+        getattr(client.goals[-1], end)()
+
+    assert ["wait", "navigate_to_pose", "wait", "navigate_to_pose"] == [goal.action.name for goal in client.goals]
+    assert client.goals[1].goal == client.goals[3].goal
+
+
+def test_a_drive_that_was_interrupted_is_gone_on_with_from_the_charger(client):
+    """There is no use in going back first."""
+    battery = Battery()
+    guard = guarded(client, NavToPoseActionClient("Go", pose_goal(5.0, 5.0)), battery)
+    for percentage, end in ((1.0, "accept"), (0.1, "end_canceled"), (0.1, "succeed"), (1.0, "accept")):
+        battery.percentage = percentage
+        guard.tick_once()
+        getattr(client.goals[-1], end)()
+
+    assert ["navigate_to_pose", "wait", "navigate_to_pose"] == [goal.action.name for goal in client.goals]
+    assert client.goals[2].goal == pose_goal(5.0, 5.0)

@@ -1,0 +1,148 @@
+"""A guarded mission in a real simulation's time, interrupted at many of its instants."""
+
+from __future__ import annotations
+
+import pytest
+from py_trees.composites import Sequence
+
+from bt_controller.action_leaf import ActionLeaf
+from bt_controller.behaviours.battery import WaitUntilCharged
+from bt_controller.behaviours.battery_guard import BatteryGuard
+from bt_controller.behaviours.docks import Dock, Undock
+from bt_controller.behaviours.items import Pickup, Place
+from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.wait import Wait
+from bt_controller.running.clocks import clock_for
+from bt_controller.running.mailbox import Mailbox
+from bt_controller.running.mission import Mission
+from bt_controller.running.runner import Runner
+from bt_controller.trees import Plan, load
+from hmrsim.goal import GoalStatus
+from hmrsim_zenoh.client import Client
+from tests.hosted import hosted
+
+STEPS = ["Go to shelf", "Pick up parcel", "Go to bed", "Wait 4 s", "Place parcel"]
+"""The leaves of the mission, in their order."""
+
+
+def world(charge):
+    """Return a world in which a robot's battery is low after *charge* seconds or so."""
+    return {
+        "name": "ward",
+        "waypoints": {"home": [0, 0], "shelf": [6, 0], "bed": [12, 0], "yard": [6, 4]},
+        "lanes": [["home", "shelf"], ["shelf", "bed"], ["shelf", "yard"]],
+        "items": {"parcel": {"at": [6, 0.3], "weight": 0.1}},
+        "docks": {"charger": {"at": [6, 6], "staging": [6, 4], "type": "charger", "power": 50}},
+        "robot_types": {
+            "nurse": {
+                "components": {
+                    "claw": {"reach": 0.9, "max_weight": 1.0, "handling_time": 2},
+                    "battery": {"capacity": 500, "initial_charge": 100 + charge, "drain": {"still": 1, "moving": 1}},
+                }
+            }
+        },
+        "robots": {"wall_e": {"type": "nurse", "at": "home"}},
+    }
+
+
+def errand():
+    """Return the steps of the mission."""
+    steps = [GoTo("shelf"), Pickup("parcel"), GoTo("bed"), Wait(4), Place("parcel")]
+    return Sequence("Errand", memory=True, children=steps)
+
+
+def charge():
+    """Return what charges, waits for it, and leaves."""
+    return Sequence("Charge", memory=True, children=[Dock("charger"), WaitUntilCharged(0.9), Undock()])
+
+
+CHARGES = {"a dock": lambda: Dock("charger"), "dock, wait, undock": charge}
+CHARGING = {"a dock": ["Dock at charger"], "dock, wait, undock": ["Dock at charger", "Undock"]}
+
+
+@pytest.fixture
+def sent(monkeypatch):
+    """Return the list of all goals that are sent: by which leaf, and the ticket; no two are under way at once."""
+    goals = []
+    send = ActionLeaf._send
+
+    def noted(self, goal):
+        assert all(ticket.done for _, ticket in goals)
+        send(self, goal)
+        goals.append((self.name, self._handle))
+
+    monkeypatch.setattr(ActionLeaf, "_send", noted)
+    return goals
+
+
+def run(plan, seconds, **time):
+    """Run a tree in the ward; return whether it succeeded."""
+    with hosted(world(seconds), **time) as options, Client(options, name="trees") as client:
+        mission, mailbox = Mission("wall_e", plan), Mailbox()
+        clock = clock_for(client, mailbox, feedback=False, grace=1.0)
+        return Runner(client, [mission], clock, mailbox, show=None).run().succeeded
+
+
+def guarded(how):
+    """Return the plan of the guarded errand."""
+    return Plan("test", lambda: BatteryGuard("G", errand(), CHARGES[how]()), takes_robot=False, confirmed=False)
+
+
+def check(sent, charging):
+    """Each step SUCCEEDED once, in its order; at most one goal was canceled; and the robot came back if it had to."""
+    done = [name for name, ticket in sent if ticket.status is GoalStatus.SUCCEEDED]
+    others = [(name, ticket.status) for name, ticket in sent if ticket.status is not GoalStatus.SUCCEEDED]
+    drives = [name.startswith("Go to") for name, _ in others]
+
+    assert STEPS == [name for name in done if name in STEPS]
+    assert charging == [name for name in done if name not in (*STEPS, "Go back")]
+    assert [] == others or [GoalStatus.CANCELED] == [status for _, status in others]
+    assert ([True] != drives) == ("Go back" in done)
+
+
+@pytest.mark.parametrize("how", CHARGES)
+@pytest.mark.parametrize("seconds", [-5, 0.5, 1.5, 4.5, 5.5, 6.5, 7.5, 12.5, 14.5, 16.5, 18.5, 19.5])
+def test_a_mission_that_is_interrupted_charges_resumes_and_finishes(sent, how, seconds):
+    """In lockstep, at many of its instants."""
+    succeeded = run(guarded(how), seconds, clock="lockstep")
+
+    assert succeeded
+    check(sent, CHARGING[how])
+
+
+@pytest.mark.parametrize("seconds", [2, 6.5, 14.5])
+def test_so_it_does_where_time_goes_by_itself(sent, seconds):
+    """Messages of the battery wake the guard."""
+    succeeded = run(guarded("a dock"), seconds, real_time_factor=20.0)
+
+    assert succeeded
+    check(sent, CHARGING["a dock"])
+
+
+FILE = """
+<root BTCPP_format="4" main_tree_to_execute="Main">
+  <BehaviorTree ID="Main">
+    <BatteryGuard below="0.2" until="0.9">
+      <Sequence>
+        <NavigateToPose name="Go to shelf" goal="shelf"/>
+        <Pickup name="Pick up parcel" target_name="parcel"/>
+        <NavigateToPose name="Go to bed" goal="bed"/>
+        <Wait name="Wait 4 s" wait_duration="4"/>
+        <Place name="Place parcel" attached_object_name="parcel"/>
+      </Sequence>
+      <DockRobot name="Dock at charger" dock_id="charger"/>
+    </BatteryGuard>
+  </BehaviorTree>
+</root>
+"""
+
+
+@pytest.mark.parametrize("seconds", [4.5, 6.5, 12.5, 16.5])
+def test_so_it_does_in_a_tree_of_a_file(sent, tmp_path, seconds):
+    """Whose actions would take a cancel for success."""
+    path = tmp_path / "guard.xml"
+    path.write_text(FILE)
+    succeeded = run(load(str(path)), seconds, clock="lockstep")
+
+    assert succeeded
+    check(sent, CHARGING["a dock"])
