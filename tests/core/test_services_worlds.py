@@ -177,14 +177,14 @@ class TestAvailable:
         worlds = run.ask("get_available_worlds").worlds
 
         names = [world.world_resource.uri for world in worlds]
-        assert ["hospital", "scenario1", "scenario2", "warehouse"] == names[:4]
-        assert "zoo/lift" in names[4:]
+        assert ["hospital", "hospital_fleet", "scenario1", "scenario2", "warehouse"] == names[:5]
+        assert "zoo/lift" in names[5:]
 
     @pytest.mark.parametrize(
         ("request_", "code", "number"),
         [
             ({"additional_sources": ["https://example.org"]}, 2, 0),
-            ({"additional_sources": ["https://example.org"], "continue_on_error": True}, 1, 11),
+            ({"additional_sources": ["https://example.org"], "continue_on_error": True}, 1, 12),
             ({"filter": {"tags": ["indoor"]}}, 0, 0),
         ],
     )

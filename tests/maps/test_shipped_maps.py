@@ -20,7 +20,7 @@ from tests.simulation import Log
 NAVIGATE = registry()["navigate_to_pose"]
 
 
-@pytest.fixture(params=["hospital", "scenario1", "scenario2", "warehouse"], scope="module")
+@pytest.fixture(params=["hospital", "hospital_fleet", "scenario1", "scenario2", "warehouse"], scope="module")
 def name(request):
     """Return the bare name of a shipped world."""
     return request.param
@@ -47,7 +47,14 @@ def test_what_is_shipped():
     """The folder has these worlds and a zoo, and nothing else that would be taken for one."""
     zoo = ["charger_queue", "corridor_swap", "crossing", "dead_end", "door", "lift", "token_swap"]
 
-    assert ["hospital", "scenario1", "scenario2", "warehouse", *(f"zoo/{name}" for name in zoo)] == list(shipped_maps())
+    assert [
+        "hospital",
+        "hospital_fleet",
+        "scenario1",
+        "scenario2",
+        "warehouse",
+        *(f"zoo/{name}" for name in zoo),
+    ] == list(shipped_maps())
 
 
 def test_nothing_is_odd(loaded):

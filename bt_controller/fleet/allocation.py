@@ -1,0 +1,98 @@
+"""Who gets which task. A policy is a function of what there is at an instant; `nearest` is one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from bt_controller.fleet.tasks import Task
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """A task that nobody has.
+
+    Attributes:
+        task: The task.
+        at: Where its item is, in the world's unit of length.
+        since: When it turned up, in simulated seconds.
+        failed: The robots that have failed at it: others come first.
+    """
+
+    task: Task
+    at: tuple[float, float]
+    since: float = 0.0
+    failed: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Robot:
+    """What counts of a robot.
+
+    Attributes:
+        name: Its name.
+        type: Its type.
+        actions: The names of its actions.
+        at: Where it is, in the world's unit of length.
+        charge: How full its battery is, 0 to 1; 1 where it has none.
+        idle: Whether it works, and has nothing to do.
+    """
+
+    name: str
+    type: str
+    actions: tuple[str, ...]
+    at: tuple[float, float]
+    charge: float = 1.0
+    idle: bool = True
+
+    def suits(self, task: Task) -> bool:
+        """Return whether it can do a task, now or later."""
+        return task.suits(self.type, self.actions)
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """A task and the robot that gets it.
+
+    Attributes:
+        task: The task.
+        robot: The robot's name.
+        distance: How far away the robot is, as the crow flies.
+    """
+
+    task: Task
+    robot: str
+    distance: float
+
+
+class Policy(Protocol):
+    """Says who gets what."""
+
+    def __call__(self, waiting: Sequence[Waiting], robots: Sequence[Robot], *, least: float) -> list[Assignment]:
+        """Return which robots get which tasks; no task and no robot twice.
+
+        Args:
+            waiting: The tasks, the longest waiting first.
+            robots: All robots, also those that are busy.
+            least: The charge below which a robot gets nothing.
+        """
+
+
+def nearest(waiting: Sequence[Waiting], robots: Sequence[Robot], *, least: float) -> list[Assignment]:
+    """Give each task, the longest waiting first, to the nearest robot that is free.
+
+    One that has failed at it gets it again only if no other is free; of two that are as near the first by name does.
+    """
+    free = [robot for robot in robots if robot.idle and robot.charge >= least]
+    found = []
+    for each in waiting:
+        suitable = [robot for robot in free if robot.suits(each.task)]
+        if suitable:
+            best = min(suitable, key=lambda it: (it.name in each.failed, math.dist(it.at, each.at), it.name))
+            free.remove(best)
+            found.append(Assignment(each.task, best.name, math.dist(best.at, each.at)))
+    return found

@@ -1,0 +1,177 @@
+"""What the robots of a fleet do: one task after the other, as the desk gives them."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final
+
+from py_trees.common import Status
+from py_trees.composites import Sequence
+from py_trees.timers import Timer
+
+from bt_controller.action_leaf import ActionLeaf
+from bt_controller.directory import NotServed
+from bt_controller.node import Control, Leaf
+from bt_controller.tree_time import now
+from hmrsim.interfaces.moveit_msgs import Pickup, Place
+from hmrsim.interfaces.nav2_msgs import DockRobot, NavigateToPose, Wait
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    from py_trees.behaviour import Behaviour
+
+    from bt_controller.fleet.desk import Desk
+    from bt_controller.fleet.office import Office
+    from bt_controller.fleet.tasks import Task
+    from hmrsim.interfaces.message import Message
+
+_LOOK_AGAIN: Final = 30.0
+"""Simulated seconds after which a robot that has failed, or charges, is looked at again."""
+
+
+class Worker(Control):
+    """A robot of a fleet: fetches and brings what it is given, charges, and goes home when there is nothing to do.
+
+    It runs until the desk is closed. A robot that has failed gets nothing for a while, and until it accepts a goal.
+
+    Args:
+        robot: Its name.
+        office: Where it gets its tasks.
+    """
+
+    def __init__(self, robot: str, office: Office) -> None:
+        self._robot = robot
+        self._office = office
+        self._desk: Desk = office.desk
+        self._fetch = self._steps("fetch", self._go("source"), self._lift())
+        self._bring = self._steps("bring", self._go("target"), self._lay_down())
+        self._home = self._leaf("go home", "dock_robot", self._dock)
+        dock = self._leaf("go to the charger", "dock_robot", self._dock)
+        self._charge = self._steps("charge", dock, Charged(f"{robot}: wait until charged", robot, office))
+        pause = Timer(f"{robot}: wait for repair", _LOOK_AGAIN)
+        self._recover = self._steps("recover", pause, self._leaf("try whether it works", "wait", Wait.Goal))
+        super().__init__(robot, [self._fetch, self._bring, self._recover, self._charge, self._home])
+
+    def initialise(self) -> None:
+        """Begin at home, in good order."""
+        self._failed = self._out = False
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Do what is to be done, as far as it takes no time."""
+        while (turn := self._turn()) is not None:
+            for child in self.children:
+                if child is not turn:
+                    self.halt(child)
+            yield from turn.tick()
+            if turn.status is Status.RUNNING:
+                break
+            succeeded, last = turn.status is Status.SUCCESS, turn.tip()
+            why = last.feedback_message if last is not None else ""
+            self.reset(turn)
+            self._ended(turn, why, succeeded=succeeded)
+            if turn is self._bring:
+                # The office may have more to do.
+                break
+        self.feedback_message = self._state
+        return Status.SUCCESS if self._desk.closed else Status.RUNNING
+
+    @property
+    def _state(self) -> str:
+        given = self._desk.given.get(self._robot)
+        task = "" if given is None else f"{'brings' if given.holds else 'fetches'} {given.task.item}"
+        if self._failed:
+            return f"{task or 'idle'}, but does not get on"
+        return task or ("charges" if self._robot in self._office.low else "idle")
+
+    def _turn(self) -> Behaviour | None:
+        """Return what is to be done now."""
+        if self._desk.closed:
+            return None
+        if self._failed:
+            return self._recover
+        if given := self._desk.given.get(self._robot):
+            self._out = True
+            return self._bring if given.holds else self._fetch
+        if self._robot in self._office.low:
+            return self._charge
+        return self._home if self._out else None
+
+    def _ended(self, child: Behaviour, why: str, *, succeeded: bool) -> None:
+        """Draw the conclusions."""
+        if child is self._recover:
+            self._failed = not succeeded
+            self._office.set_working(self._robot, working=succeeded)
+        elif child is self._home:
+            # Whoever can't get home is as good where it is.
+            self._out = False
+        elif not succeeded:
+            self._failed = True
+            self._office.failed(self._robot, why)
+        elif child is self._charge:
+            self._out = False
+            self._office.charged(self._robot)
+        elif child is self._fetch:
+            self._desk.given[self._robot].holds = True
+        else:
+            self._office.finished(self._robot)
+
+    # --- what it consists of --------------------------------------------------------------------------------------
+
+    def _steps(self, name: str, *steps: Behaviour) -> Behaviour:
+        return Sequence(f"{self._robot}: {name}", memory=True, children=list(steps))
+
+    def _go(self, end: str) -> Behaviour:
+        def goal() -> NavigateToPose.Goal:
+            return NavigateToPose.Goal(pose=self._office.pose(getattr(self._task, end)))
+
+        return self._leaf(f"go to the {end}", "navigate_to_pose", goal)
+
+    def _lift(self) -> Behaviour:
+        return self._leaf("pick up", "pickup", lambda: Pickup.Goal(target_name=self._task.item))
+
+    def _lay_down(self) -> Behaviour:
+        return self._leaf("lay down", "place", lambda: Place.Goal(attached_object_name=self._task.item))
+
+    def _dock(self) -> DockRobot.Goal:
+        """Return the goal to go where the robot stood in the beginning."""
+        return DockRobot.Goal(use_dock_id=False, dock_pose=self._office.home(self._robot))
+
+    def _leaf(self, name: str, action: str, goal: Callable[[], Message]) -> Behaviour:
+        return _Step(f"{self._robot}: {name}", action, goal, robot=self._robot)
+
+    @property
+    def _task(self) -> Task:
+        return self._desk.given[self._robot].task
+
+
+class Charged(Leaf):
+    """Succeeds when a robot's battery is full enough."""
+
+    def __init__(self, name: str, robot: str, office: Office) -> None:
+        super().__init__(name)
+        self._robot = robot
+        self._office = office
+        self._next = 0.0
+
+    def update(self) -> Status:
+        """Look at the battery."""
+        charge = self._office.charge(self._robot)
+        self.feedback_message = f"{charge:.0%}"
+        if charge >= self._office.enough:
+            return Status.SUCCESS
+        self._next = now() + _LOOK_AGAIN
+        return Status.RUNNING
+
+    def next_look(self) -> float:
+        """Return when to look again."""
+        return self._next
+
+
+class _Step(ActionLeaf[Any, Any, Any]):
+    """A leaf of a robot that may lack the action: then it is never given a task that needs it."""
+
+    def setup(self, **kwargs: Any) -> None:
+        """Look the action up."""
+        with suppress(NotServed):
+            super().setup(**kwargs)

@@ -1,0 +1,66 @@
+"""The hospital's fleet: samples, medicine and meals turn up, and whoever is nearest brings them.
+
+::
+
+    hmrsim run hospital_fleet --clock lockstep
+    bt-controller run bt_controller.fleet.deliveries:deliver --robots all --set seed=3
+
+A robot that breaks down on its way to an item leaves it to another; with the item in its claw it brings that when it
+works again. The tree succeeds when everything was brought, and says otherwise what was not, and why.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel, Sequence
+
+from bt_controller.fleet.crew import Worker
+from bt_controller.fleet.office import Office
+from bt_controller.fleet.tasks import Task
+from bt_controller.node import Leaf
+
+if TYPE_CHECKING:
+    from py_trees.behaviour import Behaviour
+
+    from bt_controller.fleet.desk import Desk
+
+_QUICK: Final = ("nurse", "courier", "responder")
+_STRONG: Final = ("nurse", "porter")
+"""Who carries a tray; nurses do all."""
+
+TASKS: Final = (
+    Task("medicine", "pharmacy", "ward_a", _QUICK),
+    Task("medicine_2", "pharmacy", "ward_b", _QUICK),
+    Task("bandages", "pharmacy", "ward_b", ("nurse",)),
+    Task("blood_samples", "ward_a", "lab", _QUICK),
+    Task("urine_samples", "ward_b_window", "lab", _QUICK),
+    Task("meal", "kitchen", "ward_d", _STRONG),
+    Task("meal_2", "kitchen", "ward_b_window", _STRONG),
+    Task("soup", "kitchen", "ward_c", _STRONG),
+)
+"""As in ``maps/hospital_fleet.yaml``."""
+
+
+def deliver(robots: list[str]) -> Behaviour:
+    """Return the tree of the whole fleet."""
+    office = Office(robots, TASKS, seed=7, mean_gap=25.0)
+    policy = ParallelPolicy.SuccessOnAll(synchronise=True)
+    crew = Parallel("Crew", policy=policy, children=[office, *(Worker(robot, office) for robot in robots)])
+    return Sequence("Deliveries", memory=True, children=[crew, AllDone(office.desk)])
+
+
+class AllDone(Leaf):
+    """Succeeds if every task was done, and otherwise says which were not, and why."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__("All done")
+        self._desk = desk
+
+    def update(self) -> Status:
+        """Look at the books."""
+        done, lost = len(self._desk.done), self._desk.lost
+        given_up = "".join(f"; {item} is given up: {why}" for item, why in lost.items())
+        self.feedback_message = f"{done} of {done + len(lost)} tasks are done{given_up}"
+        return Status.FAILURE if lost else Status.SUCCESS

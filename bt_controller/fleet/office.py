@@ -1,0 +1,233 @@
+"""The office of a fleet: knows the robots, lets tasks turn up, and has the desk hand them out."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from py_trees.blackboard import Blackboard
+from py_trees.common import Status
+
+from bt_controller.fleet.allocation import Robot, Waiting
+from bt_controller.fleet.desk import Desk
+from bt_controller.fleet.tasks import arrivals
+from bt_controller.node import Leaf
+from bt_controller.tree_time import now, reached
+from bt_controller.trees import TreeError
+from hmrsim.interfaces.geometry_msgs import PoseStamped
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from bt_controller.directory import Directory
+    from bt_controller.fleet.allocation import Assignment
+    from bt_controller.fleet.desk import Given
+    from bt_controller.fleet.tasks import Arrival, Task
+    from bt_controller.places import NamedPlaces
+    from bt_controller.topics import Topics
+    from hmrsim.interfaces.nav_msgs import Odometry
+
+_SEED = "seed"
+"""The key of the blackboard that has the seed of the tasks."""
+_ODOMETRY, _BATTERY = "odom", "battery_state"
+
+
+class Office(Leaf):
+    """Lets tasks turn up, and gives each to a robot; succeeds when all of them are done or given up.
+
+    It is looked at when a task turns up, and when a robot is free: there is nothing to poll.
+
+    Args:
+        robots: The names of the robots.
+        tasks: What turns up.
+        seed: Of when that is, if the blackboard has no ``seed``.
+        mean_gap: Simulated seconds between two tasks, on average.
+        desk: Who gets what.
+        enough: The charge up to which robots charge.
+        patience: Simulated seconds after which a task is given up that waits, or is held by a robot that failed.
+    """
+
+    def __init__(
+        self,
+        robots: Sequence[str],
+        tasks: Sequence[Task],
+        *,
+        seed: int,
+        mean_gap: float,
+        desk: Desk | None = None,
+        enough: float = 0.8,
+        patience: float = 900.0,
+    ) -> None:
+        super().__init__("Office")
+        self.desk = desk or Desk()
+        self.enough = enough
+        self.low: set[str] = set()
+        self._robots = tuple(robots)
+        self._tasks = tuple(tasks)
+        self._seed = seed
+        self._mean_gap = mean_gap
+        self._patience = patience
+        self._broken: set[str] = set()
+        self._to_come: list[Arrival] = []
+        self._news: list[str] = []
+
+    def setup(self, **kwargs: Any) -> None:
+        """Get to know the robots that can do any of the tasks.
+
+        Args:
+            **kwargs: *directory*, *topics*, *places* and *wake*, as for every behaviour.
+
+        Raises:
+            TreeError: The seed is no number.
+            NotServed: A robot does not tell where it is.
+        """
+        super().setup(**kwargs)
+        self._seed = _seed(self._seed)
+        self._directory: Directory = kwargs["directory"]
+        self._topics: Topics = kwargs["topics"]
+        self._names: NamedPlaces = kwargs["places"]
+        self._wake: Callable[[], None] = kwargs["wake"]
+        types, actions = self._directory.types, self._directory.actions
+        self._able = [
+            robot for robot in self._robots if any(task.suits(types[robot], actions[robot]) for task in self._tasks)
+        ]
+        for robot in self._able:
+            self._topics.watch(robot, _ODOMETRY)
+            if self._has_battery(robot):
+                self._topics.watch(robot, _BATTERY)
+        self._homes = {robot: self._where(robot) for robot in self._able}
+
+    def initialise(self) -> None:
+        """Draw when which task turns up."""
+        self._began = now()
+        self._to_come = arrivals(self._tasks, seed=self._seed, mean_gap=self._mean_gap)
+
+    def update(self) -> Status:
+        """Take in what has turned up, and hand out what can be done."""
+        while self._to_come and reached(self._began + self._to_come[0].after):
+            task = self._to_come.pop(0).task
+            at = self.pose(task.source).pose.position
+            self.desk.waiting.append(Waiting(task, (at.x, at.y), since=now()))
+            self._news.append(f"{task.item} is to go from {task.source} to {task.target}")
+        self._give_up_held()
+        if self.desk.waiting:
+            self._hand_out()
+        self.desk.closed = not (self._to_come or self.desk.waiting or self.desk.given)
+        if self._news:
+            self.feedback_message, self._news = "; ".join(self._news), []
+        return Status.SUCCESS if self.desk.closed else Status.RUNNING
+
+    def next_look(self) -> float:
+        """Return when the next task turns up, or has waited for too long."""
+        arrival = self._began + self._to_come[0].after if self._to_come else math.inf
+        waiting = [*self.desk.waiting, *(given.waiting for given in self._held())]
+        return min([arrival, *(each.since + self._patience for each in waiting)])
+
+    # --- what the robots tell -------------------------------------------------------------------------------------
+
+    def finished(self, robot: str) -> None:
+        """Note that a robot has done its task."""
+        task = self.desk.finish(robot)
+        self._check_charge(robot, self.charge(robot))
+        self._tell(f"{robot} has brought {task.item} to {task.target}")
+
+    def failed(self, robot: str, why: str) -> None:
+        """Note that a robot can't do what it is to do, or not yet."""
+        self._broken.add(robot)
+        given = self.desk.given.get(robot)
+        what = "charge" if given is None else f"{'bring' if given.holds else 'fetch'} {given.task.item}"
+        if given is not None:
+            self.desk.fail(robot)
+        self._tell(f"{robot} can't {what}: {why}")
+
+    def gave_up(self, robot: str) -> None:
+        """Note that a robot will not do its task, and that nobody can in its place."""
+        item = self.desk.given[robot].task.item
+        self.desk.give_up(robot, f"{robot} holds it, and does not get on")
+        self._tell(f"{item} is given up: {self.desk.lost[item]}")
+
+    def charged(self, robot: str) -> None:
+        """Note that a robot's battery is full enough."""
+        self.low.discard(robot)
+        self._tell(f"{robot} is charged")
+
+    def set_working(self, robot: str, *, working: bool) -> None:
+        """Note whether a robot works."""
+        if working:
+            self._broken.discard(robot)
+            self._wake()
+        else:
+            self._broken.add(robot)
+
+    # --- what is known of places and robots -----------------------------------------------------------------------
+
+    def pose(self, place: str) -> PoseStamped:
+        """Return where a place is."""
+        return self._names.pose(place)
+
+    def home(self, robot: str) -> PoseStamped:
+        """Return where a robot was in the beginning."""
+        return self._homes[robot]
+
+    def charge(self, robot: str) -> float:
+        """Return how full a robot's battery is; 1 if it has none."""
+        return float(self._topics.latest(robot, _BATTERY).percentage) if self._has_battery(robot) else 1.0
+
+    def _hand_out(self) -> None:
+        robots = [self._robot(name) for name in self._able]
+        for item in self.desk.give_up_waiting(robots, before=now() - self._patience):
+            self._news.append(f"{item} is given up: {self.desk.lost[item]}")
+        for robot in robots:
+            if robot.idle:
+                self._check_charge(robot.name, robot.charge)
+        self._news += [_told(each) for each in self.desk.hand_out(robots)]
+
+    def _check_charge(self, robot: str, charge: float) -> None:
+        if charge < self.desk.least:
+            self.low.add(robot)
+            self._news.append(f"{robot} has to charge: {charge:.0%}")
+
+    def _held(self) -> list[Given]:
+        """Return what robots have that have failed."""
+        return [given for robot, given in self.desk.given.items() if robot in self._broken]
+
+    def _give_up_held(self) -> None:
+        for robot, given in list(self.desk.given.items()):
+            if robot in self._broken and reached(given.waiting.since + self._patience):
+                self.gave_up(robot)
+
+    def _robot(self, name: str) -> Robot:
+        at = self._where(name).pose.position
+        return Robot(
+            name,
+            self._directory.types[name],
+            self._directory.actions[name],
+            (at.x, at.y),
+            charge=self.charge(name),
+            idle=name not in self._broken and name not in self.low and name not in self.desk.given,
+        )
+
+    def _where(self, robot: str) -> PoseStamped:
+        odometry: Odometry = self._topics.latest(robot, _ODOMETRY)
+        return PoseStamped(header=odometry.header, pose=odometry.pose.pose)
+
+    def _has_battery(self, robot: str) -> bool:
+        return "battery" in self._directory.components[robot]
+
+    def _tell(self, news: str) -> None:
+        self._news.append(news)
+        self._wake()
+
+
+def _told(assignment: Assignment) -> str:
+    return f"{assignment.robot} gets {assignment.task.item}, {assignment.distance:.1f} away"
+
+
+def _seed(default: int) -> int:
+    """Return what the blackboard says, as ``--set seed=3`` does, or what goes without saying."""
+    if not Blackboard.exists(_SEED):
+        return default
+    try:
+        return int(Blackboard.get(_SEED))
+    except (TypeError, ValueError):
+        raise TreeError(f"{_SEED} {Blackboard.get(_SEED)!r} is no whole number") from None

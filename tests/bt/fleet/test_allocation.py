@@ -1,0 +1,105 @@
+"""Who gets which task: what holds of any tasks and robots, and what `nearest` means."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bt_controller.fleet.allocation import Assignment, Robot, Waiting, nearest
+from bt_controller.fleet.tasks import Task
+
+LEAST = 0.2
+CAN = ("navigate_to_pose", "pickup", "place")
+NAMES = ("ann", "bob", "cyd", "dan", "eve")
+AT = st.tuples(st.integers(-9, 9).map(float), st.integers(-9, 9).map(float))
+
+ROBOTS = st.lists(
+    st.builds(
+        Robot,
+        name=st.sampled_from(NAMES),
+        type=st.sampled_from(("nurse", "porter", "cleaner")),
+        actions=st.sampled_from((CAN, CAN[:1])),
+        at=AT,
+        charge=st.sampled_from((0.0, 0.19, 0.2, 1.0)),
+        idle=st.booleans(),
+    ),
+    max_size=5,
+    unique_by=lambda robot: robot.name,
+)
+WAITING = st.lists(
+    st.builds(
+        Waiting,
+        task=st.builds(
+            Task,
+            item=st.integers(1, 99).map(str),
+            source=st.just("a"),
+            target=st.just("b"),
+            types=st.sampled_from(((), ("nurse",), ("nurse", "porter"))),
+        ),
+        at=AT,
+        failed=st.frozensets(st.sampled_from(NAMES)),
+    ),
+    max_size=6,
+    unique_by=lambda waiting: waiting.task.item,
+)
+
+
+@given(WAITING, ROBOTS)
+def test_no_task_and_no_robot_is_given_twice(waiting, robots):
+    """A robot has two hands' work with one."""
+    found = nearest(waiting, robots, least=LEAST)
+
+    assert len(found) == len({each.task.item for each in found})
+    assert len(found) == len({each.robot for each in found})
+
+
+@given(WAITING, ROBOTS)
+def test_nobody_gets_what_it_can_not_do(waiting, robots):
+    """Neither the wrong type, nor who is busy or broken, nor who is nearly empty."""
+    by_name = {robot.name: robot for robot in robots}
+    chosen = [(each.task, by_name[each.robot]) for each in nearest(waiting, robots, least=LEAST)]
+
+    assert [] == [pair for pair in chosen if not pair[0].suits(pair[1].type, pair[1].actions)]
+    assert [] == [robot for _, robot in chosen if not robot.idle or robot.charge < LEAST]
+
+
+@given(WAITING, ROBOTS)
+def test_no_task_waits_while_somebody_free_could_do_it(waiting, robots):
+    """It is given at once."""
+    found = nearest(waiting, robots, least=LEAST)
+    left = [each for each in waiting if each.task not in {one.task for one in found}]
+    free = [
+        robot for robot in robots if robot.idle and robot.charge >= LEAST and robot.name not in {x.robot for x in found}
+    ]
+
+    assert [] == [(each, robot) for each in left for robot in free if robot.suits(each.task)]
+
+
+@given(WAITING, ROBOTS)
+def test_the_order_in_which_robots_are_listed_does_not_matter(waiting, robots):
+    """Ties are broken by name."""
+    assert nearest(waiting, robots, least=LEAST) == nearest(waiting, robots[::-1], least=LEAST)
+
+
+def robot(name, x):
+    """Return a robot that can do everything."""
+    return Robot(name, "nurse", CAN, (x, 0.0))
+
+
+TEA = Waiting(Task("tea", "a", "b"), (0.0, 0.0))
+MILK = Waiting(Task("milk", "a", "b"), (5.0, 0.0))
+
+
+def test_the_nearest_gets_it():
+    """And the next task goes to the nearest of those who are left."""
+    found = nearest([TEA, MILK], [robot("ann", 4.0), robot("bob", 3.0)], least=LEAST)
+
+    assert [Assignment(TEA.task, "bob", 3.0), Assignment(MILK.task, "ann", 1.0)] == found
+
+
+def test_who_has_failed_comes_last():
+    """However near it is; but if nobody else is free it may try again."""
+    tea = Waiting(TEA.task, TEA.at, failed=frozenset({"bob"}))
+
+    assert ["ann"] == [each.robot for each in nearest([tea], [robot("bob", 1.0), robot("ann", 9.0)], least=LEAST)]
+    assert ["bob"] == [each.robot for each in nearest([tea], [robot("bob", 1.0)], least=LEAST)]

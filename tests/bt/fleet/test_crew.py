@@ -1,0 +1,123 @@
+"""What a fleet's robots do when one of them does not get on, against a real simulator in lockstep."""
+
+from __future__ import annotations
+
+import pytest
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel
+
+from bt_controller.fleet.crew import Worker
+from bt_controller.fleet.office import Office
+from bt_controller.fleet.tasks import Task
+from bt_controller.running.clocks import clock_for
+from bt_controller.running.mailbox import Mailbox
+from bt_controller.running.mission import missions_for
+from bt_controller.running.runner import Runner
+from bt_controller.trees import Plan
+from hmrsim_zenoh.client import Client
+from tests.hosted import hosted
+
+WORLD = {
+    "waypoints": {"west": [0, 0], "shelf": [5, 0], "table": [15, 0], "east": [20, 0]},
+    "lanes": [["west", "shelf"], ["shelf", "table"], ["table", "east"]],
+    "docks": {"home": {"at": "west"}, "garage": {"at": "east"}},
+    "items": {"tea": {"at": [5, 0.5]}, "milk": {"at": [5, -0.5]}},
+    "robots": {"ann": {"type": "fetcher", "at": "home"}, "bob": {"type": "fetcher", "at": "garage"}},
+}
+TEA = Task("tea", "shelf", "table")
+"""Ann is nearer: she is at the shelf at about 5 s, and at the table 10 s later."""
+
+
+class Day:
+    """A run, and what was told.
+
+    Attributes:
+        status: How the tree ended.
+        news: What the office had to say, by time.
+        office: The office.
+    """
+
+    def __init__(self, tasks, faults, robots=("ann", "bob"), **settings):
+        self.news = []
+        world, mailbox = {**WORLD, "faults": faults}, Mailbox()
+        with hosted(world, clock="lockstep") as options, Client(options, name="fleet") as client:
+            plan = Plan("test", lambda names: self._tree(names, tasks, settings), False, False, takes_robots=True)
+            clock = clock_for(client, mailbox, feedback=False, grace=1.0)
+            missions = missions_for(list(robots), plan)
+            outcome = Runner(client, missions, clock, mailbox, show=self._note).run()
+        self.status = outcome.statuses["fleet"]
+
+    def _tree(self, robots, tasks, settings):
+        self.office = Office(robots, tasks, seed=1, mean_gap=0.1, **settings)
+        workers = [Worker(robot, self.office) for robot in robots]
+        policy = ParallelPolicy.SuccessOnAll(synchronise=True)
+        return Parallel("Fleet", policy=policy, children=[self.office, *workers])
+
+    def _note(self, _mission, now):
+        message = self.office.feedback_message
+        if not self.news or self.news[-1][1] != message:
+            self.news.append((now, message))
+
+    def when(self, text):
+        """Return when something was told."""
+        return next(time for time, message in self.news if text in message)
+
+
+def breakdown(at, duration=None):
+    """Return the fault of ann's breaking down."""
+    lasts = {} if duration is None else {"duration": duration}
+    return [{"type": "breakdown", "name": "flat", "robot": "ann", "at": at, **lasts}]
+
+
+def test_the_nearest_brings_it():
+    """Nothing goes wrong, and nobody else does anything."""
+    day = Day([TEA], [])
+
+    assert (Status.SUCCESS, [TEA]) == (day.status, day.office.desk.done)
+    assert 15.0 < day.when("ann has brought tea to table") < 16.0
+
+
+def test_another_takes_over_from_who_breaks_down_on_the_way():
+    """At that very instant."""
+    day = Day([TEA], breakdown(3.0))
+
+    assert 3.0 == day.when("ann can't fetch tea: aborted: ann has broken down at ")
+    assert 3.0 == day.when("bob gets tea")
+    assert day.when("bob has brought tea to table") < 40.0
+
+
+def test_who_broke_down_brings_what_it_holds_when_it_works_again():
+    """Nobody can take it from its claw."""
+    day = Day([TEA], breakdown(10.0, duration=50.0))
+
+    assert 10.0 == day.when("ann can't bring tea")
+    assert 60.0 < day.when("ann has brought tea to table") < 100.0
+
+
+def test_what_is_held_for_too_long_is_given_up():
+    """The rest of the fleet does not wait for ever."""
+    day = Day([TEA], breakdown(10.0), patience=200.0)
+
+    assert {"tea": "ann holds it, and does not get on"} == day.office.desk.lost
+    assert 200.0 < day.when("tea is given up") < 201.0
+
+
+def test_what_nobody_gets_on_with_is_given_up():
+    """The only robot is broken for ever."""
+    day = Day([TEA], breakdown(3.0), robots=("ann",), patience=200.0)
+
+    assert {"tea": "it has waited for too long; ann failed"} == day.office.desk.lost
+
+
+def test_who_is_done_gets_the_next_task_at_once():
+    """The longest waiting one, at the instant at which it is free."""
+    day = Day([TEA, Task("milk", "shelf", "table")], [], robots=("ann",))
+    first, second = day.office.desk.done
+
+    assert day.when(f"ann has brought {first.item} to table") == day.when(f"ann gets {second.item}")
+
+
+@pytest.mark.parametrize("robots", [("ann", "bob"), ("bob", "ann")])
+def test_the_order_of_the_robots_does_not_matter(robots):
+    """Who gets what depends on where they are."""
+    assert 0.0 < Day([TEA], [], robots=robots).when("ann gets tea") < 0.2

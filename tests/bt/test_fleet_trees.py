@@ -1,0 +1,97 @@
+"""Trees that are one for several robots."""
+
+from __future__ import annotations
+
+import pytest
+from py_trees.behaviours import Success
+from py_trees.blackboard import Blackboard
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel
+
+from bt_controller.action_leaf import ActionLeaf
+from bt_controller.directory import NotServed
+from bt_controller.running.clocks import clock_for
+from bt_controller.running.mailbox import Mailbox
+from bt_controller.running.mission import missions_for
+from bt_controller.running.runner import Runner
+from bt_controller.trees import Plan, load
+from hmrsim.interfaces.nav2_msgs import NavigateToPose
+
+
+def plan(function):
+    """Return the plan of one tree for all."""
+    return Plan("test", function, takes_robot=False, confirmed=False, takes_robots=True)
+
+
+def all_go(robots):
+    """Return a tree in which each robot drives."""
+    leaves = [ActionLeaf(robot, "navigate_to_pose", NavigateToPose.Goal(), robot=robot) for robot in robots]
+    return Parallel("All", policy=ParallelPolicy.SuccessOnAll(), children=leaves)
+
+
+@pytest.fixture
+def run(client):
+    """Return the function that runs a tree for some robots: the outcome."""
+
+    def run(function, *robots):
+        mailbox = Mailbox()
+        clock = clock_for(client, mailbox, feedback=False, grace=0.0)
+        missions = missions_for(robots, plan(function))
+        return Runner(client, missions, clock, mailbox, show=lambda *_: _succeed(client), grace=0.0).run()
+
+    return run
+
+
+def _succeed(client):
+    for goal in client.goals:
+        goal.succeed()
+
+
+def test_each_leaf_sends_to_its_own_robot(client, run):
+    """The tree is called fleet."""
+    outcome = run(all_go, "wall_e", "eve")
+
+    assert {"fleet": Status.SUCCESS} == outcome.statuses
+    assert ["wall_e", "eve"] == [goal.robot for goal in client.goals]
+
+
+def test_a_robot_that_is_not_there_is_an_error(run):
+    """Even if no leaf asks for it."""
+    with pytest.raises(NotServed, match="no robot 'wally'; did you mean 'wall_e'"):
+        run(lambda _robots: Success("Success"), "eve", "wally")
+
+
+def test_a_leaf_that_names_no_robot_is_an_error(run):
+    """Nobody knows whose goal it would be."""
+    with pytest.raises(NotServed, match="no robot 'fleet'"):
+        run(lambda _robots: ActionLeaf("Go", "navigate_to_pose", NavigateToPose.Goal()), "eve")
+
+
+def test_all_leaves_share_a_blackboard(run):
+    """What one robot has found the other knows."""
+    seen = []
+
+    def tree(robots):
+        Blackboard.set("robots", len(robots))
+        seen.append(Blackboard.get("robots"))
+        return Success("Success")
+
+    run(tree, "wall_e", "eve")
+
+    assert [2] == seen
+    assert not Blackboard.exists("robots")
+
+
+@pytest.mark.parametrize(
+    ("signature", "takes"),
+    [("robots", (False, True)), ("robots=()", (False, True)), ("robot", (True, False)), ("", (False, False))],
+)
+def test_the_parameters_name_says_whether_it_is_one_tree_for_all(tmp_path, monkeypatch, signature, takes):
+    """*robots* is all of them, *robot* is one."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    name = f"bt_test_fleet_{abs(hash(signature))}"
+    (tmp_path / f"{name}.py").write_text(f"def tree({signature}):\n    pass\n")
+    found = load(f"{name}:tree")
+
+    assert takes == (found.takes_robot, found.takes_robots)

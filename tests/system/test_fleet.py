@@ -1,0 +1,63 @@
+"""A fleet that shares its tasks, as users run it: the simulator and bt-controller, each a process."""
+
+from __future__ import annotations
+
+import json
+import signal
+
+import pytest
+
+pytestmark = pytest.mark.system
+
+DELIVER = "bt_controller.fleet.deliveries:deliver"
+
+
+@pytest.fixture
+def deliver(serve, command, tmp_path):
+    """Return the function that runs the hospital's fleet: exit code, what was told in order, the end, the trace."""
+
+    def run(*arguments):
+        trace = tmp_path / "trace.jsonl"
+        simulator, endpoint = serve("hospital_fleet", "--clock", "lockstep", "--trace", trace)
+        code, out, err = command("bt-controller", "run", DELIVER, "--json", *arguments, endpoint=endpoint)
+        simulator.end(signal.SIGTERM)
+        if err:
+            raise AssertionError(err)
+        *trees, end = [json.loads(line) for line in out.splitlines()]
+        news = [(tree["sim_time"], node["message"]) for tree in trees for node in tree["nodes"] if _is_office(node)]
+        return code, news, end, trace.read_bytes()
+
+    return run
+
+
+def _is_office(node):
+    return node["name"] == "Office" and node["message"]
+
+
+def test_a_fleet_delivers_everything_the_same_each_time(deliver):
+    """A robot breaks down on its way and another takes over; one has to charge before it gets anything."""
+    code, news, end, trace = deliver("--robots", "all")
+    again = deliver("--robots", "all")
+    told = "; ".join(message for _, message in news)
+
+    assert (0, {"fleet": "SUCCESS"}) == (code, end["robots"])
+    assert (92.0, "d_fib can't fetch blood_samples: aborted: d_fib has broken down at (24.17, 10.7714)") in news
+    assert told.index("nan_e gets blood_samples") < told.index("nan_e has brought blood_samples to lab")
+    assert told.index("gopher has to charge: 16%") < told.index("gopher is charged") < told.index("gopher gets")
+    assert (news, trace) == (again[1], again[3])
+
+
+def test_another_seed_is_another_day(deliver):
+    """Tasks turn up in another order."""
+    code, news, _, _ = deliver("--robots", "all", "--set", "seed=3")
+
+    assert 0 == code
+    assert news[0][1].startswith("blood_samples is to go from ward_a to lab; ")
+
+
+def test_what_nobody_can_do_is_given_up(deliver):
+    """Couriers carry no trays; the tree fails, and says what was not done."""
+    code, _, end, _ = deliver("--robots", "type:courier", "type:responder")
+
+    assert (1, {"fleet": "FAILURE"}) == (code, end["robots"])
+    assert "meal is given up: nobody can do it" in json.dumps(end)
