@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -9,9 +10,26 @@ from py_trees.blackboard import Blackboard
 
 if TYPE_CHECKING:
     import uuid
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from py_trees.blackboard import KeyMetaData
+
+
+class Entries(dict[str, Any]):
+    """What is on a blackboard.
+
+    Attributes:
+        writes: How often each entry was written, also with the value that it had.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.writes: Counter[str] = Counter()
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        """Write an entry, and count it."""
+        self.writes[key] += 1
+        super().__setitem__(key, value)
 
 
 class Board:
@@ -22,9 +40,14 @@ class Board:
     """
 
     def __init__(self) -> None:
-        self._storage: dict[str, Any] = {}
+        self._storage = Entries()
         self._metadata: dict[str, KeyMetaData] = {}
         self._clients: dict[uuid.UUID, str] = {}
+
+    @property
+    def storage(self) -> Mapping[str, Any]:
+        """What is on it, as py_trees keeps it."""
+        return self._storage
 
     @contextmanager
     def in_use(self) -> Iterator[None]:

@@ -23,17 +23,24 @@ class Directory:
     Attributes:
         actions: By robot, the names of its actions.
         aliases: Further names of actions, ``a/b`` to ``robot/action``.
+        types: By robot, its type.
+        components: By robot, the names of its components, such as ``claw``.
     """
 
     actions: Mapping[str, tuple[str, ...]]
     aliases: Mapping[str, str]
+    types: Mapping[str, str]
+    components: Mapping[str, tuple[str, ...]]
 
     @classmethod
     def from_info(cls, info: Mapping[str, Any]) -> Directory:
         """Return the robots that the simulator tells of."""
+        robots = {robot["name"]: robot for robot in info.get("robots", ())}
         return cls(
-            {robot["name"]: tuple(robot.get("actions", ())) for robot in info.get("robots", ())},
-            dict(info.get("aliases", {})),
+            actions={name: tuple(robot.get("actions", ())) for name, robot in robots.items()},
+            aliases=dict(info.get("aliases", {})),
+            types={name: robot.get("type", "") for name, robot in robots.items()},
+            components={name: tuple(robot.get("components", ())) for name, robot in robots.items()},
         )
 
     def check_robot(self, robot: str) -> None:

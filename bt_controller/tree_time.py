@@ -59,6 +59,14 @@ def reached(deadline: float) -> bool:
 
 
 @contextmanager
+def time_behind(seconds: float) -> Iterator[None]:
+    """Let what is ticked in here tell an earlier time: time stood still for who was suspended."""
+    known = _NOW.get()
+    with simulated_time(None if known is None else known - seconds):
+        yield
+
+
+@contextmanager
 def simulated_time(now: float | None) -> Iterator[None]:
     """Let trees tell this time; Python's own where nobody knows the simulated one."""
     if now is None:

@@ -1,4 +1,4 @@
-"""Finding the tree that a user names: ``module:function``."""
+"""Finding the tree that a user names: a file of BehaviorTree.CPP, or ``module:function``."""
 
 from __future__ import annotations
 
@@ -6,22 +6,28 @@ import importlib
 import inspect
 import sys
 import traceback
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from py_trees.behaviour import Behaviour
+from py_trees.blackboard import Blackboard
 
 from hmrsim.errors import HmrsimError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping, Sequence
     from types import ModuleType
 
 B = TypeVar("B", bound="Callable[..., Behaviour]")
 
 _CONFIRMED = "bt_confirmed"
+_RESUMABLE = "bt_resumable"
+
+_NOTHING: Final[Mapping[str, str]] = MappingProxyType({})
+_ROBOT, _ROBOTS = "robot", "robots"
 
 
 class TreeError(HmrsimError):
@@ -34,29 +40,46 @@ class Plan:
 
     Attributes:
         name: As the user wrote it.
-        function: Returns the root; takes the robot's name, or nothing.
+        function: Returns the root; takes the robot's name, the names of all robots, or nothing.
         takes_robot: Which of the two.
         confirmed: Whether the tree is ticked once more after it has succeeded.
+        takes_robots: Whether it is one tree for all robots, and the function takes the list of their names.
+        values: Texts that are on each blackboard from the start.
+        resumable: Whether a controller goes on with the tree where another one ended.
+        unset: A line for each port that needs a value which nothing gives, as far as that can be known.
     """
 
     name: str
     function: Callable[..., object]
     takes_robot: bool
     confirmed: bool
+    takes_robots: bool = False
+    values: Mapping[str, str] = field(default_factory=dict)
+    resumable: bool = False
+    unset: tuple[str, ...] = ()
 
-    def build(self, robot: str) -> Behaviour:
-        """Return the root of a new tree for this robot.
+    def build(self, *robots: str) -> Behaviour:
+        """Return the root of a new tree for a robot or for all; the function finds the values, and can't change them.
 
         Raises:
             TreeError: The function raises an error, or returns something else.
         """
+        self._set_values()
         try:
-            root = self.function(robot) if self.takes_robot else self.function()
+            if self.takes_robots:
+                root = self.function(list(robots))
+            else:
+                root = self.function(*robots) if self.takes_robot else self.function()
         except Exception as error:  # whatever the user's code raises
             raise TreeError(f"{self.name}: {described(error)}") from error
         if not isinstance(root, Behaviour):
             raise TreeError(f"{self.name} returned {root!r}; the root of a tree is expected, a py_trees Behaviour")
+        self._set_values()
         return root
+
+    def _set_values(self) -> None:
+        for key, text in self.values.items():
+            Blackboard.set(key, text)
 
 
 def confirmed(function: B) -> B:
@@ -69,26 +92,81 @@ def confirmed(function: B) -> B:
     return function
 
 
-def load(name: str) -> Plan:
+def resumable(function: B) -> B:
+    """Mark a tree with which a controller shall go on where another one ended, under the tree's name.
+
+    As ``--resume`` does. Not for one that is to be run again and again against one simulation: what was done once
+    under a name is not done again.
+    """
+    setattr(function, _RESUMABLE, True)
+    return function
+
+
+def load(
+    name: str, *, tree: str | None = None, nodes: Sequence[str] = (), values: Mapping[str, str] = _NOTHING
+) -> Plan:
     """Return the tree that *name* means; modules are looked for in the current folder, too.
 
+    Args:
+        name: The path of an XML file, or MODULE:FUNCTION.
+        tree: Which of a file's trees to run, by ID; the one that the file says if left out.
+        nodes: Modules with further nodes for files.
+        values: Texts that are on each robot's blackboard from the start.
+
     Raises:
-        TreeError: There is no such module or function, or it wants other arguments.
+        TreeError: There is no such file, module or function, or something is wrong with it.
     """
+    if _is_xml(name):
+        # They need each other; and a tree in Python needs no nodes for files.
+        from bt_controller.xml.file_tree import load_file  # noqa: PLC0415
+        from bt_controller.xml.vocabulary import vocabulary  # noqa: PLC0415
+
+        found, unset = load_file(name, vocabulary(nodes), tree=tree, values=values)
+        return Plan(name, found.build, takes_robot=False, confirmed=False, values=values, unset=unset)
     module_name, colon, function_name = name.partition(":")
     if not (module_name and colon and function_name):
-        raise TreeError(f"{name!r} is no tree; expected MODULE:FUNCTION, such as bt_controller.examples:go_to_pose")
-    module = _import(name, module_name)
+        raise TreeError(
+            f"{name!r} is no tree; expected FILE.xml or MODULE:FUNCTION (bt_controller.examples:go_to_pose)"
+        )
+    if tree is not None or nodes:
+        raise TreeError(f"{name} is no XML file; --tree and --nodes are for those")
+    module = imported(name, module_name)
     function: Any = getattr(module, function_name, None)
     if function is None:
         instead = _instead(module, function_name)
         raise TreeError(f"{name}: module {module_name!r} has no {function_name!r}{instead}")
     if not callable(function):
         raise TreeError(f"{name} is {function!r}; a function that returns the root of a tree is expected")
-    return Plan(name, function, _takes_robot(name, function), bool(getattr(function, _CONFIRMED, False)))
+    first = _first_parameter(name, function)
+    return Plan(
+        name,
+        function,
+        takes_robot=first == _ROBOT,
+        confirmed=bool(getattr(function, _CONFIRMED, False)),
+        takes_robots=first == _ROBOTS,
+        values=values,
+        resumable=bool(getattr(function, _RESUMABLE, False)),
+    )
 
 
-def _import(name: str, module_name: str) -> ModuleType:
+def _is_xml(name: str) -> bool:
+    """Return whether a name means a file: by its ending, or by how it begins."""
+    path = Path(name)
+    if path.suffix.lower() == ".xml":
+        return True
+    try:
+        with path.open("rb") as file:
+            return file.read(64).lstrip().startswith(b"<")
+    except (OSError, ValueError):
+        return False
+
+
+def imported(name: str, module_name: str) -> ModuleType:
+    """Return a module of the current folder, or an installed one.
+
+    Raises:
+        TreeError: It can't be imported; *name* is what the user wrote.
+    """
     if (here := str(Path.cwd())) not in sys.path:
         sys.path.insert(0, here)
     try:
@@ -115,19 +193,21 @@ def _instead(module: ModuleType, wanted: str) -> str:
     return f"; it has {', '.join(found)}" if found else ""
 
 
-def _takes_robot(name: str, function: Callable[..., object]) -> bool:
-    """Return whether a function wants the robot's name: *robot* comes first, or something is needed."""
+def _first_parameter(name: str, function: Callable[..., object]) -> str:
+    """Return what a function wants: one name, if *robot* comes first or something is needed, or all; or nothing."""
     try:
         parameters = list(inspect.signature(function).parameters.values())
     except (TypeError, ValueError):
-        return False
+        return ""
     several = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
     needed = [each for each in parameters if each.default is each.empty and each.kind not in several]
     positional = [each for each in parameters if each.kind not in (*several, inspect.Parameter.KEYWORD_ONLY)]
     if len(needed) > 1 or (needed and needed[0] not in positional):
         wanted = ", ".join(each.name for each in needed)
         raise TreeError(f"{name} wants {wanted}; a tree's function takes the robot's name, or nothing")
-    return bool(needed) or bool(positional and positional[0].name == "robot")
+    if positional and positional[0].name in (_ROBOT, _ROBOTS):
+        return positional[0].name
+    return _ROBOT if needed else ""
 
 
 def described(error: Exception) -> str:

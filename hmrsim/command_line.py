@@ -28,7 +28,7 @@ environment:
 """For the end of a command's ``--help``."""
 
 _OF_ONE_RUN: Final = frozenset(
-    {"--robot", "--item", "--page", "--rename", "--goal-id", "--for", "--speed", "--to", "--name"}
+    {"--robot", "--robots", "--item", "--page", "--rename", "--goal-id", "--for", "--speed", "--to", "--name"}
 )
 """Options that would surprise whoever forgot that a variable is set."""
 

@@ -61,7 +61,8 @@ class QueryInbox(Inbox):
         self._queries: deque[zenoh.Query] = deque()
         self._asleep = False
         self._carrier: threading.Thread | None = None
-        self._queryable = session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=True)
+        # Not complete: a controller answers for its trees below the same prefix, and Zenoh asks none but one that is.
+        self._queryable = session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=False)
         self._channel = self._queryable.handler
 
     @property

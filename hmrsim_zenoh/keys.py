@@ -8,6 +8,7 @@
     <prefix>/<robot>/alive, <prefix>/_world/alive                           liveliness tokens
     <prefix>/_participant/<name>                                            likewise, of who takes part in lockstep
     <prefix>/_planner/compute_path_to_pose                                  somebody else's queryable, which plans
+    <prefix>/<robot>/_tree                                                  a controller's tree, as it is
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 DEFAULT_PREFIX = "hmrsim"
 WORLD = "_world"
 """Stands where a robot's name would: the world's own keys."""
+TREE = "_tree"
+"""Stands where a topic's name would: what a controller tells of a robot's tree."""
 
 _ACTION = "_action"
 _HISTORY = "@adv"
@@ -117,13 +120,25 @@ class Keys:
         """Return the key on which somebody outside plans paths for robots."""
         return f"{self.prefix}/_planner/compute_path_to_pose"
 
+    def tree(self, robot: str) -> str:
+        """Return the key on which a controller publishes the state of a robot's tree."""
+        return self.topic(robot, TREE)
+
+    def trees(self) -> str:
+        """Return the wildcard of all robots' trees."""
+        return self.any_topic(TREE)
+
     def doorbell(self) -> str:
         """Return a key that nobody answers: asking it wakes the simulation."""
         return self.world("_doorbell")
 
     def history(self) -> str:
         """Return the wildcard on which Zenoh's advanced subscribers ask for what was published before."""
-        return f"{self.prefix}/**/{_HISTORY}/**"
+        return self.history_of(self.everything())
+
+    def history_of(self, key: str) -> str:
+        """Return the wildcard on which they ask for what was published before on a key."""
+        return f"{key}/{_HISTORY}/**"
 
     def without_history(self, key: str) -> str:
         """Return the key whose history an advanced subscriber asks for; any other key as it is."""

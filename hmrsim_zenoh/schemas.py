@@ -19,6 +19,7 @@ from hmrsim.actions import registry
 from hmrsim.services import registry as services
 from hmrsim.world.schema import world_schema
 from hmrsim_zenoh import envelopes, time_requests
+from hmrsim_zenoh.tree_state import TreeState
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -79,11 +80,17 @@ def time_schema() -> dict[str, Any]:
     return _together("What is asked below _world/time", parts)
 
 
+def tree_schema() -> dict[str, Any]:
+    """Return the schema of what controllers publish of their trees."""
+    return {"$schema": _DIALECT, **TreeState.model_json_schema(mode="serialization")}
+
+
 def all_schemas() -> dict[str, dict[str, Any]]:
     """Return every schema by the name of its file below ``schemas/``."""
     actions = {f"actions/{name}.schema.json": action_schema(action) for name, action in registry().items()}
     asked = {f"services/{name}.schema.json": service_schema(service) for name, service in services().items()}
     shared = {"envelopes.schema.json": envelope_schema(), "time.schema.json": time_schema()}
+    shared["tree.schema.json"] = tree_schema()
     return {"world.schema.json": world_schema(), **shared, **actions, **asked}
 
 

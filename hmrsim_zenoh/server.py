@@ -132,7 +132,7 @@ class Server:
         self._changes_told = 0
         self._interest = Interest(session, keys, self._interest_changed)
         self._history = session.declare_queryable(
-            keys.history(), zenoh.handlers.Callback(self.inbox.put_query), complete=True
+            keys.history(), zenoh.handlers.Callback(self.inbox.put_query), complete=False
         )
 
     def follow(self, serves: Mapping[str, list[str]], aliases: Mapping[str, str]) -> None:

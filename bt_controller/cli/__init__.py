@@ -7,7 +7,7 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
-from bt_controller.cli import check, run
+from bt_controller.cli import check, nodes, run
 from bt_controller.cli._codes import EXIT_CODES, FAILED, NOBODY, WRONG_USE
 from hmrsim.command_line import CommandParser, autocomplete, run_program
 
@@ -38,24 +38,39 @@ def _main(argv: Sequence[str] | None) -> int:
     except Exception as error:
         if (known := _exit_code(error)) is None:
             raise
-        print(f"bt-controller: {error}", file=sys.stderr)
+        for line in str(error).splitlines():
+            print(f"bt-controller: {line}", file=sys.stderr)
         return known
     return code
 
 
 def _completers() -> Mapping[str, Completer]:
-    from hmrsim_zenoh.completion import robots
+    from bt_controller.directory import Directory
+    from bt_controller.running.selection import completions
+    from hmrsim_zenoh.completion import robots, running
 
-    return {"bt-controller run NAME": robots}
+    def selectors(parsed_args: argparse.Namespace, **_unused: object) -> list[str]:
+        return completions(Directory.from_info(running(parsed_args)))
+
+    return {"bt-controller run NAME": robots, "bt-controller run SELECTOR": selectors}
 
 
 def _exit_code(error: Exception) -> int | None:
     """Return the exit code of an error whose text is fit to be shown; None for a bug."""
+    from bt_controller.node import PortError
     from bt_controller.trees import TreeError
     from hmrsim.errors import HmrsimError
-    from hmrsim_zenoh.errors import BadOptions, NobodyThere, PortTaken, RequestTimeout, SimulatorGone, Unreachable
+    from hmrsim_zenoh.errors import (
+        BadOptions,
+        NameTaken,
+        NobodyThere,
+        PortTaken,
+        RequestTimeout,
+        SimulatorGone,
+        Unreachable,
+    )
 
-    if isinstance(error, (TreeError, BadOptions, PortTaken)):
+    if isinstance(error, (TreeError, PortError, BadOptions, PortTaken, NameTaken)):
         return WRONG_USE
     if isinstance(error, (NobodyThere, SimulatorGone, Unreachable, RequestTimeout)):
         return NOBODY
@@ -70,6 +85,6 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (run, check):
+    for command in (run, check, nodes):
         command.add_parser(commands)
     return parser

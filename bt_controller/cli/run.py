@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import math
 import os
 import re
 import sys
-from contextlib import nullcontext
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.cli._codes import DONE, EXIT_CODES, FAILED
+from bt_controller.cli._tree_options import add_tree_options, tree_of
+from bt_controller.cli._watching import add_watching_options, display, draw, in_words, watching, why_failed
 from hmrsim.log_options import add_log_options, logging_to_stderr
 from hmrsim.signals import exit_code_of
 from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
 
 if TYPE_CHECKING:
-    from contextlib import AbstractContextManager
+    from collections.abc import Mapping, Sequence
 
-    from bt_controller.display import Display
-    from bt_controller.runner import Outcome
+    from bt_controller.running.runner import Outcome
+    from bt_controller.trees import Plan
+    from hmrsim_zenoh.client import Client
 
 # What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
 # ruff: noqa: PLC0415
@@ -36,10 +40,12 @@ _ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 EXAMPLES: Final = """\
 examples:
   bt-controller run bt_controller.examples:go_to_pose --robot wall_e
+  bt-controller run navigate.xml --robot wall_e --set goal=kitchen
   bt-controller run missions:patrol --robot wall_e eve --connect tcp/10.0.0.7:7447
   bt-controller run missions:patrol --robot wall_e --json | jq -c 'select(.robot) | [.sim_time, .status]'
 
-TREE is MODULE:FUNCTION; modules are looked for in the current folder, too. The function takes the
+TREE is an XML file of BehaviorTree.CPP version 4, made of the nodes that `bt-controller nodes` tells;
+or it is MODULE:FUNCTION; modules are looked for in the current folder, too. The function takes the
 robot's name or nothing, and returns the root of a py_trees tree. Each robot has a tree and a
 blackboard of its own."""
 
@@ -53,15 +59,24 @@ def add_parser(commands: Any) -> None:
         epilog=f"{EXAMPLES}\n\n{ENVIRONMENT}\n\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("tree", metavar="TREE", help="MODULE:FUNCTION")
+    add_tree_options(parser)
     parser.add_argument(
         "--robot",
         action="extend",
         nargs="+",
-        required=True,
+        default=[],
         type=_robot,
         metavar="NAME",
         help="the robots to drive; repeatable",
+    )
+    parser.add_argument(
+        "--robots",
+        action="extend",
+        nargs="+",
+        default=[],
+        type=_selector,
+        metavar="SELECTOR",
+        help="all robots of a kind, by name: all, type:TYPE, action:ACTION, component:COMPONENT; repeatable",
     )
     parser.add_argument(
         "--clock",
@@ -91,9 +106,21 @@ def add_parser(commands: Any) -> None:
         action=argparse.BooleanOptionalAction,
         help="tick once more after success; otherwise as the tree has it",
     )
+    parser.add_argument(
+        "--resume",
+        nargs="?",
+        const="",
+        metavar="MISSION",
+        help="go on where a controller of the same --name ended with a mission of this name: no step that it did is"
+        " done again (default: the name of the tree, where no MISSION is given)",
+    )
+    parser.add_argument(
+        "--no-resume", dest="resume", action="store_false", help="begin anew, also where the tree would go on"
+    )
+    add_watching_options(parser)
     add_session_options(parser)
     add_log_options(parser)
-    parser.set_defaults(command=_run)
+    parser.set_defaults(command=partial(_run, parser))
 
 
 def _participant(text: str) -> str:
@@ -112,6 +139,16 @@ def _robot(text: str) -> str:
     return text
 
 
+def _selector(text: str) -> str:
+    from bt_controller.running.selection import check_selector
+
+    try:
+        check_selector(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
+
+
 def _period(text: str) -> float:
     try:
         seconds = float(text)
@@ -122,53 +159,69 @@ def _period(text: str) -> float:
     return seconds
 
 
-def _run(args: argparse.Namespace) -> int:
+def _chosen(args: argparse.Namespace, client: Client) -> list[str]:
+    """Return the robots that are named, and after them those that are selected."""
+    from bt_controller.directory import Directory
+    from bt_controller.running.selection import selected
+
+    found = selected(Directory.from_info(client.info()), args.robots) if args.robots else []
+    return list(dict.fromkeys([*args.robot, *found]))
+
+
+def _resumed(args: argparse.Namespace, plan: Plan) -> str | None:
+    """Return under which name goals are found again; None where each run begins anew."""
+    wanted = plan.resumable if args.resume is None else args.resume is not False
+    return f"{args.name}/{args.resume or plan.name}" if wanted else None
+
+
+def _run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
     from dataclasses import replace
 
-    from bt_controller.clocks import clock_for
-    from bt_controller.interruption import on_interrupt
-    from bt_controller.mailbox import STOP, Mailbox
-    from bt_controller.mission import Mission
-    from bt_controller.runner import Runner
-    from bt_controller.trees import load
+    from bt_controller.running.clocks import clock_for
+    from bt_controller.running.interruption import on_interrupt
+    from bt_controller.running.mailbox import STOP, Mailbox
+    from bt_controller.running.mission import missions_for, prepare
+    from bt_controller.running.runner import Runner
+    from bt_controller.trees import TreeError
+    from bt_controller.watching.snapshot import nodes_of
     from hmrsim_zenoh.client import Client
 
-    plan = load(args.tree)
+    if not (args.robot or args.robots):
+        parser.error("the following arguments are required: --robot or --robots")
+    plan = tree_of(args)
+    if plan.unset:
+        raise TreeError("\n".join(plan.unset))
     if args.confirm is not None:
         plan = replace(plan, confirmed=args.confirm)
-    missions = [Mission(robot, plan) for robot in dict.fromkeys(args.robot)]
     options = session_options(args)
     mailbox = Mailbox()
-    entered, display = _display(as_json=args.json)
-    with logging_to_stderr(args), Client(options, clock=args.clock, name=args.name) as client:
-        for mission in missions:
-            mission.prepare()
+    with (
+        display(args) as shown,
+        logging_to_stderr(args),
+        Client(options, clock=args.clock, name=args.name) as client,
+    ):
         client.wait_for_simulator(options.timeout)
+        missions = missions_for(_chosen(args, client), plan, resume=_resumed(args, plan))
+        prepare(missions)
+        # The trees stay until the end: the collector of cycles need not look through those of a thousand robots.
+        gc.freeze()
         clock = clock_for(client, mailbox, feedback=args.period is not None, grace=_GRACE)
-        runner = Runner(client, missions, clock, mailbox, show=display.show, period=args.period, grace=_GRACE)
 
         def give_up() -> None:
             if sys.stdout.isatty():
                 os.write(sys.stdout.fileno(), _SHOW_CURSOR)
-            _report(runner.give_up(), as_json=args.json)
+            _report(runner.give_up(), {}, as_json=args.json)
 
-        with entered, on_interrupt(lambda: mailbox.put(STOP), give_up) as signals:
-            outcome = runner.run()
-    code = _report(outcome, as_json=args.json)
+        with watching(args, client, missions, clock, shown) as ticked:
+            runner = Runner(client, missions, clock, mailbox, show=ticked, period=args.period, grace=_GRACE)
+            with on_interrupt(lambda: mailbox.put(STOP), give_up) as signals:
+                outcome = runner.run()
+    code = _report(outcome, why_failed(missions), as_json=args.json)
+    draw(args, {mission.robot: nodes_of(mission.root) for mission in missions}, statuses=True)
     return exit_code_of(signals[0]) if outcome.interrupted else code
 
 
-def _display(*, as_json: bool) -> tuple[AbstractContextManager[object], Display]:
-    from bt_controller.display import JsonDisplay, PlainDisplay, live_display
-
-    if as_json:
-        return nullcontext(), JsonDisplay(sys.stdout)
-    if sys.stdout.isatty():
-        return live_display()
-    return nullcontext(), PlainDisplay(sys.stdout)
-
-
-def _report(outcome: Outcome, *, as_json: bool) -> int:
+def _report(outcome: Outcome, why: Mapping[str, Sequence[Mapping[str, str]]], *, as_json: bool) -> int:
     """Say how it ended, and return the exit code of an end that no signal brought."""
     if outcome.interrupted:
         doubt = f", but those of {', '.join(outcome.left)} have not ended yet" if outcome.left else ""
@@ -176,8 +229,8 @@ def _report(outcome: Outcome, *, as_json: bool) -> int:
     if outcome.gone:
         print("bt-controller: the simulator is gone", file=sys.stderr)
     if as_json:
-        print(json.dumps(outcome.to_json()), flush=True)
+        print(json.dumps({**outcome.to_json(), "reasons": why}), flush=True)
     elif not outcome.interrupted:
         for robot, status in outcome.statuses.items():
-            print(f"{robot}: {status.value}")
+            print(f"{robot}: {status.value}{in_words(why.get(robot, ()))}")
     return DONE if outcome.succeeded else FAILED

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import queue
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli import listing, topic_hz
@@ -12,6 +13,7 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, yaml_text
 from hmrsim.cli.topics import find_topic, topics
 from hmrsim.signals import on_signals
+from hmrsim_zenoh.errors import Unreachable
 from hmrsim_zenoh.options import ENVIRONMENT, session_options
 
 if TYPE_CHECKING:
@@ -96,7 +98,11 @@ def _payloads(
     Raises:
         SimulatorGone: The simulator has been out of reach for too long.
     """
-    latest = client.get(topic.key(client.keys), timeout) if topic.latched else None
+    latest = None
+    if topic.latched:
+        # A controller, unlike the simulator, need not be there.
+        with suppress(Unreachable):
+            latest = client.get(topic.key(client.keys), timeout)
     if latest is not None:
         yield latest
     look = look_for_simulator(client)

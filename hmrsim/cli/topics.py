@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import UnknownName
 from hmrsim.cli.names import ActionName, aliases, robots
-from hmrsim_zenoh.keys import WORLD, Verb
+from hmrsim_zenoh.keys import TREE, WORLD, Verb
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -74,6 +74,9 @@ def find_topic(info: Info, name: str) -> Topic:
         UnknownName: There is no such robot or topic.
     """
     words = name.removeprefix("/").split("/")
+    if words[1:] == [TREE] and words[0] in robots(info):
+        # It is no simulator's; a controller may come later.
+        return Topic(f"/{words[0]}/{TREE}", "hmrsim/Tree", latched=True)
     if len(words) > 2:  # noqa: PLR2004 - an action's name has two words
         words[:2] = aliases(info).get("/".join(words[:2]), "/".join(words[:2])).split("/")
     wanted = "/" + "/".join(words)

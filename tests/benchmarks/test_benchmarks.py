@@ -16,6 +16,7 @@ from benchmarks._report import Row
 
 ROOT = Path(benchmarks.__file__).parents[1]
 TINY = {
+    "controller": {"sizes": (1, 3), "results": 24, "polled": 6, "runs": 1, "side": 4},
     "listeners": {"sizes": (3,), "rates": (10.0,), "window": 0.2, "robots": 3, "rounds": 1, "side": 4},
     "lockstep": {
         "sizes": (3,),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from py_trees.blackboard import Blackboard
 
 from hmrsim.goal import GoalStatus
-from hmrsim_zenoh.errors import GoalRejectedError
+from hmrsim_zenoh.errors import GoalRejectedError, ResultExpired
 from hmrsim_zenoh.goal_handle import GoalHandle
 from hmrsim_zenoh.keys import Keys
 
@@ -31,8 +32,11 @@ INFO = {
 class FakeGoal(GoalHandle[Any, Any]):
     """A ticket that does what the test says; it remembers whether it was canceled."""
 
-    def __init__(self, robot: str, action: AnyAction, goal: Message, **callbacks: Any) -> None:
-        super().__init__(f"/{robot}/{action.name}", "1" * 32, **callbacks)
+    def __init__(
+        self, robot: str, action: AnyAction, goal: Message, goal_id: str | None, *, adopt: bool, **callbacks: Any
+    ) -> None:
+        super().__init__(f"/{robot}/{action.name}", goal_id or "1" * 32, **callbacks)
+        self.may_be_known = adopt
         self.robot = robot
         self.action = action
         self.goal = goal
@@ -48,6 +52,15 @@ class FakeGoal(GoalHandle[Any, Any]):
     def accept(self) -> None:
         """Let the robot accept the goal."""
         self._accept(GoalStatus.ACCEPTED)
+
+    def is_known(self, status: GoalStatus) -> None:
+        """Let the robot have the goal already, from an earlier life of the controller."""
+        self._adopted = True
+        self._accept(status)
+
+    def expire(self, status: GoalStatus) -> None:
+        """Let the robot know how the goal ended, but nothing of its result."""
+        self._fail(ResultExpired("the result is not kept any longer"), status=status)
 
     def feed(self, **fields: Any) -> None:
         """Let the robot send feedback."""
@@ -82,11 +95,13 @@ class FakeActionClient:
         self._robot = robot
         self._action = action
 
-    def send_goal(self, goal: Message, **callbacks: Any) -> FakeGoal:
+    def send_goal(
+        self, goal: Message, *, goal_id: str | None = None, adopt: bool = False, **callbacks: Any
+    ) -> FakeGoal:
         """Return a ticket, and keep it for the test."""
         if self._client.refuses is not None:
             raise self._client.refuses
-        sent = FakeGoal(self._robot, self._action, goal, **callbacks)
+        sent = FakeGoal(self._robot, self._action, goal, goal_id, adopt=adopt, **callbacks)
         self._client.goals.append(sent)
         return sent
 
@@ -95,6 +110,21 @@ class FakeSubscription:
     """Nothing to close."""
 
     def close(self) -> None:
+        """Do nothing."""
+
+
+class FakeSession:
+    """Declares what a controller publishes; nobody listens."""
+
+    matching_status = SimpleNamespace(matching=False)
+
+    def declare_queryable(self, *_args: object, **_options: object) -> FakeSession:
+        """Return what can be undeclared."""
+        return self
+
+    declare_publisher = declare_matching_listener = declare_queryable
+
+    def undeclare(self) -> None:
         """Do nothing."""
 
 
@@ -111,6 +141,7 @@ class FakeClient:
 
     def __init__(self) -> None:
         self.keys = Keys()
+        self.session = FakeSession()
         self.goals: list[FakeGoal] = []
         self.alive = True
         self.lockstep = None

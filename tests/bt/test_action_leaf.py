@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import pytest
+from py_trees.behaviours import Success
 from py_trees.blackboard import Blackboard
 from py_trees.common import Status
+from py_trees.composites import Sequence
 
 from bt_controller.action_leaf import ActionLeaf
-from bt_controller.directory import NotServed
+from bt_controller.directory import Directory, NotServed
+from hmrsim.goal import GoalStatus, made_goal_id
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.moveit_msgs import Pickup
-from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose, NavigateToPose, Wait
 from hmrsim_zenoh.errors import ClientClosed, SimulatorGone
 
 WAIT = Wait.Goal(time=Duration.from_seconds(3.0))
@@ -254,3 +257,159 @@ class TestTerminate:
         client.goals[0].end_canceled()
 
         assert (before, leaf.open_goals) == (client.goals, client.goals[1:])
+
+
+class TestSuspend:
+    """Letting go of the goal, to go on with it later."""
+
+    def test_a_suspended_goal_is_canceled(self, client, leaf):
+        """The leaf stays as it is meanwhile."""
+        leaf.tick_once()
+        leaf.suspend()
+
+        assert (client.goals[0].canceled, leaf.status) == (True, Status.RUNNING)
+
+    def test_a_goal_that_was_canceled_is_sent_again(self, client, leaf):
+        """The very same, when the leaf is ticked again."""
+        leaf.tick_once()
+        leaf.suspend()
+        client.goals[0].end_canceled()
+        leaf.tick_once()
+
+        assert [goal.goal for goal in client.goals] == [WAIT, WAIT]
+        assert leaf.status is Status.RUNNING
+
+    def test_a_goal_that_succeeded_although_it_was_canceled_is_done(self, client, leaf):
+        """It is not sent again."""
+        leaf.tick_once()
+        leaf.suspend()
+        client.goals[0].succeed()
+        leaf.tick_once()
+
+        assert (len(client.goals), leaf.status) == (1, Status.SUCCESS)
+
+    def test_a_goal_that_somebody_else_canceled_later_is_not_sent_again(self, client, leaf):
+        """Only the one that was suspended is."""
+        leaf.tick_once()
+        leaf.suspend()
+        client.goals[0].end_canceled()
+        leaf.tick_once()
+        client.goals[1].end_canceled()
+        leaf.tick_once()
+
+        assert (len(client.goals), leaf.status) == (2, Status.FAILURE)
+
+    def test_a_leaf_that_does_not_run_has_nothing_to_suspend(self, client, leaf):
+        """It begins as ever when it is ticked."""
+        leaf.suspend()
+        leaf.tick_once()
+        client.goals[0].end_canceled()
+        leaf.tick_once()
+
+        assert (len(client.goals), leaf.status) == (1, Status.FAILURE)
+
+    def test_a_suspended_leaf_that_is_interrupted_begins_anew(self, client, leaf):
+        """What it was suspended in is over."""
+        leaf.tick_once()
+        leaf.suspend()
+        client.goals[0].end_canceled()
+        leaf.stop(Status.INVALID)
+        leaf.tick_once()
+        client.goals[1].end_canceled()
+        leaf.tick_once()
+
+        assert (len(client.goals), leaf.status) == (2, Status.FAILURE)
+
+
+class TestResume:
+    """Going on with what was sent in an earlier life."""
+
+    @pytest.fixture
+    def leaf(self, client):
+        """Return the second leaf of a tree that goes on with a mission."""
+        leaf = ActionLeaf("Wait", "wait", WAIT)
+        Sequence("Root", memory=True, children=[Success("Before"), leaf])
+        leaf.setup(client=client, robot="wall_e", resume="me/patrol/wall_e")
+        return leaf
+
+    def test_ids_follow_from_mission_place_and_number(self, client, leaf):
+        """Each life of a controller has the same."""
+        for _ in range(2):
+            leaf.tick_once()
+            client.goals[-1].succeed()
+            leaf.tick_once()
+
+        assert [goal.goal_id for goal in client.goals] == [
+            made_goal_id("me/patrol/wall_e/1", 1),
+            made_goal_id("me/patrol/wall_e/1", 2),
+        ]
+        assert all(goal.may_be_known for goal in client.goals)
+
+    def test_a_goal_that_was_rejected_uses_up_no_id(self, client, leaf):
+        """The simulator has not kept it, so the next life would look for it in vain."""
+        leaf.tick_once()
+        client.goals[0].reject("not_ready", "battery empty")
+        leaf.tick_once()
+        leaf.tick_once()
+
+        assert client.goals[0].goal_id == client.goals[1].goal_id
+
+    @pytest.mark.parametrize("end", ["succeed", "abort"])
+    def test_what_has_ended_in_an_earlier_life_counts(self, client, leaf, end):
+        """Success as success, failure as failure."""
+        leaf.tick_once()
+        client.goals[0].is_known(GoalStatus.ABORTED if end == "abort" else GoalStatus.SUCCEEDED)
+        getattr(client.goals[0], end)(*((740, "lost") if end == "abort" else ()))
+        leaf.tick_once()
+
+        assert (len(client.goals), leaf.status) == (1, Status.FAILURE if end == "abort" else Status.SUCCESS)
+
+    def test_what_was_canceled_in_an_earlier_life_is_sent_with_the_next_id(self, client, leaf):
+        """Whoever ended had canceled it."""
+        leaf.tick_once()
+        client.goals[0].is_known(GoalStatus.CANCELED)
+        client.goals[0].end_canceled()
+        leaf.tick_once()
+
+        assert leaf.status is Status.RUNNING
+        assert client.goals[1].goal_id == made_goal_id("me/patrol/wall_e/1", 2)
+
+    def test_what_was_dropped_for_the_next_one_leads_to_that(self, client, leaf):
+        """As when a tree replans: its goals preempt each other."""
+        leaf.tick_once()
+        client.goals[0].is_known(GoalStatus.ABORTED)
+        client.goals[0].abort(740, f"preempted by goal {made_goal_id('me/patrol/wall_e/1', 2)}")
+        leaf.tick_once()
+
+        assert (leaf.status, len(client.goals)) == (Status.RUNNING, 2)
+
+    def test_a_goal_of_this_life_that_somebody_cancels_fails_as_ever(self, client, leaf):
+        """The tree did not want that."""
+        leaf.tick_once()
+        client.goals[0].accept()
+        client.goals[0].end_canceled()
+        leaf.tick_once()
+
+        assert (leaf.status, len(client.goals)) == (Status.FAILURE, 1)
+
+    def test_a_step_whose_result_has_expired_is_done(self, client, leaf):
+        """A robot does not do it again for the sake of a result."""
+        leaf.tick_once()
+        client.goals[0].is_known(GoalStatus.SUCCEEDED)
+        client.goals[0].expire(GoalStatus.SUCCEEDED)
+        leaf.tick_once()
+
+        assert (leaf.status, len(client.goals)) == (Status.SUCCESS, 1)
+        assert leaf.feedback_message == "was done before; its result has expired"
+
+    def test_a_computation_whose_result_has_expired_is_done_again(self, client):
+        """It is the result that counts, and nothing moves."""
+        leaf = ActionLeaf("Plan", "compute_path_to_pose", ComputePathToPose.Goal())
+        info = {"robots": [{"name": "wall_e", "actions": ["compute_path_to_pose"]}]}
+        leaf.setup(client=client, robot="wall_e", resume="me/m/wall_e", directory=Directory.from_info(info))
+        leaf.tick_once()
+        client.goals[0].is_known(GoalStatus.SUCCEEDED)
+        client.goals[0].expire(GoalStatus.SUCCEEDED)
+        leaf.tick_once()
+
+        assert (leaf.status, len(client.goals)) == (Status.RUNNING, 2)

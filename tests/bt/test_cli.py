@@ -13,6 +13,8 @@ import pytest
 
 from bt_controller.cli import main
 from hmrsim_zenoh import client as client_module
+from hmrsim_zenoh.client import Client
+from tests.hosted import hosted
 
 GO = "bt_controller.examples:go_to_pose"
 
@@ -93,6 +95,7 @@ class TestRun:
             "gone": False,
             "robots": {"wall_e": "SUCCESS"},
             "left": [],
+            "reasons": {},
         }
 
     @pytest.mark.usefixtures("simulator")
@@ -235,10 +238,65 @@ def test_output_that_cannot_be_written_is_one_line():
 def test_a_controller_loads_nothing_of_the_engine():
     """It is an outside client, which could live on another machine."""
     program = (
-        "import sys, bt_controller.cli, bt_controller.examples, bt_controller.runner\n"
+        "import sys, bt_controller.cli, bt_controller.examples, bt_controller.running.runner\n"
         "engine = {'simpy', 'networkx', 'hmrsim.simulator', 'hmrsim.dispatcher', 'hmrsim.robot'}\n"
         "print(sorted(engine & set(sys.modules)))"
     )
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
 
     assert found.stdout == "[]\n"
+
+
+class TestRobots:
+    """Whom a tree is run for."""
+
+    def robots(self, capsys, *arguments):
+        """Return exit code and robots of a run, or its errors."""
+        code = main(["run", "bt_controller.examples:go_to_pose", *arguments, "--json"])
+        out, err = capsys.readouterr()
+        return code, list(json.loads(out.splitlines()[-1])["robots"]) if out else err
+
+    @pytest.mark.usefixtures("simulator")
+    def test_robots_are_selected_by_what_they_can_do(self, capsys):
+        """Only one of them has a claw."""
+        assert (0, ["wall_e"]) == self.robots(capsys, "--robots", "action:pickup")
+
+    @pytest.mark.usefixtures("simulator")
+    def test_who_is_named_comes_first_and_nobody_twice(self, capsys):
+        """The selected ones follow by name."""
+        selected = self.robots(capsys, "--robots", "all", "action:pickup")
+        named = self.robots(capsys, "--robots", "all", "--robot", "wall_e")
+
+        assert ((0, ["eve", "wall_e"]), (0, ["wall_e", "eve"])) == (selected, named)
+
+    @pytest.mark.usefixtures("simulator")
+    def test_a_selector_that_is_about_nobody_is_exit_1(self, capsys):
+        """One line says what there is."""
+        error = "bt-controller: no robot has action 'pick_up'; did you mean action:pickup?\n"
+
+        assert (1, error) == self.robots(capsys, "--robots", "action:pick_up")
+
+    def test_what_is_no_selector_is_exit_2(self, capsys):
+        """Before anybody is asked."""
+        with pytest.raises(SystemExit, match="2"):
+            main(["run", GO, "--robots", "carrier"])
+
+        assert "argument --robots: 'carrier' selects no robots; expected all, type:NAME" in capsys.readouterr().err
+
+    def test_no_robots_variable_is_read(self, monkeypatch, capsys):
+        """Whoever forgot it would drive the wrong ones."""
+        monkeypatch.setenv("HMRSIM_ROBOTS", "all")
+        with pytest.raises(SystemExit, match="2"):
+            main(["run", GO])
+
+        assert "required: --robot or --robots" in capsys.readouterr().err
+
+
+def test_a_name_that_is_taken_is_exit_2(capsys):
+    """Two controllers are two participants; the error says what would do."""
+    with hosted(clock="lockstep") as options, Client(options, name="ward_b") as other:
+        assert other.lockstep is not None
+        code = main(["run", GO, "--robot", "wall_e", "--name", "ward_b", "--connect", options.connect[0]])
+
+    error = "bt-controller: participant 'ward_b' has joined already; take another name\n"
+    assert (2, error) == (code, capsys.readouterr().err)

@@ -1,19 +1,15 @@
-"""What a tree looks like."""
+"""Trees as lines, and as JSON."""
 
 from __future__ import annotations
 
 import io
 import json
+from dataclasses import replace
 
-import pytest
 from py_trees.behaviours import Success
-from py_trees.common import ParallelPolicy
-from py_trees.composites import Parallel, Selector, Sequence
-from py_trees.decorators import Inverter
-from py_trees.display import unicode_tree
 
-from bt_controller.display import JsonDisplay, LiveDisplay, PlainDisplay
-from bt_controller.snapshot import Snapshot, nodes_of
+from bt_controller.watching.display import JsonDisplay, PlainDisplay
+from bt_controller.watching.snapshot import Snapshot, nodes_of
 
 
 def snapshot(message="", *, tick=1):
@@ -22,22 +18,6 @@ def snapshot(message="", *, tick=1):
     leaf.tick_once()
     leaf.feedback_message = message
     return Snapshot("wall_e", 1.5, tick, nodes_of(leaf))
-
-
-def test_a_tree_is_drawn_as_py_trees_draws_it():
-    """Users know these symbols."""
-    root = Parallel(
-        "Parallel",
-        policy=ParallelPolicy.SuccessOnAll(),
-        children=[
-            Sequence("Remembers", memory=True, children=[Success("A")]),
-            Sequence("Forgets", memory=False, children=[Inverter("Not", Success("B"))]),
-            Selector("Chooses", memory=True),
-            Selector("Chooses again", memory=False),
-        ],
-    )
-
-    assert [node.line(status=False) for node in nodes_of(root)] == unicode_tree(root).splitlines()
 
 
 def test_an_unchanged_tree_is_not_written_again():
@@ -59,6 +39,14 @@ def test_a_stream_without_unicode_gets_py_trees_ascii_symbols():
     assert out.buffer.getvalue() == b"wall_e at 1.500 s\n--> Leaf [o]\n\n"
 
 
+def test_a_name_that_a_stream_can_not_take_is_no_reason_to_crash():
+    """What has no letter in the stream's encoding is a question mark."""
+    out = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+    PlainDisplay(out).show(snapshot("Tür"))
+
+    assert b"wall_e at 1.500 s\n--> Leaf [o] -- T?r\n\n" == out.buffer.getvalue()
+
+
 def test_json_has_a_line_for_each_change():
     """Programs read the whole tree from one line."""
     out = io.StringIO()
@@ -67,20 +55,16 @@ def test_json_has_a_line_for_each_change():
     display.show(snapshot("one", tick=2))
 
     node = {"depth": 0, "symbol": "-->", "kind": "Success", "name": "Leaf", "status": "SUCCESS", "message": "one"}
-    expected = {"robot": "wall_e", "sim_time": 1.5, "tick": 1, "status": "SUCCESS", "nodes": [node]}
+    expected = {"robot": "wall_e", "sim_time": 1.5, "tick": 1, "status": "SUCCESS", "ended": False, "nodes": [node]}
     assert [json.loads(line) for line in out.getvalue().splitlines()] == [expected]
 
 
-def test_the_live_display_shows_each_robots_latest_tree():
-    """All robots are on the screen at once."""
-    display = LiveDisplay()
-    for robot, message in (("wall_e", "old"), ("eve", "hers"), ("wall_e", "new")):
-        display.show(Snapshot(robot, None, 1, snapshot(message).nodes))
+def test_json_tells_what_changed_on_the_blackboard_only():
+    """A tree that looks the same may have learnt something."""
+    out = io.StringIO()
+    display = JsonDisplay(out)
+    for tick, known in ((1, {}), (2, {"code": 208}), (3, {"code": 208})):
+        display.show(replace(snapshot(tick=tick), blackboard=known))
 
-    assert display.text().plain == "wall_e\n--> Leaf [✓] -- new\neve\n--> Leaf [✓] -- hers\n"
-
-
-@pytest.mark.parametrize("message", ["a\nb", "a\x1bb"])
-def test_a_message_can_not_garble_the_terminal(message):
-    """What a robot says is shown on its line, and commands nothing."""
-    assert snapshot(message).nodes[0].line() == "--> Leaf [✓] -- a b"
+    lines = [json.loads(line) for line in out.getvalue().splitlines()]
+    assert [(1, {}), (2, {"code": 208})] == [(line["tick"], line["blackboard"]) for line in lines]

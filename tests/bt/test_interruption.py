@@ -8,13 +8,11 @@ import sys
 
 import pytest
 
-import bt_controller.__main__
-from bt_controller import cli
-from bt_controller.interruption import on_interrupt
+from bt_controller.running.interruption import on_interrupt
 
 BLOCKED = """\
 import os, signal, time
-from bt_controller import interruption
+from bt_controller.running import interruption
 
 if {twice}:
     interruption._PATIENCE = 1000
@@ -70,12 +68,14 @@ def test_other_signals_are_not_meant():
     assert heard == [signal.SIGUSR1]
 
 
-def test_ctrl_c_while_modules_load_is_130(monkeypatch):
-    """No traceback: the console script catches it before anything is imported."""
+def test_ctrl_c_while_modules_load_is_130():
+    """No traceback, and no death by the signal: the console script catches it before anything is imported."""
+    program = (
+        "import os, signal, sys; from bt_controller.__main__ import main; "
+        "sys.addaudithook(lambda event, _: event == 'import' and os.kill(os.getpid(), signal.SIGINT)); "
+        "sys.exit(main())"
+    )
 
-    def interrupted():
-        raise KeyboardInterrupt
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
 
-    monkeypatch.setattr(cli, "main", interrupted)
-
-    assert bt_controller.__main__.main() == 130
+    assert (130, "") == (done.returncode, done.stderr)

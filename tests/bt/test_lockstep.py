@@ -8,15 +8,15 @@ import pytest
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Sequence
-from py_trees.decorators import Timeout
+from py_trees.decorators import Repeat, Timeout
 from py_trees.timers import Timer
 
 from bt_controller.action_leaf import ActionLeaf
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
-from bt_controller.clocks import clock_for
-from bt_controller.mailbox import STOP, Mailbox
-from bt_controller.mission import Mission
-from bt_controller.runner import Runner
+from bt_controller.running.clocks import clock_for
+from bt_controller.running.mailbox import STOP, Mailbox
+from bt_controller.running.mission import Mission
+from bt_controller.running.runner import Runner
 from bt_controller.trees import Plan
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
@@ -52,7 +52,8 @@ class Stage:
         self.advances = lockstep._participant.epoch
         return outcome
 
-    def _show(self, snapshot):
+    def _show(self, mission, now):
+        snapshot = mission.snapshot(now)
         self.ticks.append((snapshot.robot, snapshot.sim_time))
         self.messages.append(snapshot.nodes[0].message)
 
@@ -202,3 +203,17 @@ def test_who_thinks_for_too_long_is_told():
         client.subscribe("hmrsim/_world/events", lambda _key, body: b"dropped" in body and dropped.set())
         with pytest.raises(Dropped, match="'trees' was dropped at"):
             Stage(client).run(lambda: Slow("Slow"), "wall_e")
+
+
+def test_feedback_reaches_the_leaf_whose_goal_it_is_about(stage):
+    """Of two leaves of one action, also when the first one's turn comes again."""
+    seen = []
+
+    def leaf(name):
+        goal = Wait.Goal(time=Duration.from_seconds(1.5))
+        return ActionLeaf(name, "wait", goal, describe=lambda _feedback: seen.append(name) or name)
+
+    steps = Sequence("S", memory=True, children=[leaf("A"), leaf("B")])
+    stage.run(lambda: Repeat("R", steps, 2), "wall_e", period=1.0)
+
+    assert ["A", "B", "A", "B"] == seen

@@ -12,12 +12,12 @@ from py_trees.composites import Parallel, Sequence
 from py_trees.timers import Timer
 
 from bt_controller.action_leaf import ActionLeaf
-from bt_controller.clocks import clock_for
 from bt_controller.directory import NotServed
 from bt_controller.examples import go_to_pose
-from bt_controller.mailbox import STOP, Mailbox
-from bt_controller.mission import Mission, TreeCrashed
-from bt_controller.runner import Runner
+from bt_controller.running.clocks import clock_for
+from bt_controller.running.mailbox import STOP, Mailbox
+from bt_controller.running.mission import Mission, TreeCrashed
+from bt_controller.running.runner import Runner
 from bt_controller.trees import Plan
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim_zenoh.errors import SimulatorGone
@@ -35,8 +35,8 @@ class Stage:
         """Return the outcome; a step is a function without arguments."""
         script = iter(steps)
 
-        def show(snapshot):
-            self.shown.append(snapshot)
+        def show(mission, now):
+            self.shown.append(mission.snapshot(now))
             next(script, lambda: None)()
 
         plan = Plan("test", function, takes_robot=False, confirmed=confirmed)
@@ -76,6 +76,18 @@ class Broken(Behaviour):
     def update(self):
         """Break."""
         raise KeyError("whoops")
+
+
+class BreaksWhenStopped(Behaviour):
+    """Runs, and raises an error when it is stopped."""
+
+    def update(self):
+        """Run."""
+        return Status.RUNNING
+
+    def terminate(self, new_status):
+        """Break."""
+        raise KeyError(new_status.name)
 
 
 class TestScenario2:
@@ -188,8 +200,9 @@ class TestTicks:
 
         assert [snapshot.sim_time for snapshot in stage.shown] == [100.0, 105.0]
 
-    def test_all_trees_are_ticked_when_time_goes_back(self, stage):
+    def test_all_trees_are_ticked_when_time_goes_back(self, stage, monkeypatch):
         """A reset world knows nothing of what they have waited for."""
+        monkeypatch.setattr("bt_controller.running.clocks._OVERTAKEN", 0.0)
         stage.client.began = 100.0
         stage.run(wait, lambda: stage.client.clock(0.5), stage.stop)
 
@@ -326,6 +339,21 @@ class TestEnds:
             stage.run(tree, grace=0.0)
 
         assert stage.goal().canceled is True
+
+    def test_a_behaviour_that_raises_when_it_is_stopped_does_not_keep_goals_from_being_canceled(self, stage, caplog):
+        """Its error is logged in a line."""
+
+        def tree():
+            policy = ParallelPolicy.SuccessOnAll()
+            children = [BreaksWhenStopped("Bad"), Sequence("Good", memory=True, children=[wait()])]
+            return Parallel("Both", policy=policy, children=children)
+
+        stage.mailbox.put(STOP)
+        outcome = stage.run(tree, grace=0.0)
+
+        assert (True, True) == (outcome.interrupted, stage.goal().canceled)
+        (line,) = caplog.messages
+        assert line.startswith("the tree of 'wall_e' broke while it was stopped: KeyError: 'INVALID' (")
 
 
 class TestBlackboards:

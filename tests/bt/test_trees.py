@@ -5,12 +5,15 @@ from __future__ import annotations
 import sys
 
 import pytest
+from py_trees.blackboard import Blackboard
 
+from bt_controller.blackboards import Board
 from bt_controller.examples import go_to_pose
 from bt_controller.trees import TreeError, load
 
 MODULE = """
 from py_trees.behaviours import Success
+from py_trees.blackboard import Blackboard
 
 def plain():
     return Success("plain")
@@ -26,6 +29,13 @@ def with_default(robot="nobody"):
 
 def with_speed(speed=1.0):
     return Success(str(speed))
+
+def of_given():
+    return Success(Blackboard.get("/given"))
+
+def overwrites():
+    Blackboard.set("given", "mine")
+    return Success("tree")
 
 def too_much(robot, map):
     return Success("no")
@@ -78,12 +88,34 @@ def test_a_function_takes_the_robots_name_or_nothing(function, name):
     assert load(f"bt_test_missions:{function}").build("wall_e").name == name
 
 
+@pytest.mark.parametrize("begin", ["<root>", "\n <root>"])
+def test_a_file_is_known_by_how_it_begins(tmp_path, begin):
+    """Whatever it is called."""
+    (tmp_path / "a:b").write_text(f'{begin}<BehaviorTree ID="A"><AlwaysSuccess name="x"/></BehaviorTree></root>')
+
+    assert load("a:b").build("wall_e").name == "x"
+
+
+def test_values_are_there_while_a_function_builds_its_tree():
+    """So that it may make goals of them."""
+    with Board().in_use():
+        assert load("bt_test_missions:of_given", values={"given": "kitchen"}).build("wall_e").name == "kitchen"
+
+
+def test_values_win_over_what_a_function_sets():
+    """It sets what is so by default."""
+    with Board().in_use():
+        load("bt_test_missions:overwrites", values={"given": "yours"}).build("wall_e")
+
+        assert Blackboard.get("given") == "yours"
+
+
 @pytest.mark.parametrize(
     ("name", "error"),
     [
-        ("bt_test_missions", "'bt_test_missions' is no tree; expected MODULE:FUNCTION"),
-        ("tree.xml", "'tree.xml' is no tree; expected MODULE:FUNCTION"),
-        (":plain", "':plain' is no tree; expected MODULE:FUNCTION"),
+        ("bt_test_missions", "'bt_test_missions' is no tree; expected FILE.xml or MODULE:FUNCTION"),
+        ("tree.xml", "^tree.xml: there is no such file$"),
+        (":plain", "':plain' is no tree; expected FILE.xml or MODULE:FUNCTION"),
         ("bt_test_absent:plain", r"bt_test_absent:plain: no module 'bt_test_absent' here \(.*\) or installed"),
         (
             "bt_test_importer:tree",
@@ -109,7 +141,7 @@ def test_what_is_no_tree_is_refused_in_one_line(name, error):
     ("function", "error"),
     [
         ("no_tree", "bt_test_missions:no_tree returned 42; the root of a tree is expected, a py_trees Behaviour"),
-        ("broken", r"bt_test_missions:broken: ZeroDivisionError: division by zero \(.*bt_test_missions\.py:29\)"),
+        ("broken", r"bt_test_missions:broken: ZeroDivisionError: division by zero \(.*bt_test_missions\.py:37\)"),
     ],
 )
 def test_what_builds_no_tree_is_refused_in_one_line(function, error):

@@ -9,7 +9,8 @@ from itertools import combinations
 
 import pytest
 
-from bt_controller.hospital import PLACES, mission
+from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.hospital import mission
 from hmrsim.graph import WaypointGraph
 from hmrsim.world import load_world
 
@@ -20,9 +21,12 @@ def hospital():
     return load_world("hospital").world
 
 
-def test_places_are_where_the_map_has_them(hospital):
-    """The controller knows the places of the house as the map has them."""
-    assert dict(PLACES) == {name: hospital.places[name].at for name in PLACES}
+def test_everybody_goes_to_places_that_there_are(hospital):
+    """The controller knows the names of places, and the simulator where they are."""
+    visited = {node.name for robot in hospital.robots for node in mission(robot).iterate() if isinstance(node, GoTo)}
+
+    assert 13 == len(visited)
+    assert visited <= {f"Go to {place}" for place in hospital.places}
 
 
 def test_every_robot_has_a_mission(hospital):
@@ -71,10 +75,11 @@ def test_there_is_a_way_around_the_visitors(hospital):
     (closed,) = (fault.model_extra["lane"] for fault in hospital.faults if fault.type == "lane_closed")
     graph = WaypointGraph(hospital)
     graph.closed = frozenset([tuple(closed), tuple(reversed(closed))])
-    lanes = [leg.lane for leg in graph.plan(PLACES["kitchen"], PLACES["ward_d"], 1.0).legs]
+    places = {name: place.at for name, place in hospital.places.items()}
+    lanes = [leg.lane for leg in graph.plan(places["kitchen"], places["ward_d"], 1.0).legs]
 
     assert ("ward_a_aisle", "ward_b_aisle") in lanes
-    assert all(graph.plan(PLACES["kitchen"], point, 1.0).legs for name, point in PLACES.items() if name != "kitchen")
+    assert all(graph.plan(places["kitchen"], point, 1.0).legs for name, point in places.items() if name != "kitchen")
 
 
 @pytest.fixture(scope="module")

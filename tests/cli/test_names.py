@@ -90,3 +90,11 @@ def test_unknown_topic():
     """For a topic that isn't there, those of its robot are told."""
     with pytest.raises(UnknownName, match="no topic '/eve/smell'; eve has: /eve/odom, /eve/dance/_action/feedback"):
         find_topic(INFO, "/eve/smell")
+
+
+def test_a_robot_may_have_a_tree():
+    """A controller publishes it; it is found, but not listed, as it may not be there."""
+    topic = find_topic(INFO, "/wall_e/_tree")
+
+    assert ("hmrsim/wall_e/_tree", True) == (topic.key(Keys()), topic.latched)
+    assert "/wall_e/_tree" not in [one.name for one in topics(INFO)]

@@ -8,6 +8,7 @@ import signal
 import pytest
 
 from hmrsim.cli import connection, main, topic
+from hmrsim_zenoh.session import SessionOptions, open_client
 
 pytestmark = pytest.mark.system
 
@@ -46,6 +47,28 @@ def test_echo_of_a_latched_topic(endpoint, capsys):
 
     assert 0 == code
     assert "status_list: []\n---\n" == capsys.readouterr().out
+
+
+def test_echo_of_a_tree_that_can_be_got(endpoint, capsys):
+    """A controller answers with its tree as it is."""
+    key = "hmrsim/wall_e/_tree"
+    with open_client(SessionOptions(connect=(endpoint,))) as session:
+        session.declare_queryable(key, lambda query: query.reply(key, '{"status": "RUNNING"}'))
+        code = main(["topic", "echo", "/wall_e/_tree", "--once", "--connect", endpoint])
+
+    assert 0 == code
+    assert "status: RUNNING\n---\n" == capsys.readouterr().out
+
+
+def test_echo_of_a_tree_before_there_is_one(endpoint, capsys):
+    """A controller that comes later is heard, too."""
+    with open_client(SessionOptions(connect=(endpoint,))) as session:
+        publisher = session.declare_publisher("hmrsim/wall_e/_tree")
+        publisher.declare_matching_listener(lambda _status: publisher.put('{"status": "RUNNING"}'))
+        code = main(["topic", "echo", "/wall_e/_tree", "--once", "--connect", endpoint])
+
+    assert 0 == code
+    assert "status: RUNNING\n---\n" == capsys.readouterr().out
 
 
 @pytest.mark.parametrize("command", ["echo", "hz"])

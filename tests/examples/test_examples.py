@@ -17,7 +17,8 @@ from hmrsim_zenoh.session import SessionOptions
 pytestmark = pytest.mark.system
 
 ROOT = Path(__file__).parents[2]
-EXAMPLES = sorted(ROOT.glob("examples/*.py"))
+EXAMPLES = sorted([*ROOT.glob("examples/*.py"), *ROOT.glob("examples/*.xml")])
+CONTROLLER = Path(sys.executable).with_name("bt-controller")
 
 
 @contextmanager
@@ -37,10 +38,12 @@ def endpoint():
 
 
 def world_of(example):
-    """Return the world, and the clock, that an example asks for in its first lines."""
+    """Return the world, and the clock, that an example asks for in its first lines; for trees it is lockstep."""
     world, clock = re.search(r"``hmrsim run (\S+?)(?: --clock (\w+))?``", example.read_text()).groups()
     world = str(ROOT / world) if "/" in world else world
-    return {"world": world, "clock": clock} if clock else {"world": world, "real_time_factor": 5.0}
+    if clock or example.suffix == ".xml":
+        return {"world": world, "clock": "lockstep"}
+    return {"world": world, "real_time_factor": 5.0}
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
@@ -50,9 +53,19 @@ def test_it_prints_what_it_should(example):
         check_output(example, endpoint)
 
 
+def command_of(example, endpoint):
+    """Return the command that an example names, for this simulator."""
+    if example.suffix == ".xml":
+        return [CONTROLLER, "run", example.relative_to(ROOT), "--robot", "wall_e", "--connect", endpoint]
+    if tree := re.search(r"``(bt-controller run [^`]+)``", example.read_text()):
+        return [CONTROLLER, *tree[1].split()[1:], "--connect", endpoint]
+    return [sys.executable, example, endpoint]
+
+
 def check_output(example, endpoint):
     """Run an example against a simulator."""
-    done = subprocess.run([sys.executable, example, endpoint], capture_output=True, text=True, timeout=100, check=False)
+    command = command_of(example, endpoint)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=100, check=False)
 
     assert (example.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)
 
@@ -72,7 +85,7 @@ def test_the_code_in_the_readme_runs(block, endpoint):
 
 def test_there_are_examples_and_blocks():
     """Neither list is empty by accident."""
-    assert 3 <= len(EXAMPLES)
+    assert 11 <= len(EXAMPLES)
     assert 2 == len(BLOCKS)
 
 
@@ -80,10 +93,9 @@ def test_the_tree_in_the_docs_runs(endpoint, tmp_path):
     """As it stands there: checked, then run to success."""
     (block,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "trees.md").read_text(), re.DOTALL)
     (tmp_path / "fetch.py").write_text(block)
-    controller = Path(sys.executable).with_name("bt-controller")
     for order in (["check", "fetch:fetch"], ["run", "fetch:fetch", "--robot", "wall_e", "--connect", endpoint]):
         done = subprocess.run(
-            [controller, *order], cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False
+            [CONTROLLER, *order], cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False
         )
 
         assert (0, "") == (done.returncode, done.stderr), done.stdout

@@ -7,7 +7,7 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Protocol
 
-from bt_controller.mailbox import CLOCK, STOP
+from bt_controller.running.mailbox import CLOCK, RESET, STOP
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.errors import SimulatorGone
 from hmrsim_zenoh.sim_clock import SimClock
@@ -15,7 +15,7 @@ from hmrsim_zenoh.sim_clock import SimClock
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from bt_controller.mailbox import Mailbox
+    from bt_controller.running.mailbox import Mailbox
     from hmrsim_zenoh.client import Client
     from hmrsim_zenoh.lockstep import Lockstep
     from hmrsim_zenoh.participant import Kind
@@ -30,6 +30,10 @@ _FIRST_TIME: Final = 1.0
 """Wall seconds in which a simulator that has a clock has told the time."""
 
 
+_OVERTAKEN: Final = 0.05
+"""Wall seconds in which earlier times still come that the first one, which was asked for, has overtaken."""
+
+
 class Clock(Protocol):
     """Simulated time, and what wakes a runner."""
 
@@ -37,11 +41,15 @@ class Clock(Protocol):
     def now(self) -> float | None:
         """Simulated seconds; None as long as nobody tells."""
 
+    @property
+    def elapsed(self) -> float | None:
+        """Simulated seconds that never go back: those before a reset count."""
+
     def wait(self, until: float | None) -> frozenset[str]:
         """Return what came to the mailbox, as soon as something has; or nothing at that time, or earlier.
 
         Args:
-            until: Simulated seconds; None for as long as it takes.
+            until: What `elapsed` will be; None for as long as it takes.
 
         Raises:
             SimulatorGone: Nothing will come any more.
@@ -75,15 +83,25 @@ def clock_for(client: Client, mailbox: Mailbox, *, feedback: bool, grace: float)
 
 
 class RealtimeClock:
-    """Time that goes by while we wait."""
+    """Time that goes by while we wait.
 
-    def __init__(self, client: Client, mailbox: Mailbox, grace: float) -> None:
+    Args:
+        client: The connection to the simulator.
+        mailbox: Where goals, signals and the clock say that something has happened.
+        grace: Wall seconds for which the simulator may be out of reach.
+        set_back: By how many seconds it was set back already.
+    """
+
+    def __init__(self, client: Client, mailbox: Mailbox, grace: float, *, set_back: float = 0.0) -> None:
         self._client = client
         self._mailbox = mailbox
         self._grace = grace
         self._absent_since: float | None = None
         self._heard = threading.Event()
         self._before = 0.0
+        self._set_back = set_back
+        self._elapsed: float | None = None
+        self._believes_from = 0.0
         self._until: float | None = None
         self._clock = SimClock(client, self._on_time)
         # Timers that begin at the first tick need to know when that is.
@@ -94,10 +112,15 @@ class RealtimeClock:
         """Simulated seconds; None until the clock was heard."""
         return self._clock.now
 
+    @property
+    def elapsed(self) -> float | None:
+        """Simulated seconds that never go back; None until the clock was heard."""
+        return self._elapsed
+
     def wait(self, until: float | None) -> frozenset[str]:
         """Return what came to the mailbox, as soon as something has; or nothing, to look around."""
         self._until = until
-        if until is not None and self.now is not None and self.now >= until:
+        if until is not None and self._elapsed is not None and self._elapsed >= until:
             return self._mailbox.wait(0.0)
         woken = self._mailbox.wait(_LOOK_AROUND)
         if self._gone():
@@ -117,10 +140,17 @@ class RealtimeClock:
         self._clock.close()
 
     def _on_time(self, now: float) -> None:
+        if now < self._before:
+            if time.monotonic() < self._believes_from:
+                return
+            self._set_back += self._before - now
+            self._mailbox.put(RESET)
+        self._before = now
+        self._believes_from = self._believes_from or time.monotonic() + _OVERTAKEN
+        self._elapsed = now + self._set_back
         self._heard.set()
-        before, self._before = self._before, now
         until = self._until
-        if now < before or (until is not None and now >= until):
+        if until is not None and self._elapsed >= until:
             self._until = None
             self._mailbox.put(CLOCK)
 
@@ -144,6 +174,8 @@ class LockstepClock:
         self._mailbox = mailbox
         self._report: tuple[Kind, ...] = ("feedback",) if feedback else ()
         self._grace = grace
+        self._before = lockstep.now
+        self._set_back = 0.0
         self._successor: RealtimeClock | None = None
 
     @property
@@ -151,15 +183,25 @@ class LockstepClock:
         """Simulated seconds."""
         return self._lockstep.now if self._successor is None else self._successor.now
 
+    @property
+    def elapsed(self) -> float | None:
+        """Simulated seconds that never go back."""
+        return self._lockstep.now + self._set_back if self._successor is None else self._successor.elapsed
+
     def wait(self, until: float | None) -> frozenset[str]:
         """Send what the trees want, and return what has come of it."""
         if self._successor is None and self._lockstep.over:
-            self._successor = RealtimeClock(self._client, self._mailbox, self._grace)
+            self._successor = RealtimeClock(self._client, self._mailbox, self._grace, set_back=self._set_back)
         if self._successor is not None:
             return self._successor.wait(until)
         if woken := self._mailbox.wait(0.0):
             return woken
-        self._lockstep.advance(until=until, report=self._report, timeout=_LOOK_AROUND)
+        limit = None if until is None else until - self._set_back
+        self._lockstep.advance(until=limit, report=self._report, timeout=_LOOK_AROUND)
+        before, self._before = self._before, self._lockstep.now
+        if self._before < before:
+            self._set_back += before - self._before
+            self._mailbox.put(RESET)
         return self._mailbox.wait(0.0)
 
     def settle(self, done: Callable[[], bool], seconds: float) -> None:

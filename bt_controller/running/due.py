@@ -27,14 +27,15 @@ def due(root: Behaviour, now: float, period: float) -> float:
     all trees are ticked at the same instants.
     """
     polled, deadline = False, math.inf
-    looked_at = [root]
+    looked_at = [(root, 0.0)]
     while looked_at:
-        node = looked_at.pop()
+        node, behind = looked_at.pop()
         if isinstance(node, Node):
             look = node.next_look()
             polled = polled or look == EACH_PERIOD
-            deadline = min(deadline, look) if look != EACH_PERIOD else deadline
-            looked_at += node.next_ticked()
+            deadline = min(deadline, look + behind) if look != EACH_PERIOD else deadline
+            behind += node.behind
+            looked_at += [(child, behind) for child in node.next_ticked()]
             continue
         if node.status is not Status.RUNNING:
             # It would be begun again, and who knows what comes of that.
@@ -42,8 +43,8 @@ def due(root: Behaviour, now: float, period: float) -> float:
             continue
         polled = polled or not _waits(node)
         if isinstance(node, (Timer, decorators.Timeout)):
-            deadline = min(deadline, node.finish_time)
-        looked_at += _next_ticked(node)
+            deadline = min(deadline, node.finish_time + behind)
+        looked_at += [(child, behind) for child in _next_ticked(node)]
     if polled or deadline <= now:
         deadline = min(deadline if deadline > now else math.inf, next_period(now, period))
     return deadline

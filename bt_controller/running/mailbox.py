@@ -6,13 +6,15 @@ from queue import Empty, SimpleQueue
 from typing import Final
 
 CLOCK: Final = "/clock"
-"""It is as late as was waited for, or earlier than it was."""
+"""It is as late as was waited for."""
+RESET: Final = "/reset"
+"""It is earlier than it was."""
 STOP: Final = "/stop"
 """The user wants an end."""
 
 
 class Mailbox:
-    """Collects why to wake: a robot's name, `CLOCK` or `STOP`.
+    """Collects why to wake: a robot's name, `CLOCK`, `RESET` or `STOP`.
 
     Any thread may put, and so may a signal handler that interrupts the thread which waits.
     """

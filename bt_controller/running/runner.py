@@ -1,7 +1,8 @@
 """Running trees: they are ticked when something happened, or when one of them has to be.
 
-All trees of a runner are ticked by one thread, one after the other, in the robots' order. What other threads
-hear (a goal's verdict, feedback, the clock) only wakes it. Its clock says how time goes by.
+All trees of a runner are ticked by one thread, one after the other. What other threads hear (a goal's verdict,
+feedback, the clock) only wakes it. Its clock says how time goes by. Those to which something happened at one instant
+are ticked in the missions' order, and nobody else is looked at: a thousand robots cost what happens to them.
 
 A thing of py_trees to know: a ``Parallel`` whose policy does not synchronise ticks finished children again, so that
 their goals are sent again.
@@ -17,19 +18,19 @@ from typing import TYPE_CHECKING, Any, Final
 from py_trees.common import Status
 
 from bt_controller.directory import Directory
-from bt_controller.due import due, next_period
-from bt_controller.mailbox import STOP
 from bt_controller.places import NamedPlaces
+from bt_controller.running.agenda import Agenda
+from bt_controller.running.due import due, next_period
+from bt_controller.running.mailbox import RESET, STOP
 from bt_controller.topics import Topics
 from hmrsim_zenoh.errors import Idle, NobodyThere, SimulatorGone
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from bt_controller.clocks import Clock
-    from bt_controller.mailbox import Mailbox
-    from bt_controller.mission import Mission
-    from bt_controller.snapshot import Snapshot
+    from bt_controller.running.clocks import Clock
+    from bt_controller.running.mailbox import Mailbox
+    from bt_controller.running.mission import Mission
     from hmrsim_zenoh.client import Client
 
 _PERIOD: Final = 1.0
@@ -79,7 +80,8 @@ class Runner:
         missions: The robots and their trees.
         clock: Its time; closed in the end.
         mailbox: Where to put `STOP` to end it; the clock's.
-        show: Called with each tree after each tick of it.
+        show: Called after each tick of a tree with its mission and the simulated time; None if nobody watches.
+            Whoever wants to see the tree takes a snapshot then, or later.
         period: Simulated seconds between ticks of every tree; None to tick where it is needed only.
         grace: Wall seconds in which canceled goals may end.
     """
@@ -91,7 +93,7 @@ class Runner:
         clock: Clock,
         mailbox: Mailbox,
         *,
-        show: Callable[[Snapshot], None],
+        show: Callable[[Mission, float | None], None] | None,
         period: float | None = None,
         grace: float = 3.0,
     ) -> None:
@@ -102,7 +104,11 @@ class Runner:
         self._show = show
         self._period = period
         self._grace = grace
-        self._dues = dict.fromkeys((mission.robot for mission in missions), math.inf)
+        self._numbers = {mission.robot: number for number, mission in enumerate(missions)}
+        self._running = set(self._numbers.values())
+        self._agenda = Agenda()
+        self._timed = False
+        self._unsettled = list(missions)
 
     def run(self) -> Outcome:
         """Set the trees up and tick them until all have ended; whatever ends that, no goal is left behind.
@@ -143,55 +149,63 @@ class Runner:
         return outcome
 
     def _follow(self) -> Outcome:
-        before = self._tick(self._missions)
-        while not all(mission.over for mission in self._missions):
+        self._tick(self._numbers.values())
+        while self._running:
             try:
                 woken = self._clock.wait(self._until())
             except (NobodyThere, SimulatorGone):
                 # Their goals have failed by now, and what waits for something else would wait for ever.
-                self._tick(self._missions)
+                self._tick(self._numbers.values())
                 return self._outcome(gone=True)
             except Idle as error:
                 waiting = ", ".join(mission.robot for mission in self._missions if not mission.over)
                 raise Idle(f"{error}; what the trees of {waiting} wait for can't happen") from None
             if STOP in woken:
                 return self._outcome(interrupted=True)
-            now = self._clock.now
-            # Time that went back has been reset, and no deadline of the time before will come.
-            back = now is not None and before is not None and now < before
-            before = self._tick(
-                [each for each in self._missions if back or each.robot in woken or self._is_due(each, now)]
-            )
+            self._tick(self._whose_turn(woken))
         return self._outcome()
 
     def _until(self) -> float | None:
         """Return when the next tree has to be ticked; None for when something happens."""
-        earliest = min(self._dues[mission.robot] for mission in self._missions if not mission.over)
+        earliest = self._agenda.earliest
         return None if earliest == math.inf else earliest
 
-    def _is_due(self, mission: Mission, now: float | None) -> bool:
-        return now is not None and now >= self._dues[mission.robot]
+    def _whose_turn(self, woken: frozenset[str]) -> Iterable[int]:
+        """Return the numbers of the trees that have to be ticked."""
+        time = self._clock.elapsed
+        if RESET in woken or (time is not None and not self._timed):
+            # Nobody knows what has become of what they wait for, or when they are due.
+            return self._numbers.values()
+        due_now = [] if time is None else self._agenda.take(time)
+        return sorted({*due_now, *(self._numbers[robot] for robot in woken & self._numbers.keys())})
 
-    def _tick(self, missions: Iterable[Mission]) -> float | None:
-        """Tick trees; return the time at which it was."""
-        now = self._clock.now
-        for mission in missions:
+    def _tick(self, numbers: Iterable[int]) -> None:
+        """Tick trees. Their time does not go back: a timer waits for as long as it says."""
+        now, time = self._clock.now, self._clock.elapsed
+        self._timed = time is not None
+        for number in numbers:
+            mission = self._missions[number]
             while not mission.over:
-                mission.tick(now)
-                self._show(mission.snapshot(now))
+                mission.tick(time)
+                if self._show is not None:
+                    self._show(mission, now)
                 if mission.status is Status.RUNNING:
-                    self._dues[mission.robot] = self._due(mission, now)
+                    self._agenda.put(number, self._due(mission, time))
                     break
-        return now
+            if mission.over:
+                self._running.discard(number)
+                self._agenda.put(number, math.inf)
 
-    def _due(self, mission: Mission, now: float | None) -> float:
-        if now is None:
+    def _due(self, mission: Mission, time: float | None) -> float:
+        if time is None:
             return math.inf
-        needed = due(mission.root, now, self._period or _PERIOD)
-        return needed if self._period is None else min(needed, next_period(now, self._period))
+        needed = due(mission.root, time, self._period or _PERIOD)
+        return needed if self._period is None else min(needed, next_period(time, self._period))
 
     def _settled(self) -> bool:
-        return not any(mission.open_goals for mission in self._missions)
+        while self._unsettled and not self._unsettled[-1].open_goals:
+            self._unsettled.pop()
+        return not self._unsettled
 
     def _with_left(self, outcome: Outcome) -> Outcome:
         return replace(outcome, left=tuple(mission.robot for mission in self._missions if mission.open_goals))

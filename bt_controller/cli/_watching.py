@@ -1,0 +1,135 @@
+"""What ``bt-controller`` shows of trees: on the terminal, in files, on the network."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import ExitStack, contextmanager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from contextlib import AbstractContextManager
+
+    from bt_controller.running.clocks import Clock
+    from bt_controller.running.mission import Mission
+    from bt_controller.watching.display import Watcher
+    from bt_controller.watching.snapshot import Node
+    from hmrsim_zenoh.client import Client
+
+# What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
+# ruff: noqa: PLC0415
+
+_STDOUT: Final = "-"
+
+
+def add_picture_options(parser: argparse.ArgumentParser, *, when: str = "") -> None:
+    """Give a command the options that draw trees."""
+    parser.add_argument("--dot", metavar="FILE", help=f"write a picture for Graphviz{when}; - for stdout")
+    parser.add_argument("--svg", metavar="FILE", help=f"write a picture as SVG{when}, drawn by Graphviz's dot")
+
+
+def add_watching_options(parser: argparse.ArgumentParser) -> None:
+    """Give a command the options that show running trees."""
+    parser.add_argument("--quiet", action="store_true", help="show no trees, only how they ended")
+    parser.add_argument(
+        "--transitions", metavar="FILE", help="write a line of JSON whenever the status of a behaviour changes"
+    )
+    add_picture_options(parser, when=" of the trees as they ended")
+
+
+def draw(args: argparse.Namespace, trees: Mapping[str, Sequence[Node]], *, statuses: bool) -> None:
+    """Write the pictures that a command line asks for.
+
+    Raises:
+        BadOptions: A file can't be written, or Graphviz is missing.
+    """
+    from bt_controller.watching.renders import dot, svg
+
+    if args.dot or args.svg:
+        graph = dot(trees, statuses=statuses)
+        if args.dot == _STDOUT:
+            sys.stdout.write(graph)
+        elif args.dot:
+            _write("--dot", args.dot, graph)
+        if args.svg:
+            _write("--svg", args.svg, svg(graph))
+
+
+def display(args: argparse.Namespace) -> AbstractContextManager[Watcher | None]:
+    """Return what shows trees on stdout, if anything does."""
+    if args.quiet:
+        return nullcontext()
+
+    from bt_controller.watching.display import JsonDisplay, PlainDisplay
+    from bt_controller.watching.live_display import live_display
+
+    if args.json:
+        return nullcontext(JsonDisplay(sys.stdout))
+    return live_display() if sys.stdout.isatty() else nullcontext(PlainDisplay(sys.stdout))
+
+
+@contextmanager
+def watching(
+    args: argparse.Namespace, client: Client, missions: Sequence[Mission], clock: Clock, shown: Watcher | None
+) -> Iterator[Callable[[Mission, float | None], None]]:
+    """Tell all who want to know of ticks; yields whom to call after each.
+
+    Raises:
+        BadOptions: A file can't be written, or Graphviz is missing.
+    """
+    from bt_controller.watching.publishing import Publisher
+    from bt_controller.watching.renders import check_graphviz
+    from bt_controller.watching.transitions import Transitions
+
+    if args.svg:
+        check_graphviz()
+    with ExitStack() as ending:
+        watchers: list[Watcher] = [ending.enter_context(Publisher(client.session, client.keys, missions))]
+        if shown is not None:
+            watchers.insert(0, shown)
+        if args.transitions or Transitions.wanted():
+            out = ending.enter_context(_opened("--transitions", args.transitions)) if args.transitions else None
+            transitions = Transitions(out, missions)
+            ending.callback(lambda: transitions.flush(clock.now))
+            watchers.append(transitions)
+
+        def ticked(mission: Mission, now: float | None) -> None:
+            for watcher in watchers:
+                watcher.ticked(mission, now)
+
+        yield ticked
+
+
+def why_failed(missions: Sequence[Mission]) -> dict[str, list[dict[str, str]]]:
+    """Return the behaviours that made trees fail, and what they say, by robot."""
+    from py_trees.common import Status
+
+    from bt_controller.watching.snapshot import nodes_of, reasons
+
+    return {
+        mission.robot: [{"node": node.name, "message": node.message} for node in reasons(nodes_of(mission.root))]
+        for mission in missions
+        if mission.status is Status.FAILURE
+    }
+
+
+def in_words(why: Sequence[Mapping[str, str]]) -> str:
+    """Return why a tree failed, as what follows its status."""
+    told = "; ".join(f"{each['node']}: {each['message']}" if each["message"] else each["node"] for each in why)
+    return f": {told}" if told else ""
+
+
+def _opened(option: str, path: str) -> Any:
+    from hmrsim_zenoh.errors import BadOptions
+
+    try:
+        return Path(path).open("w", encoding="utf-8")
+    except OSError as error:
+        raise BadOptions(f"{option} {path}: {error.strerror}") from None
+
+
+def _write(option: str, path: str, text: str) -> None:
+    with _opened(option, path) as file:
+        file.write(text)

@@ -1,0 +1,186 @@
+"""One tree that is run for one robot."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from typing import TYPE_CHECKING, Any, Final
+
+from py_trees.common import Status
+
+from bt_controller.action_leaf import ActionLeaf
+from bt_controller.blackboards import Board
+from bt_controller.tree_time import simulated_time
+from bt_controller.trees import described
+from bt_controller.watching.json_values import board_values
+from bt_controller.watching.snapshot import Snapshot, nodes_of
+from hmrsim.errors import HmrsimError
+from hmrsim_zenoh.preparation import for_client
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from bt_controller.trees import Plan
+    from hmrsim.actions import AnyAction
+    from hmrsim_zenoh.client import Client
+
+_log = logging.getLogger(__name__)
+
+_FLEET: Final = "fleet"
+"""What all robots of one tree are called together."""
+
+
+class TreeCrashed(HmrsimError):
+    """A behaviour raised an error; the text says which tree, which error and where."""
+
+
+class Mission:
+    """A robot, or several that share a tree, the tree and its blackboard.
+
+    Args:
+        robot: The robot's name; of several, what they are called together.
+        plan: How the tree is built.
+        fleet: The names of those several robots.
+        resume: Under which name its goals are found again when a controller goes on where another one ended; None to
+            begin anew each time.
+
+    Raises:
+        TreeError: The tree can't be built.
+    """
+
+    def __init__(
+        self, robot: str, plan: Plan, *, fleet: Sequence[str] | None = None, resume: str | None = None
+    ) -> None:
+        self.robot = robot
+        self._robots = (robot,) if fleet is None else tuple(fleet)
+        self._resume = None if resume is None else f"{resume}/{robot}"
+        self._board = Board()
+        with self._board.in_use():
+            self.root = plan.build(*self._robots)
+        self._successes_due = 2 if plan.confirmed else 1
+        self._ticks = 0
+        self._over = False
+        self._stopped = False
+        # Who takes a snapshot in another thread sees the tree between two ticks.
+        self._ticking = threading.Lock()
+
+    @property
+    def over(self) -> bool:
+        """Whether the tree needs no further tick."""
+        return self._over
+
+    @property
+    def status(self) -> Status:
+        """The root's status."""
+        return self.root.status
+
+    @property
+    def open_goals(self) -> bool:
+        """Whether a goal of the tree is still under way."""
+        return any(leaf.open_goals for leaf in self._leaves())
+
+    @property
+    def actions(self) -> dict[str, AnyAction]:
+        """The actions of the tree by name, as far as they are known before the simulator is asked."""
+        return {leaf.action.name: leaf.action for leaf in self._leaves() if leaf.action is not None}
+
+    def setup(self, client: Client, wake: Callable[[], None], **known: Any) -> None:
+        """Set up all behaviours.
+
+        Args:
+            client: The connection to the simulator.
+            wake: Called in any thread when the tree should be ticked.
+            **known: What all trees share: *directory*, *topics*, *places*.
+
+        Raises:
+            NotServed: The simulator lacks the robot, an action or a topic.
+            PortError: What the file says is not what a port takes.
+        """
+        for robot in self._robots:
+            known["directory"].check_robot(robot)
+        with self._board.in_use():
+            for node in self.root.iterate():
+                node.setup(client=client, robot=self.robot, wake=wake, resume=self._resume, **known)
+
+    def tick(self, now: float | None) -> None:
+        """Tick the tree at a simulated time.
+
+        Raises:
+            TreeCrashed: A behaviour raised an error.
+        """
+        self._ticks += 1
+        try:
+            with self._ticking, self._board.in_use(), simulated_time(now):
+                self.root.tick_once()
+        except Exception as error:
+            raise TreeCrashed(f"the tree of {self.robot!r} broke: {told(error)}") from error
+        if self.status is Status.SUCCESS:
+            self._successes_due -= 1
+            self._over = self._successes_due == 0
+        else:
+            self._over = self.status is not Status.RUNNING
+
+    def interrupt(self) -> None:
+        """Stop the tree where it is, and cancel its goals; a behaviour that breaks then is logged."""
+        with self._ticking, self._board.in_use():
+            self._stopped = True
+            try:
+                if not self._over:
+                    self.root.stop(Status.INVALID)
+            except Exception as error:  # noqa: BLE001 - whatever a behaviour raises, the goals are canceled
+                _log.error("the tree of %r broke while it was stopped: %s", self.robot, told(error))
+            # A tree that broke does not know of all that it has begun.
+            self.cancel()
+
+    def cancel(self) -> None:
+        """Cancel the goals that are under way; from any thread, returns at once."""
+        for leaf in self._leaves():
+            leaf.cancel()
+
+    def shutdown(self) -> None:
+        """Let the behaviours put away what they set up."""
+        with self._board.in_use():
+            for node in self.root.iterate():
+                node.shutdown()
+
+    def snapshot(self, sim_time: float | None, *, blackboard: bool = False) -> Snapshot:
+        """Return what the tree looks like after its last tick; in another thread, one under way is waited for.
+
+        Args:
+            sim_time: When that was.
+            blackboard: Whether to tell what is on the blackboard.
+        """
+        with self._ticking:
+            known = board_values(self._board.storage) if blackboard else None
+            ended = self._over or self._stopped
+            return Snapshot(self.robot, sim_time, self._ticks, nodes_of(self.root), ended, known)
+
+    def _leaves(self) -> list[ActionLeaf[Any, Any, Any]]:
+        return [node for node in self.root.iterate() if isinstance(node, ActionLeaf)]
+
+
+def told(error: Exception) -> str:
+    """Return an error as one line: ours say what is wrong, others where, too."""
+    return str(error) if isinstance(error, HmrsimError) else described(error)
+
+
+def missions_for(robots: Sequence[str], plan: Plan, *, resume: str | None = None) -> list[Mission]:
+    """Return a mission for each of some robots, or one for all if the tree is one for all.
+
+    Args:
+        robots: Their names.
+        plan: How the tree is built.
+        resume: As `Mission` has it.
+
+    Raises:
+        TreeError: The tree can't be built.
+    """
+    if plan.takes_robots:
+        return [Mission(_FLEET, plan, fleet=robots, resume=resume)]
+    return [Mission(robot, plan, resume=resume) for robot in robots]
+
+
+def prepare(missions: Iterable[Mission]) -> None:
+    """Be ready for the actions of some trees, before anybody waits for it."""
+    for action in {name: action for mission in missions for name, action in mission.actions.items()}.values():
+        for_client(action)

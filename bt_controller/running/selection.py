@@ -1,0 +1,66 @@
+"""Choosing robots by what they are: ``all``, ``type:nurse``, ``action:pickup``, ``component:claw``."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Final
+
+from bt_controller.directory import Directory, NotServed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+ALL: Final = "all"
+
+_WHAT: Final[Mapping[str, Callable[[Directory, str], tuple[str, ...]]]] = {
+    "type": lambda directory, robot: (directory.types[robot],),
+    "action": lambda directory, robot: directory.actions[robot],
+    "component": lambda directory, robot: directory.components[robot],
+}
+"""What a robot is or has, by the word before the colon."""
+
+
+def check_selector(selector: str) -> None:
+    """Refuse what selects nothing in any world.
+
+    Raises:
+        ValueError: It does.
+    """
+    kind, _, wanted = selector.partition(":")
+    if selector != ALL and not (kind in _WHAT and wanted):
+        forms = ", ".join(f"{kind}:NAME" for kind in _WHAT)
+        raise ValueError(f"{selector!r} selects no robots; expected {ALL}, {forms}")
+
+
+def selected(directory: Directory, selectors: Iterable[str]) -> list[str]:
+    """Return the robots that any of some selectors is about, by name, each once.
+
+    Raises:
+        NotServed: A selector is about nobody; the text says what there is.
+    """
+    return sorted({robot for selector in selectors for robot in _chosen(directory, selector)})
+
+
+def completions(directory: Directory) -> list[str]:
+    """Return all selectors that are about somebody."""
+    found = {f"{kind}:{name}" for kind in _WHAT for name in _names(directory, kind)}
+    return [ALL, *sorted(found)]
+
+
+def _chosen(directory: Directory, selector: str) -> list[str]:
+    if selector == ALL:
+        if not directory.actions:
+            raise NotServed("there are no robots")
+        return list(directory.actions)
+    kind, _, wanted = selector.partition(":")
+    chosen = [robot for robot in directory.actions if wanted in _WHAT[kind](directory, robot)]
+    if not chosen:
+        names = _names(directory, kind)
+        meant = get_close_matches(wanted, names, n=1)
+        instead = f"did you mean {kind}:{meant[0]}?" if meant else f"there are {', '.join(names) or 'none'}"
+        raise NotServed(f"no robot has {kind} {wanted!r}; {instead}")
+    return chosen
+
+
+def _names(directory: Directory, kind: str) -> list[str]:
+    return sorted({name for robot in directory.actions for name in _WHAT[kind](directory, robot)} - {""})

@@ -1,0 +1,114 @@
+"""The state of trees on the network: published when it changes and somebody listens, and answered to whoever asks."""
+
+from __future__ import annotations
+
+import json
+import logging
+from typing import TYPE_CHECKING, Any, Final, Self
+
+import zenoh
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from types import TracebackType
+
+    from bt_controller.running.mission import Mission
+    from bt_controller.watching.snapshot import Snapshot
+    from hmrsim_zenoh.keys import Keys
+
+_log = logging.getLogger(__name__)
+
+_JSON: Final = "application/json"
+
+
+class Publisher:
+    """Publishes the trees of some robots, until it is closed.
+
+    One declaration for all robots: Zenoh matches wildcards, and a declaration each takes its time in large fleets.
+    So whoever listens to one tree makes us look at all that change.
+
+    Args:
+        session: An open session; it stays the caller's to close.
+        keys: How keys are spelled.
+        missions: The robots and their trees.
+    """
+
+    def __init__(self, session: zenoh.Session, keys: Keys, missions: Sequence[Mission]) -> None:
+        self._session = session
+        self._keys = keys
+        self._missions = {keys.tree(mission.robot): mission for mission in missions}
+        self._times: dict[str, float | None] = {}
+        self._told: dict[str, Snapshot] = {}
+        self._publisher = session.declare_publisher(keys.trees())
+        # Others may have trees of other robots: all who match are asked.
+        self._declared: list[Any] = [
+            self._publisher,
+            session.declare_queryable(keys.trees(), self._answer, complete=False),
+            session.declare_queryable(keys.history_of(keys.trees()), self._answer, complete=False),
+        ]
+        self._publisher.declare_matching_listener(zenoh.handlers.Callback(self._look))
+        self._look()
+
+    def __enter__(self) -> Self:
+        """Return the publisher."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    def ticked(self, mission: Mission, now: float | None) -> None:
+        """Publish the tree, if it has changed and anybody listens."""
+        self._times[mission.robot] = now
+        if self._wanted:
+            self._publish(mission)
+
+    def close(self) -> None:
+        """Tell that all trees have ended, and nothing more."""
+        if self._declared and self._wanted:
+            for mission in self._missions.values():
+                self._publish(mission)
+        while self._declared:
+            self._declared.pop().undeclare()
+
+    def _look(self, _status: zenoh.MatchingStatus | None = None) -> None:
+        """Note whether anybody listens just now: what a listener was told may be out of date already."""
+        self._wanted: bool = self._publisher.matching_status.matching  # type: ignore[attr-defined]  # the stub errs
+
+    def _publish(self, mission: Mission) -> None:
+        snapshot = self._snapshot(mission)
+        if not snapshot.differs(self._told.get(mission.robot)):
+            return
+        self._told[mission.robot] = snapshot
+        # A tree does not wait for who reads slowly; but its end is told to everybody.
+        control = zenoh.CongestionControl.BLOCK if snapshot.ended else zenoh.CongestionControl.DROP
+        key = self._keys.tree(mission.robot)
+        self._session.put(key, _payload(snapshot), encoding=_JSON, congestion_control=control)
+
+    def _answer(self, query: zenoh.Query) -> None:
+        """Answer with the trees as they are now; in a thread of Zenoh's."""
+        # Who has subscribed and asks then is to hear all that comes after the answer.
+        self._look()
+        try:
+            asked = self._keys.without_history(str(query.key_expr))
+            for key in self._matching(asked):
+                query.reply(key, _payload(self._snapshot(self._missions[key])), encoding=_JSON)
+        except zenoh.ZError as error:
+            _log.debug("replying on %s: %s", query.key_expr, error)
+        finally:
+            query.drop()
+
+    def _matching(self, asked: str) -> list[str]:
+        if "*" not in asked and "$" not in asked:
+            return [asked] if asked in self._missions else []
+        wanted = zenoh.KeyExpr(asked)
+        return [key for key in self._missions if wanted.intersects(zenoh.KeyExpr(key))]
+
+    def _snapshot(self, mission: Mission) -> Snapshot:
+        return mission.snapshot(self._times.get(mission.robot), blackboard=True)
+
+
+def _payload(snapshot: Snapshot) -> bytes:
+    return json.dumps(snapshot.to_json()).encode()

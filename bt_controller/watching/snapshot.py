@@ -1,0 +1,207 @@
+"""What a tree looks like at an instant, as plain values and as text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from py_trees.common import Status
+from py_trees.composites import Composite, Parallel, Selector, Sequence
+from py_trees.decorators import Decorator
+
+from bt_controller.node import Node as XmlNode
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from py_trees.behaviour import Behaviour
+
+_INDENT: Final = 4
+
+UNICODE: Final = {Status.SUCCESS: "✓", Status.FAILURE: "✕", Status.RUNNING: "*", Status.INVALID: "-"}
+"""How py_trees draws a status."""
+ASCII: Final = {Status.SUCCESS: "o", Status.FAILURE: "x", Status.RUNNING: "*", Status.INVALID: "-"}
+"""How it does where there is no Unicode."""
+
+_OF_TAGS: Final = {
+    "Sequence": "{-}",
+    "SequenceWithMemory": "{-}",
+    "AsyncSequence": "{-}",
+    "PersistentSequence": "{-}",
+    "ReactiveSequence": "[-]",
+    "PipelineSequence": "[-]",
+    "Fallback": "{o}",
+    "AsyncFallback": "{o}",
+    "ReactiveFallback": "[o]",
+    "Parallel": "/_/",
+    "ParallelAll": "/_/",
+}
+"""The symbols of XML trees' controls that do as py_trees' composites do."""
+
+_OTHER_CONTROL: Final = "{*}"
+
+
+class Node(NamedTuple):
+    """One behaviour.
+
+    Attributes:
+        depth: 0 for the root.
+        symbol: py_trees' symbol for its kind, such as ``{-}`` for a sequence with memory.
+        kind: Its class.
+        name: Its name.
+        status: Its status.
+        message: What it has to say; nothing where it is not active.
+        origin: File and line, where a file has it.
+    """
+
+    depth: int
+    symbol: str
+    kind: str
+    name: str
+    status: Status
+    message: str
+    origin: str = ""
+
+    @property
+    def words(self) -> str:
+        """Its name, and what it has to say."""
+        return f"{self.name}: {self.message}" if self.message else self.name
+
+    def line(self, symbols: Mapping[Status, str] = UNICODE, *, status: bool = True) -> str:
+        """Return the behaviour as a line of py_trees' text trees."""
+        text = f"{' ' * _INDENT * self.depth}{self.symbol} {self.name}"
+        if status:
+            text += f" [{symbols[self.status]}]"
+        return f"{text} -- {self.message}" if self.message else text
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the behaviour as JSON has it."""
+        told = {**self._asdict(), "status": self.status.value}
+        if not self.origin:
+            del told["origin"]
+        return told
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The tree of one robot after a tick.
+
+    Attributes:
+        robot: Whose tree.
+        sim_time: Simulated seconds; None while no clock was heard.
+        tick: Which tick it was, from 1.
+        nodes: The behaviours, parents before their children.
+        ended: Whether it is not going to be ticked again.
+        blackboard: What is on its blackboard, as JSON has it; None if nobody asked.
+    """
+
+    robot: str
+    sim_time: float | None
+    tick: int
+    nodes: tuple[Node, ...]
+    ended: bool = False
+    blackboard: Mapping[str, Any] | None = None
+
+    @property
+    def title(self) -> str:
+        """Whose tree it is, and when."""
+        return self.robot if self.sim_time is None else f"{self.robot} at {self.sim_time:.3f} s"
+
+    @property
+    def status(self) -> Status:
+        """The root's status."""
+        return self.nodes[0].status
+
+    def differs(self, other: Snapshot | None) -> bool:
+        """Return whether there is more to tell than of another tick, besides its time."""
+        if other is None:
+            return True
+        return (self.nodes, self.ended, self.blackboard) != (other.nodes, other.ended, other.blackboard)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the snapshot as JSON has it."""
+        told = {
+            "robot": self.robot,
+            "sim_time": self.sim_time,
+            "tick": self.tick,
+            "status": self.status.value,
+            "ended": self.ended,
+            "nodes": [node.to_json() for node in self.nodes],
+        }
+        return told if self.blackboard is None else {**told, "blackboard": dict(self.blackboard)}
+
+
+def nodes_of(root: Behaviour) -> tuple[Node, ...]:
+    """Return the behaviours of a tree as they are now."""
+    found: list[Node] = []
+    _add(root, 0, found)
+    return tuple(found)
+
+
+def reasons(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
+    """Return which behaviours made a tree fail: the deepest that have failed below nothing but failures.
+
+    A decorator that fails although its child has not is a reason itself.
+    """
+    # The deepest level up to which all behaviours above the next one have failed.
+    failed = -1
+    found: list[Node] = []
+    for node in nodes:
+        failed = min(failed, node.depth - 1)
+        if node.status is Status.FAILURE and failed == node.depth - 1:
+            if found and found[-1].depth == node.depth - 1:
+                found.pop()
+            found.append(node)
+            failed = node.depth
+    return tuple(found)
+
+
+def tip(nodes: tuple[Node, ...]) -> Node:
+    """Return the behaviour that a tree is at: the last that runs, or has failed; else the root."""
+    if failed := reasons(nodes):
+        return failed[-1]
+    running = [node for node in nodes if node.status is Status.RUNNING]
+    return running[-1] if running else nodes[0]
+
+
+def _add(node: Behaviour, depth: int, found: list[Node]) -> None:
+    kind = type(node)
+    symbol, without_memory = _symbols(kind)
+    active = node.status is not Status.INVALID
+    found.append(
+        Node(
+            depth=depth,
+            symbol=symbol if getattr(node, "memory", True) else without_memory,
+            kind=kind.__name__,
+            name=_one_line(node.name),
+            status=node.status,
+            # py_trees leaves the last message on a behaviour that it has reset.
+            message=_one_line(node.feedback_message) if active else "",
+            origin=node.origin if isinstance(node, XmlNode) else "",
+        )
+    )
+    for child in node.children:
+        _add(child, depth + 1, found)
+
+
+@cache
+def _symbols(kind: type[Behaviour]) -> tuple[str, str]:
+    """Return the symbol of a kind, and that of one without memory."""
+    if issubclass(kind, Decorator):
+        return "-^-", "-^-"
+    if not issubclass(kind, Composite):
+        return "-->", "-->"
+    if issubclass(kind, Parallel):
+        return "/_/", "/_/"
+    if issubclass(kind, Sequence):
+        return "{-}", "[-]"
+    if issubclass(kind, Selector):
+        return "{o}", "[o]"
+    symbol = _OF_TAGS.get(kind.__name__, _OTHER_CONTROL)
+    return symbol, symbol
+
+
+def _one_line(text: str) -> str:
+    """Return a text that comes from elsewhere as something that can't garble a terminal."""
+    return text if text.isprintable() else "".join(letter if letter.isprintable() else " " for letter in text)

@@ -1,0 +1,106 @@
+"""A log of what became of each behaviour, with simulated times: one line whenever its status changes.
+
+What runs and is reset within one tick is in it, too: the log listens to each behaviour's ``tick`` and ``stop``.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections import Counter
+from typing import IO, TYPE_CHECKING, Any
+
+from py_trees.common import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from py_trees.behaviour import Behaviour
+
+    from bt_controller.running.mission import Mission
+
+_log = logging.getLogger(__name__)
+
+
+class Transitions:
+    """Logs the transitions of trees as lines of JSON, and for people.
+
+    Args:
+        out: Where the lines of JSON go; None for nowhere.
+        missions: Whose trees; not ticked so far.
+    """
+
+    def __init__(self, out: IO[str] | None, missions: Iterable[Mission]) -> None:
+        self._out = out
+        # Of the tree that is being ticked: only the runner knows the time of the tick.
+        self._noted: list[dict[str, Any]] = []
+        for mission in missions:
+            for node, path in paths(mission.root):
+                self._listen(mission.robot, node, path)
+
+    @staticmethod
+    def wanted() -> bool:
+        """Return whether people want to read it: whether our log has it."""
+        return _log.isEnabledFor(logging.INFO)
+
+    def ticked(self, _mission: Mission, now: float | None) -> None:
+        """Log what became of the tree in a tick."""
+        self.flush(now)
+
+    def flush(self, now: float | None) -> None:
+        """Log what has become of trees by this time."""
+        noted, self._noted = self._noted, []
+        for line in noted:
+            if self._out is not None:
+                self._out.write(json.dumps({"sim_time": now, **line}) + "\n")
+            self._tell(now, **line)
+        if noted and self._out is not None:
+            self._out.flush()
+
+    @staticmethod
+    def _tell(now: float | None, **line: str) -> None:
+        when = "" if now is None else f"{now:.3f} "
+        why = f": {line['message']}" if line["message"] else ""
+        _log.info("%s%s: %s: %s -> %s%s", when, line["robot"], line["node"], line["from"], line["to"], why)
+
+    def _listen(self, robot: str, node: Behaviour, path: str) -> None:
+        last = node.status
+        tick: Callable[[], Iterator[Behaviour]] = node.tick
+        stop: Callable[[Status], None] = node.stop
+
+        def note() -> None:
+            nonlocal last
+            if node.status is not last:
+                # py_trees leaves the last message on a behaviour that it has reset.
+                message = "" if node.status is Status.INVALID else node.feedback_message
+                change = {"from": last.value, "to": node.status.value, "message": message}
+                self._noted.append({"robot": robot, "node": path, **change})
+                last = node.status
+
+        def ticked() -> Iterator[Behaviour]:
+            for each in tick():
+                if each is node:
+                    note()
+                yield each
+
+        def stopped(new_status: Status = Status.INVALID) -> None:
+            stop(new_status)
+            note()
+
+        node.tick = ticked  # type: ignore[method-assign]
+        node.stop = stopped  # type: ignore[method-assign]
+
+
+def paths(root: Behaviour) -> Iterator[tuple[Behaviour, str]]:
+    """Yield all behaviours with the names from the root to each; siblings of one name are numbered, from 1."""
+    yield from _below(root, root.name)
+
+
+def _below(node: Behaviour, path: str) -> Iterator[tuple[Behaviour, str]]:
+    yield node, path
+    alike = Counter(child.name for child in node.children)
+    seen: Counter[str] = Counter()
+    for child in node.children:
+        seen[child.name] += 1
+        number = f"[{seen[child.name]}]" if alike[child.name] > 1 else ""
+        yield from _below(child, f"{path}/{child.name}{number}")

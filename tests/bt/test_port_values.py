@@ -1,0 +1,108 @@
+"""Nodes of XML trees in trees that are written in Python."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import pytest
+from py_trees.behaviours import Success
+from py_trees.blackboard import Blackboard
+from py_trees.common import Status
+
+from bt_controller.node import Control, Decoration, Leaf, PortError
+from bt_controller.nodes import registry
+from bt_controller.nodes.controls.recovery_node import RecoveryNode
+from bt_controller.port_values import node
+from bt_controller.ports import DOUBLE, INT, POSE, gives, pose_stamped, wants
+
+
+class Add(Leaf):
+    """Adds two numbers."""
+
+    INPUTS: ClassVar = {"a": wants(DOUBLE), "b": wants(DOUBLE, default=1.0)}
+    OUTPUTS: ClassVar = {"sum": gives(DOUBLE)}
+
+    def update(self):
+        """Write the sum."""
+        self.write("sum", self.read("a") + self.read("b"))
+        return Status.SUCCESS
+
+
+class Pose(Leaf):
+    """Wants a pose."""
+
+    INPUTS: ClassVar = {"pose": wants(POSE), "times": wants(INT, default=1)}
+
+    def update(self):
+        """Do nothing."""
+        return Status.SUCCESS
+
+
+@pytest.mark.parametrize("value", [2.0, 2, "2.0"])
+def test_a_port_carries_a_value_or_text_as_in_a_file(value):
+    """Which has the kind of the port."""
+    made = node(Add, a=value, sum="{sum}")
+    made.setup()
+    made.tick_once()
+
+    assert 3.0 == Blackboard.get("sum")
+
+
+def test_a_port_may_lead_to_the_blackboard():
+    """In braces, as in a file."""
+    Blackboard.set("here", 5.0)
+    made = node(Add, a="{here}", b=0.5, sum="{sum}", name="Plus")
+    made.setup()
+    made.tick_once()
+
+    assert ("Plus", 5.5) == (made.name, Blackboard.get("sum"))
+
+
+def test_two_nodes_of_one_name_do_not_share_their_values():
+    """Each has its own."""
+    first, second = node(Add, a=1.0), node(Add, a=2.0)
+
+    assert (1.0, 2.0) == (first.read("a"), second.read("a"))
+
+
+def test_a_value_may_be_a_message():
+    """It need not be written as text."""
+    made = node(Pose, pose=pose_stamped(1.0, 2.0))
+
+    assert pose_stamped(1.0, 2.0) == made.read("pose")
+
+
+def test_children_come_first():
+    """Controls take any, as Python has it."""
+    made = node(RecoveryNode, node(Add, a=1), node(Add, a=2), number_of_retries=3)
+
+    assert (["Add", "Add"], 3) == ([child.name for child in made.children], made.read("number_of_retries"))
+
+
+@pytest.mark.parametrize("tag", registry())
+def test_every_node_of_files_can_be_made_so(tag):
+    """With as many children as it needs."""
+    kind = registry()[tag]
+    ports = dict.fromkeys((port for port, said in kind.INPUTS.items() if said.required), "1")
+    number = kind.least if issubclass(kind, Control) else int(issubclass(kind, Decoration))
+    made = node(kind, *[Success(str(child)) for child in range(number)], **ports)
+
+    assert (kind.__name__, number) == (made.name, len(made.children))
+
+
+def test_a_port_that_there_is_not_is_refused():
+    """The error says which there are."""
+    with pytest.raises(ValueError, match="Add: no port 'c'; there are a, b, sum"):
+        node(Add, a=1.0, c=2.0)
+
+
+def test_a_port_that_is_needed_has_to_have_a_value():
+    """When the tree is built."""
+    with pytest.raises(ValueError, match="Add: port 'a' needs a value"):
+        node(Add, b=2.0)
+
+
+def test_text_that_makes_no_sense_is_an_error_before_the_first_tick():
+    """As with a file."""
+    with pytest.raises(PortError, match="Pose: port 'times': 'often' is no whole number"):
+        node(Pose, pose="1;2", times="often").setup()

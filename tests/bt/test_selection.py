@@ -1,0 +1,74 @@
+"""Which robots a selector is about."""
+
+from __future__ import annotations
+
+import pytest
+
+from bt_controller.directory import Directory, NotServed
+from bt_controller.running.selection import check_selector, completions, selected
+
+WARD = Directory.from_info(
+    {
+        "robots": [
+            {"name": "wall_e", "type": "nurse", "components": ["claw"], "actions": ["pickup", "wait"]},
+            {"name": "m_o", "type": "cleaner", "components": ["battery"], "actions": ["wait"]},
+            {"name": "eve", "type": "courier", "components": ["claw"], "actions": ["pickup", "wait"]},
+        ]
+    }
+)
+
+
+@pytest.mark.parametrize(
+    ("selectors", "robots"),
+    [
+        (["all"], ["eve", "m_o", "wall_e"]),
+        (["type:nurse"], ["wall_e"]),
+        (["action:pickup"], ["eve", "wall_e"]),
+        (["component:battery"], ["m_o"]),
+        (["type:nurse", "component:claw", "type:cleaner"], ["eve", "m_o", "wall_e"]),
+    ],
+)
+def test_robots_are_selected_by_what_they_are(selectors, robots):
+    """In order of their names, each once."""
+    assert robots == selected(WARD, selectors)
+
+
+@pytest.mark.parametrize(
+    ("selector", "error"),
+    [
+        ("type:nurs", "no robot has type 'nurs'; did you mean type:nurse?"),
+        ("action:dock_robot", "no robot has action 'dock_robot'; there are pickup, wait"),
+        ("component:lidar", "no robot has component 'lidar'; there are battery, claw"),
+    ],
+)
+def test_a_selector_that_is_about_nobody_says_what_there_is(selector, error):
+    """Even beside one that is about somebody."""
+    with pytest.raises(NotServed, match=f"^{error}$".replace("?", r"\?")):
+        selected(WARD, ["all", selector])
+
+
+def test_a_world_without_robots_has_none_to_select():
+    """All of none is a mistake, too."""
+    with pytest.raises(NotServed, match="there are no robots"):
+        selected(Directory.from_info({}), ["all"])
+
+
+@pytest.mark.parametrize("selector", ["nurse", "type:", "kind:nurse", "all:", ""])
+def test_what_is_no_selector_is_refused(selector):
+    """The error says how they look."""
+    with pytest.raises(ValueError, match="selects no robots; expected all, type:NAME, action:NAME, component:NAME"):
+        check_selector(selector)
+
+
+def test_a_shell_is_told_of_what_there_is():
+    """Each once."""
+    assert [
+        "all",
+        "action:pickup",
+        "action:wait",
+        "component:battery",
+        "component:claw",
+        "type:cleaner",
+        "type:courier",
+        "type:nurse",
+    ] == completions(WARD)

@@ -1,0 +1,209 @@
+"""What a tree looks like, and why it failed."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+import pytest
+from py_trees.behaviours import Failure, Running, Success
+from py_trees.blackboard import Blackboard
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel, Selector, Sequence
+from py_trees.decorators import Inverter
+from py_trees.display import unicode_tree
+
+from bt_controller.node import Control
+from bt_controller.running.mission import Mission
+from bt_controller.trees import Plan
+from bt_controller.watching.json_values import board_values
+from bt_controller.watching.snapshot import nodes_of, reasons, tip
+from hmrsim.interfaces.geometry_msgs import Point
+from hmrsim_zenoh.tree_state import TreeState
+
+
+def ticked(root):
+    """Return the behaviours of a tree after a tick."""
+    root.tick_once()
+    return nodes_of(root)
+
+
+def mission(function):
+    """Return the mission of a robot."""
+    return Mission("wall_e", Plan("test", function, takes_robot=False, confirmed=False))
+
+
+class PipelineSequence(Control):
+    """As Nav2 calls it."""
+
+
+class RecoveryNode(Control):
+    """As nothing of py_trees does."""
+
+
+class Found(Enum):
+    """A value on a blackboard."""
+
+    LEFT = "left"
+
+
+class TestSymbols:
+    """The symbols of kinds."""
+
+    def test_a_tree_is_drawn_as_py_trees_draws_it(self):
+        """Users know these symbols."""
+        root = Parallel(
+            "Parallel",
+            policy=ParallelPolicy.SuccessOnAll(),
+            children=[
+                Sequence("Remembers", memory=True, children=[Success("A")]),
+                Sequence("Forgets", memory=False, children=[Inverter("Not", Success("B"))]),
+                Selector("Chooses", memory=True),
+                Selector("Chooses again", memory=False),
+            ],
+        )
+
+        assert unicode_tree(root).splitlines() == [node.line(status=False) for node in nodes_of(root)]
+
+    @pytest.mark.parametrize(("kind", "symbol"), [(PipelineSequence, "[-]"), (RecoveryNode, "{*}"), (Success, "-->")])
+    def test_nodes_of_files_have_symbols_too(self, kind, symbol):
+        """A control that does as one of py_trees has its symbol, others have one of their own."""
+        assert f"{symbol} Node" == nodes_of(kind("Node"))[0].line(status=False)
+
+    def test_the_place_in_a_file_is_told(self):
+        """Who reads JSON can find the node in its file."""
+        node = RecoveryNode("Node")
+        node.origin = "nav.xml:7"
+
+        assert "nav.xml:7" == nodes_of(node)[0].to_json()["origin"]
+
+    @pytest.mark.parametrize("message", ["a\nb", "a\x1bb"])
+    def test_a_message_can_not_garble_the_terminal(self, message):
+        """What a robot says is shown on its line, and commands nothing."""
+        leaf = Success("Leaf")
+        leaf.tick_once()
+        leaf.feedback_message = message
+
+        assert "--> Leaf [✓] -- a b" == nodes_of(leaf)[0].line()
+
+
+class TestReasons:
+    """Why a tree failed."""
+
+    @staticmethod
+    def of(root):
+        """Return the names of the behaviours that made a tree fail."""
+        return [node.name for node in reasons(ticked(root))]
+
+    def test_the_step_that_failed_is_the_reason(self):
+        """Of a sequence it is the last that was ticked, however deep."""
+        inner = Sequence("Inner", memory=True, children=[Success("A"), Failure("B"), Success("C")])
+
+        assert ["B"] == self.of(Sequence("Root", memory=True, children=[Success("First"), inner]))
+
+    def test_all_choices_are_reasons(self):
+        """A selector fails as none would do."""
+        assert ["A", "C"] == self.of(
+            Selector(
+                "Root",
+                memory=False,
+                children=[Failure("A"), Sequence("B", memory=True, children=[Failure("C")])],
+            )
+        )
+
+    def test_a_choice_that_failed_before_another_would_do_is_no_reason(self):
+        """What was made up for has decided nothing."""
+        choice = Selector("Choice", memory=False, children=[Failure("A"), Success("B")])
+
+        assert ["C"] == self.of(Sequence("Root", memory=True, children=[choice, Failure("C")]))
+
+    def test_a_decorator_that_fails_although_its_child_does_not_is_the_reason(self):
+        """The child has nothing to be blamed for."""
+        assert ["Not"] == self.of(Sequence("Root", memory=True, children=[Inverter("Not", Success("A"))]))
+
+    def test_a_tree_that_has_not_failed_has_no_reasons(self):
+        """There is nothing to explain."""
+        assert [] == self.of(Selector("Root", memory=True, children=[Failure("A"), Success("B")]))
+
+
+class TestTip:
+    """Where a tree is."""
+
+    def test_it_is_the_behaviour_that_runs(self):
+        """A line for a robot says what it does."""
+        root = Sequence("Root", memory=True, children=[Success("A"), Running("B"), Success("C")])
+
+        assert "B" == tip(ticked(root)).name
+
+    def test_it_is_what_failed_in_the_end(self):
+        """And then, why it doesn't."""
+        assert "B" == tip(ticked(Sequence("Root", memory=True, children=[Success("A"), Failure("B")]))).name
+
+    def test_it_is_the_root_where_nothing_is_left_to_say(self):
+        """A tree that has succeeded is at its end."""
+        assert "Root" == tip(ticked(Sequence("Root", memory=True, children=[Success("A")]))).name
+
+
+class TestBlackboard:
+    """What is on the blackboard, as JSON has it."""
+
+    def test_values_are_told_by_key(self):
+        """Messages, enumerations and what they are in are told as JSON."""
+        storage = {"/b": [Found.LEFT, 1.5], "/a/code": 208, "/p": {"at": Point(x=1.0)}, "/e": ()}
+
+        at = {"x": 1.0, "y": 0.0, "z": 0.0}
+        assert {"a/code": 208, "b": ["left", 1.5], "e": [], "p": {"at": at}} == board_values(storage)
+
+    def test_infinity_is_null(self):
+        """JSON has no number for it."""
+        assert {"a": None} == board_values({"/a": float("inf")})
+
+    @pytest.mark.parametrize("value", [object(), [object()], print])
+    def test_what_json_can_not_say_is_left_out(self, value):
+        """One value does not spoil the others."""
+        assert {"b": 1} == board_values({"/a": value, "/b": 1})
+
+    @pytest.mark.parametrize(
+        "key", ["/Spin_0f8fad5b-d9cb-469f-a165-70867728950e/error", "/Wait_0f8fad5bd9cb469fa16570867728950e/x__const"]
+    )
+    def test_keys_that_py_trees_made_up_are_left_out(self, key):
+        """They differ from run to run and mean nothing to anybody."""
+        assert {} == board_values({key: 1})
+
+    def test_a_snapshot_has_the_blackboard_of_its_robot_if_asked(self):
+        """Another tree's is not in it."""
+        other, one = mission(lambda: Success("Root")), mission(lambda: Success("Root"))
+        with one._board.in_use():
+            Blackboard.set("code", 208)
+
+        known = [each.snapshot(0.0, blackboard=True).blackboard for each in (other, one)]
+        assert [{}, {"code": 208}, None] == [*known, one.snapshot(0.0).blackboard]
+
+
+class TestEnd:
+    """Whether there will be another tick."""
+
+    def test_a_tree_that_is_over_has_ended(self):
+        """It is told with the last tick."""
+        one = mission(lambda: Failure("Root"))
+        before = one.snapshot(0.0).ended
+        one.tick(0.0)
+
+        assert (False, True) == (before, one.snapshot(0.0).ended)
+
+    def test_a_tree_that_was_stopped_has_ended(self):
+        """Its behaviours are not active any more."""
+        one = mission(lambda: Running("Root"))
+        one.tick(0.0)
+        one.interrupt()
+
+        snapshot = one.snapshot(0.0)
+        assert (True, Status.INVALID) == (snapshot.ended, snapshot.status)
+
+
+def test_json_is_what_the_schema_says():
+    """Who reads it with the schema can read all of it."""
+    one = mission(lambda: Sequence("Root", memory=True, children=[Success("A"), Running("B")]))
+    one.tick(1.5)
+    told = one.snapshot(1.5, blackboard=True).to_json()
+
+    assert told == TreeState.model_validate(told).model_dump(mode="json", exclude_defaults=True)

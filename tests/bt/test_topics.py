@@ -1,0 +1,100 @@
+"""What robots publish, as trees see it, against a real simulator."""
+
+from __future__ import annotations
+
+from functools import partial
+from threading import Event
+
+import pytest
+
+from bt_controller.directory import NotServed
+from bt_controller.topics import Topics
+from hmrsim_zenoh.client import Client
+from tests.hosted import hosted
+
+NAMES = [f"r{number}" for number in range(20)]
+WORLD = {
+    "name": "yard",
+    "waypoints": {f"at_{name}": [float(number), 0.0] for number, name in enumerate(NAMES)},
+    "robot_types": {"cart": {"components": {"battery": {"capacity": 100}}}},
+    "robots": {name: {"type": "cart", "at": f"at_{name}"} for name in NAMES},
+}
+
+
+@pytest.fixture
+def lockstep():
+    """Return a client on which time waits."""
+    with hosted(WORLD, clock="lockstep") as options, Client(options) as client:
+        yield client
+
+
+@pytest.fixture
+def asked(lockstep, monkeypatch):
+    """Return the list of the keys that are asked for."""
+    keys = []
+
+    def noted(ask, key, *arguments):
+        keys.append(key)
+        return ask(key, *arguments)
+
+    for name in ("get", "get_all"):
+        monkeypatch.setattr(lockstep, name, partial(noted, getattr(lockstep, name)))
+    return keys
+
+
+def test_a_robot_is_asked_once_at_an_instant(lockstep, asked):
+    """However many of its leaves look."""
+    topics = Topics(lockstep, asks=True)
+    topics.watch("r3", "odom")
+    lockstep.sleep(1.0)
+    asked.clear()
+    first, second = topics.latest("r3", "odom"), topics.latest("r3", "odom")
+
+    assert (3.0, True) == (first.pose.pose.position.x, first is second)
+    assert ["hmrsim/r3/odom"] == asked
+
+
+def test_it_is_asked_anew_when_time_has_gone_by(lockstep):
+    """A battery has less by then."""
+    topics = Topics(lockstep, asks=True)
+    topics.watch("r3", "battery_state")
+    before = topics.latest("r3", "battery_state").percentage
+    lockstep.sleep(10.0)
+
+    assert (1.0, 0.9) == (before, pytest.approx(topics.latest("r3", "battery_state").percentage))
+
+
+def test_many_robots_are_asked_at_once(lockstep, asked):
+    """A few by themselves; from then on with one request, that of each instant."""
+    topics = Topics(lockstep, asks=True)
+    for name in NAMES:
+        topics.watch(name, "odom")
+    asked.clear()
+    seen = []
+    for _ in range(2):
+        lockstep.sleep(1.0)
+        seen += [topics.latest(name, "odom").pose.pose.position.x for name in NAMES]
+
+    assert [float(number) for number in range(20)] * 2 == seen
+    assert [*(f"hmrsim/r{number}/odom" for number in range(4)), "hmrsim/*/odom"] * 2 == asked
+
+
+def test_what_a_robot_does_not_publish_is_said_when_the_tree_is_set_up():
+    """Before the first tick; the small world's robots have no battery."""
+    with hosted(clock="lockstep") as options, Client(options) as client, pytest.raises(NotServed, match="battery"):
+        Topics(client, asks=True).watch("wall_e", "battery_state")
+
+
+def test_each_message_wakes_whoever_watches_where_time_goes_by_itself():
+    """And is the latest then."""
+    woken = Event()
+    with hosted(WORLD, real_time_factor=100.0) as options, Client(options) as client:
+        topics = Topics(client, asks=False)
+        topics.watch("r3", "battery_state", woken.set)
+        before = topics.latest("r3", "battery_state").percentage
+        heard = woken.wait(10.0)
+        now = topics.latest("r3", "battery_state").percentage
+        topics.close()
+
+    assert heard
+    assert now < before <= 1.0
