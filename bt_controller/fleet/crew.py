@@ -81,7 +81,7 @@ class Worker(Control):
         given = self._desk.given.get(self._robot)
         task = "" if given is None else f"{'brings' if given.holds else 'fetches'} {given.task.item}"
         if self._failed:
-            return f"{task or 'idle'}, but does not get on"
+            return f"{task or 'idle'}, out of order"
         return task or ("charges" if self._robot in self._office.low else "idle")
 
     def _turn(self) -> Behaviour | None:

@@ -143,7 +143,7 @@ class Office(Leaf):
     def gave_up(self, robot: str) -> None:
         """Note that a robot will not do its task, and that nobody can in its place."""
         item = self.desk.given[robot].task.item
-        self.desk.give_up(robot, f"{robot} holds it, and does not get on")
+        self.desk.give_up(robot, f"{robot} holds it and is out of order")
         self._tell(f"{item} is given up: {self.desk.lost[item]}")
 
     def charged(self, robot: str) -> None:

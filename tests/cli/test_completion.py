@@ -38,8 +38,8 @@ def complete(tmp_path):
     [
         ("hmrsim ma", ["map"]),
         ("hmrsim map ", ["validate", "info", "plan", "convert"]),
-        ("hmrsim map info hosp", ["hospital"]),
-        ("hmrsim run hosp", ["hospital"]),
+        ("hmrsim map info hosp", ["hospital", "hospital_fleet"]),
+        ("hmrsim run hosp", ["hospital", "hospital_fleet"]),
         ("hmrsim map plan hospital wall", ["wall_e"]),
         ("hmrsim map plan hospital wall_e pharmacy_", ["pharmacy_door", "pharmacy_counter"]),
         ("hmrsim map plan hospital lab pharmacy --for e", ["eve"]),
@@ -50,7 +50,7 @@ def complete(tmp_path):
         ("hmrsim run scenario1 --real-", ["--real-time-factor"]),
         ("hmrsim topic list --mode ", ["peer", "client", "router"]),
         ("hmrsim completion ", ["bash", "zsh", "fish"]),
-        ("bt-controller ", ["run", "check"]),
+        ("bt-controller ", ["run", "check", "nodes"]),
         ("bt-controller run missions:patrol --per", ["--period"]),
     ],
 )

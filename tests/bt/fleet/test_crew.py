@@ -98,7 +98,7 @@ def test_what_is_held_for_too_long_is_given_up():
     """The rest of the fleet does not wait for ever."""
     day = Day([TEA], breakdown(10.0), patience=200.0)
 
-    assert {"tea": "ann holds it, and does not get on"} == day.office.desk.lost
+    assert {"tea": "ann holds it and is out of order"} == day.office.desk.lost
     assert 200.0 < day.when("tea is given up") < 201.0
 
 
