@@ -20,15 +20,18 @@ class Entries(dict[str, Any]):
 
     Attributes:
         writes: How often each entry was written, also with the value that it had.
+        changes: How often any was written with another value.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self.writes: Counter[str] = Counter()
+        self.changes = 0
 
     def __setitem__(self, key: str, value: Any) -> None:
         """Write an entry, and count it."""
         self.writes[key] += 1
+        self.changes += key not in self or self[key] != value
         super().__setitem__(key, value)
 
 
@@ -43,6 +46,11 @@ class Board:
         self._storage = Entries()
         self._metadata: dict[str, KeyMetaData] = {}
         self._clients: dict[uuid.UUID, str] = {}
+
+    @property
+    def changes(self) -> int:
+        """How often an entry was written with another value."""
+        return self._storage.changes
 
     @property
     def storage(self) -> Mapping[str, Any]:

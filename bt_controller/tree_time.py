@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 _TELLING: Final[tuple[Any, ...]] = (timers, decorators)
 """The modules of py_trees that look at ``time``."""
 
-_NANOSECONDS: Final = 1e9
+NANOSECONDS: Final = 1e9
+"""In a second."""
 
 _NOW: Final[ContextVar[float | None]] = ContextVar("simulated time of the tick", default=None)
 
@@ -29,7 +30,7 @@ class _Instant(float):
     __slots__ = ()
 
     def __gt__(self, other: float) -> bool:
-        return round(self * _NANOSECONDS) >= round(other * _NANOSECONDS)
+        return nanoseconds(self) >= nanoseconds(other)
 
 
 class _Time:
@@ -55,7 +56,12 @@ def now() -> float:
 
 def reached(deadline: float) -> bool:
     """Return whether a time has come, to the nanosecond: deadlines are sums, and clocks whole nanoseconds."""
-    return round(now() * _NANOSECONDS) >= round(deadline * _NANOSECONDS)
+    return nanoseconds(now()) >= nanoseconds(deadline)
+
+
+def nanoseconds(seconds: float) -> int:
+    """Return a time in whole nanoseconds: sums of seconds would miss each other."""
+    return round(seconds * NANOSECONDS)
 
 
 @contextmanager
@@ -72,6 +78,8 @@ def simulated_time(now: float | None) -> Iterator[None]:
     if now is None:
         yield
         return
+    # Parts of nanoseconds would add up, until a timer is found not to have ended at the instant at which it does.
+    now = nanoseconds(now) / NANOSECONDS
     stand_in: Any = _Time(now)
     others = [module.time for module in _TELLING]
     for module in _TELLING:

@@ -197,6 +197,7 @@ class Passage:
         """Take note that a robot is there no longer."""
         self.closures.clear(robot.name)
         self.forget(robot)
+        self._stopped.pop(robot, None)
         self._leave_barriers(robot)
         if self._rules is not None and not robot.flies:
             self._rules.halted(robot)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import sys
 from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
@@ -37,6 +39,23 @@ def add_watching_options(parser: argparse.ArgumentParser) -> None:
         "--transitions", metavar="FILE", help="write a line of JSON whenever the status of a behaviour changes"
     )
     add_picture_options(parser, when=" of the trees as they ended")
+
+
+def check_pictures(args: argparse.Namespace) -> None:
+    """Refuse pictures that can't be drawn, before the work is done that they are to show.
+
+    Raises:
+        BadOptions: There is no folder for a file, or Graphviz is missing.
+    """
+    from bt_controller.watching.renders import check_graphviz
+    from hmrsim_zenoh.errors import BadOptions
+
+    for option, name in (("--dot", args.dot), ("--svg", args.svg)):
+        if name and name != _STDOUT and (Path(name).is_dir() or not Path(name).parent.is_dir()):
+            wrong = errno.EISDIR if Path(name).is_dir() else errno.ENOENT
+            raise BadOptions(f"{option} {name}: {os.strerror(wrong)}")
+    if args.svg:
+        check_graphviz()
 
 
 def draw(args: argparse.Namespace, trees: Mapping[str, Sequence[Node]], *, statuses: bool) -> None:
@@ -77,14 +96,11 @@ def watching(
     """Tell all who want to know of ticks; yields whom to call after each.
 
     Raises:
-        BadOptions: A file can't be written, or Graphviz is missing.
+        BadOptions: A file can't be written.
     """
     from bt_controller.watching.publishing import Publisher
-    from bt_controller.watching.renders import check_graphviz
     from bt_controller.watching.transitions import Transitions
 
-    if args.svg:
-        check_graphviz()
     with ExitStack() as ending:
         watchers: list[Watcher] = [ending.enter_context(Publisher(client.session, client.keys, missions))]
         if shown is not None:

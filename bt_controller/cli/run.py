@@ -14,7 +14,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.cli._codes import DONE, EXIT_CODES, FAILED
 from bt_controller.cli._tree_options import add_tree_options, tree_of
-from bt_controller.cli._watching import add_watching_options, display, draw, in_words, watching, why_failed
+from bt_controller.cli._watching import (
+    add_watching_options,
+    check_pictures,
+    display,
+    draw,
+    in_words,
+    watching,
+    why_failed,
+)
 from hmrsim.log_options import add_log_options, logging_to_stderr
 from hmrsim.signals import exit_code_of
 from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
@@ -188,6 +196,7 @@ def _run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
 
     if not (args.robot or args.robots):
         parser.error("the following arguments are required: --robot or --robots")
+    check_pictures(args)
     plan = tree_of(args)
     if plan.unset:
         raise TreeError("\n".join(plan.unset))

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from heapq import heappop, heappush
-from typing import Final
 
-_NANOSECONDS: Final = 1e9
+from bt_controller.tree_time import NANOSECONDS, nanoseconds
 
 
 class Agenda:
     """A time for each of some numbers, in simulated seconds; infinite for never, as at first."""
 
     def __init__(self) -> None:
-        # Whole nanoseconds, as clocks have them: sums of seconds would miss each other.
         self._times: dict[int, int] = {}
         # All times that were ever put; those that were put off are passed over when they come up.
         self._heap: list[tuple[int, int]] = []
@@ -22,7 +20,7 @@ class Agenda:
         """Say when somebody's time comes, whatever was said before."""
         if time == math.inf:
             self._times.pop(who, None)
-        elif self._times.get(who) != (whole := round(time * _NANOSECONDS)):
+        elif self._times.get(who) != (whole := nanoseconds(time)):
             self._times[who] = whole
             heappush(self._heap, (whole, who))
 
@@ -31,12 +29,12 @@ class Agenda:
         """The earliest time."""
         while self._heap and self._times.get(self._heap[0][1]) != self._heap[0][0]:
             heappop(self._heap)
-        return self._heap[0][0] / _NANOSECONDS if self._heap else math.inf
+        return self._heap[0][0] / NANOSECONDS if self._heap else math.inf
 
     def take(self, now: float) -> list[int]:
         """Return whose time has come; they have none until one is put."""
         come = []
-        while self.earliest <= round(now * _NANOSECONDS) / _NANOSECONDS:
+        while self.earliest <= nanoseconds(now) / NANOSECONDS:
             come.append(heappop(self._heap)[1])
             del self._times[come[-1]]
         return come

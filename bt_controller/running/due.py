@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from py_trees import decorators
 from py_trees.common import Status
@@ -12,11 +12,10 @@ from py_trees.timers import Timer
 
 from bt_controller.action_leaf import ActionLeaf
 from bt_controller.node import EACH_PERIOD, Node
+from bt_controller.tree_time import NANOSECONDS, nanoseconds
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
-
-_NANOSECONDS: Final = 1e9
 
 
 def due(root: Behaviour, now: float, period: float) -> float:
@@ -45,9 +44,10 @@ def due(root: Behaviour, now: float, period: float) -> float:
         if isinstance(node, (Timer, decorators.Timeout)):
             deadline = min(deadline, node.finish_time + behind)
         looked_at += [(child, behind) for child in _next_ticked(node)]
-    if polled or deadline <= now:
-        deadline = min(deadline if deadline > now else math.inf, next_period(now, period))
-    return deadline
+    if deadline != math.inf and nanoseconds(deadline) <= nanoseconds(now):
+        # It was looked at just now.
+        polled, deadline = True, math.inf
+    return min(deadline, next_period(now, period)) if polled else deadline
 
 
 def _waits(node: Behaviour) -> bool:
@@ -74,5 +74,5 @@ def _next_ticked(node: Behaviour) -> list[Behaviour]:
 
 def next_period(now: float, period: float) -> float:
     """Return when the next period of simulated time begins."""
-    step = round(period * _NANOSECONDS)
-    return (round(now * _NANOSECONDS) // step + 1) * step / _NANOSECONDS
+    step = nanoseconds(period)
+    return (nanoseconds(now) // step + 1) * step / NANOSECONDS

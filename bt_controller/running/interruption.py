@@ -15,8 +15,8 @@ from hmrsim.signals import SIGNALS, exit_code_of, on_signals
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-_PATIENCE: Final = 1.5
-"""Wall seconds that whoever was asked to stop may take."""
+_PATIENCE: Final = 4.0
+"""Wall seconds that whoever was asked to stop may take: longer than canceled goals may to end."""
 
 _OVER: Final = 0
 """No signal has this number: the watch is over."""

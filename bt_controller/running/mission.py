@@ -15,6 +15,7 @@ from bt_controller.trees import described
 from bt_controller.watching.json_values import board_values
 from bt_controller.watching.snapshot import Snapshot, nodes_of
 from hmrsim.errors import HmrsimError
+from hmrsim_zenoh.errors import NobodyThere, SimulatorGone
 from hmrsim_zenoh.preparation import for_client
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ class Mission:
             self.root = plan.build(*self._robots)
         self._successes_due = 2 if plan.confirmed else 1
         self._ticks = 0
+        self._changes = 0
         self._over = False
         self._stopped = False
         # Who takes a snapshot in another thread sees the tree between two ticks.
@@ -73,6 +75,11 @@ class Mission:
     def status(self) -> Status:
         """The root's status."""
         return self.root.status
+
+    @property
+    def changed_entries(self) -> bool:
+        """Whether the last tick changed what is on the blackboard, so that another one might find something else."""
+        return self._board.changes != self._changes
 
     @property
     def open_goals(self) -> bool:
@@ -107,11 +114,15 @@ class Mission:
 
         Raises:
             TreeCrashed: A behaviour raised an error.
+            NobodyThere, SimulatorGone: A behaviour had something to ask, and nobody answers any more.
         """
         self._ticks += 1
+        self._changes = self._board.changes
         try:
             with self._ticking, self._board.in_use(), simulated_time(now):
                 self.root.tick_once()
+        except (NobodyThere, SimulatorGone):
+            raise
         except Exception as error:
             raise TreeCrashed(f"the tree of {self.robot!r} broke: {told(error)}") from error
         if self.status is Status.SUCCESS:
@@ -120,9 +131,9 @@ class Mission:
         else:
             self._over = self.status is not Status.RUNNING
 
-    def interrupt(self) -> None:
+    def interrupt(self, now: float | None = None) -> None:
         """Stop the tree where it is, and cancel its goals; a behaviour that breaks then is logged."""
-        with self._ticking, self._board.in_use():
+        with self._ticking, self._board.in_use(), simulated_time(now):
             self._stopped = True
             try:
                 if not self._over:
@@ -152,8 +163,20 @@ class Mission:
         """
         with self._ticking:
             known = board_values(self._board.storage) if blackboard else None
-            ended = self._over or self._stopped
-            return Snapshot(self.robot, sim_time, self._ticks, nodes_of(self.root), ended, known)
+            return self._seen(sim_time, known)
+
+    def glimpse(self, sim_time: float | None) -> Snapshot | None:
+        """Return what the tree looks like, or nothing while it is ticked: for whoever may be called by a behaviour."""
+        if not self._ticking.acquire(blocking=False):
+            return None
+        try:
+            return self._seen(sim_time, None)
+        finally:
+            self._ticking.release()
+
+    def _seen(self, sim_time: float | None, blackboard: dict[str, Any] | None) -> Snapshot:
+        ended = self._over or self._stopped
+        return Snapshot(self.robot, sim_time, self._ticks, nodes_of(self.root), ended, blackboard)
 
     def _leaves(self) -> list[ActionLeaf[Any, Any, Any]]:
         return [node for node in self.root.iterate() if isinstance(node, ActionLeaf)]

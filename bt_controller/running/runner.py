@@ -11,6 +11,7 @@ their goals are sent again.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -35,6 +36,9 @@ if TYPE_CHECKING:
 
 _PERIOD: Final = 1.0
 """Simulated seconds between looks at what nobody tells us."""
+
+_MOST_TURNS: Final = 10
+"""Ticks of one tree at one instant, if each of them writes something new."""
 
 _LAST_WORDS: Final = 0.5
 """Wall seconds that canceled goals have to end when a behaviour blocks."""
@@ -108,7 +112,7 @@ class Runner:
         self._running = set(self._numbers.values())
         self._agenda = Agenda()
         self._timed = False
-        self._unsettled = list(missions)
+        self._topics = Topics(client, asks=client.lockstep is not None)
 
     def run(self) -> Outcome:
         """Set the trees up and tick them until all have ended; whatever ends that, no goal is left behind.
@@ -120,20 +124,19 @@ class Runner:
             Idle: A tree waits for what can't happen.
             Dropped: The simulator goes on without us.
         """
-        topics = Topics(self._client, asks=self._client.lockstep is not None)
         places = NamedPlaces(self._client)
         try:
-            known = {"directory": Directory.from_info(self._client.info()), "topics": topics, "places": places}
+            known = {"directory": Directory.from_info(self._client.info()), "topics": self._topics, "places": places}
             for mission in self._missions:
                 mission.setup(self._client, partial(self._mailbox.put, mission.robot), **known)
             outcome = self._follow()
         finally:
             for mission in self._missions:
-                mission.interrupt()
-            self._clock.settle(self._settled, self._grace)
+                mission.interrupt(self._clock.elapsed)
+            self._clock.settle(self._settled(), self._grace)
             for mission in self._missions:
                 mission.shutdown()
-            topics.close()
+            self._topics.close()
             self._clock.close()
         return self._with_left(outcome)
 
@@ -143,27 +146,32 @@ class Runner:
             mission.cancel()
         # Nobody has taken what is in there, such as what asked for the end.
         self._mailbox.wait(0.0)
-        self._clock.settle(self._settled, _LAST_WORDS)
+        self._clock.settle(self._settled(), _LAST_WORDS)
         outcome = self._with_left(self._outcome(interrupted=True))
         self._clock.close()
         return outcome
 
     def _follow(self) -> Outcome:
+        try:
+            return self._outcome(interrupted=self._stopped())
+        except (NobodyThere, SimulatorGone):
+            # Their goals have failed by now, and what waits for something else would wait for ever.
+            with suppress(NobodyThere, SimulatorGone):
+                self._tick(self._numbers.values())
+            return self._outcome(gone=True)
+        except Idle as error:
+            waiting = ", ".join(mission.robot for mission in self._missions if not mission.over)
+            raise Idle(f"{error}; what the trees of {waiting} wait for can't happen") from None
+
+    def _stopped(self) -> bool:
+        """Tick the trees until all have ended, or the user wants an end; return whether it was that."""
         self._tick(self._numbers.values())
         while self._running:
-            try:
-                woken = self._clock.wait(self._until())
-            except (NobodyThere, SimulatorGone):
-                # Their goals have failed by now, and what waits for something else would wait for ever.
-                self._tick(self._numbers.values())
-                return self._outcome(gone=True)
-            except Idle as error:
-                waiting = ", ".join(mission.robot for mission in self._missions if not mission.over)
-                raise Idle(f"{error}; what the trees of {waiting} wait for can't happen") from None
+            woken = self._clock.wait(self._until())
             if STOP in woken:
-                return self._outcome(interrupted=True)
+                return True
             self._tick(self._whose_turn(woken))
-        return self._outcome()
+        return False
 
     def _until(self) -> float | None:
         """Return when the next tree has to be ticked; None for when something happens."""
@@ -182,15 +190,22 @@ class Runner:
     def _tick(self, numbers: Iterable[int]) -> None:
         """Tick trees. Their time does not go back: a timer waits for as long as it says."""
         now, time = self._clock.now, self._clock.elapsed
+        # What was granted since may have changed something, also if no time has gone by.
+        self._topics.forget()
         self._timed = time is not None
         for number in numbers:
-            mission = self._missions[number]
+            mission, turns = self._missions[number], 0
             while not mission.over:
                 mission.tick(time)
+                turns += 1
                 if self._show is not None:
                     self._show(mission, now)
                 if mission.status is Status.RUNNING:
-                    self._agenda.put(number, self._due(mission, time))
+                    needed = self._due(mission, time)
+                    # What was written might change what is looked at again and again; that need not wait for a period.
+                    if mission.changed_entries and turns < _MOST_TURNS and needed <= self._next_period(time):
+                        continue
+                    self._agenda.put(number, needed)
                     break
             if mission.over:
                 self._running.discard(number)
@@ -200,12 +215,21 @@ class Runner:
         if time is None:
             return math.inf
         needed = due(mission.root, time, self._period or _PERIOD)
-        return needed if self._period is None else min(needed, next_period(time, self._period))
+        return needed if self._period is None else min(needed, self._next_period(time))
 
-    def _settled(self) -> bool:
-        while self._unsettled and not self._unsettled[-1].open_goals:
-            self._unsettled.pop()
-        return not self._unsettled
+    def _next_period(self, time: float | None) -> float:
+        return -math.inf if time is None else next_period(time, self._period or _PERIOD)
+
+    def _settled(self) -> Callable[[], bool]:
+        """Return what tells whether the goals that were canceled have ended; nobody else may ask it."""
+        unsettled = list(self._missions)
+
+        def settled() -> bool:
+            while unsettled and not unsettled[-1].open_goals:
+                unsettled.pop()
+            return not unsettled
+
+        return settled
 
     def _with_left(self, outcome: Outcome) -> Outcome:
         return replace(outcome, left=tuple(mission.robot for mission in self._missions if mission.open_goals))

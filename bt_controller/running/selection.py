@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Final
 
 from bt_controller.directory import Directory, NotServed
+from bt_controller.meant import instead, meant
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -56,9 +56,9 @@ def _chosen(directory: Directory, selector: str) -> list[str]:
     chosen = [robot for robot in directory.actions if wanted in _WHAT[kind](directory, robot)]
     if not chosen:
         names = _names(directory, kind)
-        meant = get_close_matches(wanted, names, n=1)
-        instead = f"did you mean {kind}:{meant[0]}?" if meant else f"there are {', '.join(names) or 'none'}"
-        raise NotServed(f"no robot has {kind} {wanted!r}; {instead}")
+        alike = meant(wanted, names)
+        hint = f"; did you mean {kind}:{alike}?" if alike else instead(wanted, names, none="; there are none")
+        raise NotServed(f"no robot has {kind} {wanted!r}{hint}")
     return chosen
 
 

@@ -60,7 +60,10 @@ class LiveDisplay:
 
     def ticked(self, mission: Mission, now: float | None) -> None:
         """Take note of a tick; looked at when the terminal is drawn anew."""
-        self._ticked[mission.robot] = mission, now
+        tick = mission, now
+        if mission.robot not in self._seen:
+            self._seen[mission.robot] = tick, mission.snapshot(now)
+        self._ticked[mission.robot] = tick
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """Draw what fits."""
@@ -145,13 +148,15 @@ class LiveDisplay:
         return f"{self._more} and {len(missions)} more: {told}", "bold"
 
     def _snapshot(self, mission: Mission) -> Snapshot:
-        """Return the tree; one that was stopped as it was before, if that was seen."""
+        """Return the tree; one that was stopped as it was before.
+
+        So is one that is being ticked: what a behaviour prints has the terminal drawn anew, in the middle of the tick.
+        """
         tick = self._ticked[mission.robot]
-        seen, snapshot = self._seen.get(mission.robot, (None, None))
-        if snapshot is None or seen is not tick:
-            new = mission.snapshot(tick[1])
+        seen, snapshot = self._seen[mission.robot]
+        if seen is not tick and (new := mission.glimpse(tick[1])) is not None:
             stopped = new.ended and new.status is Status.INVALID
-            snapshot = snapshot if stopped and snapshot is not None else new
+            snapshot = snapshot if stopped else new
             self._seen[mission.robot] = tick, snapshot
         return snapshot
 

@@ -127,3 +127,13 @@ def test_a_deadline_of_a_former_time_is_looked_at():
     due_after_a_tick(timer)
 
     assert due(timer, 11.25, 2.0) == 12.0
+
+
+def test_nobody_is_due_again_at_once():
+    """A deadline that comes within this nanosecond, and was not taken for reached, is looked at a period later."""
+    timer = Timer("Timer", 1.0)
+    with simulated_time(10.25):
+        timer.tick_once()
+    timer.finish_time = 10.25 + 0.4e-9
+
+    assert 12.0 == due(timer, 10.25, 2.0)

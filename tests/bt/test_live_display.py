@@ -156,3 +156,30 @@ def test_a_tree_that_was_stopped_is_shown_as_it_was():
     display.ticked(mission, 1.5)
 
     assert before == display.text(24)
+
+
+class Prints(Behaviour):
+    """Has the terminal drawn anew while it is ticked, as whoever prints does."""
+
+    def __init__(self, display):
+        super().__init__("Prints")
+        self.display = display
+        self.seen = []
+
+    def update(self):
+        """Draw."""
+        self.seen.append(self.display.text(24).plain)
+        return Status.RUNNING
+
+
+def test_a_behaviour_may_print():
+    """The tree is drawn as it was before the tick that is under way."""
+    display = LiveDisplay()
+    leaf = Prints(display)
+    mission = Mission("wall_e", Plan("test", lambda: leaf, takes_robot=False, confirmed=False))
+    for now in (1.5, 2.5):
+        mission.tick(now)
+        display.ticked(mission, now)
+
+    assert ["", "wall_e at 1.500 s\n--> Prints [*]"] == leaf.seen
+    assert "wall_e at 2.500 s\n--> Prints [*]" == display.text(24).plain

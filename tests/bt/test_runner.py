@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import operator
 from threading import Thread
 
 import pytest
 from py_trees.behaviour import Behaviour
-from py_trees.behaviours import Failure, Running, Success
-from py_trees.common import ParallelPolicy, Status
-from py_trees.composites import Parallel, Sequence
+from py_trees.behaviours import CheckBlackboardVariableValue, Failure, Running, SetBlackboardVariable, Success
+from py_trees.common import Access, ComparisonExpression, ParallelPolicy, Status
+from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.timers import Timer
 
 from bt_controller.action_leaf import ActionLeaf
@@ -354,6 +355,47 @@ class TestEnds:
         assert (True, True) == (outcome.interrupted, stage.goal().canceled)
         (line,) = caplog.messages
         assert line.startswith("the tree of 'wall_e' broke while it was stopped: KeyError: 'INVALID' (")
+
+
+class TestEntries:
+    """What a tree writes, it may look at itself."""
+
+    def test_what_was_written_is_looked_at_at_once(self, stage):
+        """Not a period later: the goal that was sent in the same tick is canceled at the same instant."""
+
+        def tree():
+            flag = ComparisonExpression("flag", 1, operator.eq)
+            set_flag = SetBlackboardVariable("Set", "flag", 1, overwrite=True)
+            act = Sequence("Act", memory=True, children=[set_flag, wait()])
+            return Selector("Or", memory=False, children=[CheckBlackboardVariableValue("Flag?", flag), act])
+
+        outcome = stage.run(tree)
+
+        assert ({"wall_e": Status.SUCCESS}, True) == (outcome.statuses, stage.goal().canceled)
+
+    def test_a_tree_that_writes_at_each_tick_does_not_hold_time_up(self, stage):
+        """It is ticked ten times at an instant, and then each period."""
+        ticks = []
+
+        class Counts(Behaviour):
+            """Writes how often it was ticked, and wants an end the tenth time."""
+
+            def setup(self, **_kwargs):
+                """Be ready to write."""
+                self.board = self.attach_blackboard_client()
+                self.board.register_key("count", Access.WRITE)
+
+            def update(self):
+                """Write."""
+                ticks.append(len(ticks))
+                self.board.set("count", len(ticks))
+                if len(ticks) == 10:
+                    stage.mailbox.put(STOP)
+                return Status.RUNNING
+
+        stage.run(lambda: Counts("Counts"))
+
+        assert 10 == len(ticks)
 
 
 class TestBlackboards:

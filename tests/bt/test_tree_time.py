@@ -12,7 +12,7 @@ from py_trees.common import Status
 from py_trees.decorators import Timeout
 from py_trees.timers import Timer
 
-from bt_controller.tree_time import simulated_time
+from bt_controller.tree_time import simulated_time, time_behind
 
 TIMES = st.integers(0, 10**15).map(lambda nanoseconds: nanoseconds / 1e9)
 
@@ -53,3 +53,20 @@ def test_nobody_knows_the_time_where_there_is_no_clock():
     """Then the wall's has to do."""
     with simulated_time(None):
         assert timers.time is time
+
+
+@given(
+    begin=st.floats(60.0, 120.0),
+    stood=st.floats(0.0, 60.0),
+    duration=st.integers(10_000, 10**10).map(lambda nanoseconds: nanoseconds / 1e9),
+)
+def test_a_timer_of_who_stood_still_ends_at_the_instant_that_it_names(begin, stood, duration):
+    """Though a simulator's times have parts of nanoseconds, and its clock is asked for whole ones."""
+    timer = Timer("Timer", duration)
+    with simulated_time(begin), time_behind(round(stood, 9)):
+        timer.tick_once()
+    named = round((timer.finish_time + round(stood, 9)) * 1e9) / 1e9
+    with simulated_time(named), time_behind(round(stood, 9)):
+        timer.tick_once()
+
+    assert Status.SUCCESS == timer.status
