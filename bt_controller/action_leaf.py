@@ -18,7 +18,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Access, Status
 
 from bt_controller.directory import Directory
-from bt_controller.resuming import Resumption
+from bt_controller.resuming import Resumption, place_of
 from hmrsim.actions import Action, F, G, R, error_of, registry
 from hmrsim.errors import GoalRejected, HmrsimError
 from hmrsim.goal import GoalStatus
@@ -49,6 +49,9 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         describe: What to say of feedback; None for its plain fields.
         on_success: What to write on the blackboard when the goal has succeeded, by key.
 
+    Attributes:
+        verdicts: How many goals have come to an end that counted.
+
     Raises:
         ValueError: There is no action of this name.
     """
@@ -74,6 +77,7 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         self._open: list[GoalHandle[R, F]] = []
         self._sent: G | None = None
         self._suspended = False
+        self.verdicts = 0
         self._resumption: Resumption | None = None
         self._wake: Callable[[], None] = _let_be
         self._blackboard = self.attach_blackboard_client()
@@ -119,7 +123,7 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         self._client = client.action_client(robot, action)
         self._wake = kwargs.get("wake") or _let_be
         if kwargs.get("resume"):
-            self._resumption = Resumption(kwargs["resume"], self)
+            self._resumption = Resumption(f"{kwargs['resume']}/{place_of(self)}", robot, action)
 
     def initialise(self) -> None:
         """Send the goal."""
@@ -129,6 +133,9 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         if goal is None:
             self.feedback_message = "no goal to send"
             return
+        # Who is running replaces the goal of the step that it is at.
+        if self._resumption is not None and self.status is not Status.RUNNING:
+            self._resumption.begin(goal)
         self._send(goal)
 
     def _send(self, goal: G) -> None:
@@ -147,7 +154,7 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
             self.feedback_message = str(error)
             return
         if self._resumption is not None:
-            self._resumption.latest = self._handle
+            self._resumption.note(self._handle)
         self._open = [*self.open_goals, self._handle]
         self.feedback_message = "sent goal request"
 
@@ -164,9 +171,15 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
             self._suspended = False
             self._send(self._sent)
             return Status.FAILURE if self._handle is None else Status.RUNNING
+        self.verdicts += 1
         if isinstance(handle.error, ResultExpired) and handle.status is GoalStatus.SUCCEEDED:
             return self._succeeded("was done before; its result has expired")
         return self.ended(handle)
+
+    def repeat(self) -> None:
+        """Do anew what has ended in an earlier life of the controller: no step of the mission, but for its sake."""
+        if self._resumption is not None:
+            self._resumption.repeats = True
 
     def suspend(self) -> None:
         """Cancel the goal, if it is under way, and mean to go on with it when ticked next; returns at once.

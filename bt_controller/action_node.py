@@ -14,6 +14,7 @@ from bt_controller.node import EACH_PERIOD, Node, PortError
 from bt_controller.ports import DOUBLE, INT, STRING, gives, wants
 from hmrsim.errors import GoalRejected
 from hmrsim.goal import GoalStatus
+from hmrsim_zenoh.errors import ResultExpired
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -117,13 +118,14 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         if self._handle is None:
             self._blame(self.UNANSWERED, self.feedback_message)
             self.take_nothing()
+            # One that was to be replaced.
+            self.cancel()
         return super().update()
 
     def ended(self, handle: GoalHandle[Any, Any]) -> Status:
         """Put the code and the result where the ports lead, and return what they mean."""
         if handle.error is not None:
-            code = getattr(handle.error, "error_code", 0) if isinstance(handle.error, GoalRejected) else 0
-            self._blame(code or self.UNANSWERED, str(handle.error))
+            self._blame(self._code_of_error(handle.error) or self.UNANSWERED, str(handle.error))
             self.take_nothing()
             self.cancel()
             return super().ended(handle)
@@ -143,6 +145,12 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         if new_status is Status.INVALID and self.status is Status.RUNNING:
             self.take_nothing()
         super().terminate(new_status)
+
+    def _code_of_error(self, error: Exception) -> int:
+        """Return the code of a goal that has no result; 0 if nobody gave it any."""
+        if isinstance(error, ResultExpired) and self.action is not None:
+            return self.action.codes.unknown
+        return getattr(error, "error_code", 0) if isinstance(error, GoalRejected) else 0
 
     def _blame(self, code: int, message: str) -> None:
         if "error_code_id" in self.OUTPUTS:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
+from bt_controller.meant import instead
 from hmrsim.errors import HmrsimError
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class Directory:
             NotServed: There is no such robot.
         """
         if robot not in self.actions:
-            raise NotServed(f"no robot {robot!r}; {_there_are(robot, self.actions)}")
+            raise NotServed(f"no robot {robot!r}{_instead(robot, self.actions)}")
 
     def resolve(self, robot: str, action: str) -> tuple[str, str]:
         """Return robot and action of what a leaf asks for.
@@ -65,13 +65,9 @@ class Directory:
             robot, _, action = self.aliases.get(name, name).partition("/")
         self.check_robot(robot)
         if action not in self.actions[robot]:
-            raise NotServed(f"robot {robot!r} has no action {action!r}; {_there_are(action, self.actions[robot])}")
+            raise NotServed(f"robot {robot!r} has no action {action!r}{_instead(action, self.actions[robot])}")
         return robot, action
 
 
-def _there_are(wanted: str, names: Iterable[str]) -> str:
-    """Return what there is instead: what was probably meant, or all of it."""
-    known = sorted(names)
-    if meant := get_close_matches(wanted, known, n=1):
-        return f"did you mean {meant[0]!r}?"
-    return f"there are {', '.join(known)}" if known else "there are none"
+def _instead(wanted: str, names: Iterable[str]) -> str:
+    return instead(wanted, sorted(names), none="; there are none")

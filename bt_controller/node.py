@@ -122,7 +122,10 @@ class Node(PortsMixin):
 
 
 class Leaf(Node, Behaviour):
-    """A node without children that takes no time, and to which nothing becomes different by itself."""
+    """A node without children that takes no time, and to which nothing becomes different by itself.
+
+    A subclass of which that is not true says when to look again.
+    """
 
 
 class Condition(Leaf):

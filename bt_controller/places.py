@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
+from bt_controller.meant import instead, shown
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 from hmrsim_zenoh.envelopes import plain, read
@@ -37,9 +37,7 @@ class NamedPlaces:
         """
         known = self._places()
         if name not in known:
-            meant = get_close_matches(name, known, n=1)
-            instead = f"did you mean {meant[0]!r}?" if meant else f"there are {', '.join(sorted(known)) or 'none'}"
-            raise ValueError(f"no place {name!r}; {instead}")
+            raise ValueError(f"no place {shown(name)}{instead(name, sorted(known), none='; there are none')}")
         return PoseStamped(pose=known[name])
 
     def _places(self) -> Mapping[str, Pose]:

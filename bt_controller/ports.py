@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, Self, TypeVar
 
 from py_trees.ports import PortInformation
 
+from bt_controller.meant import shortened, shown
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.interfaces.std_msgs import Header
@@ -33,6 +34,25 @@ class Places(Protocol):
         """
 
 
+class Given(str):
+    """A text that the user has put on the blackboard, which knows where: a message about it says ``--set KEY=TEXT``.
+
+    Args:
+        text: The text.
+        key: Where.
+    """
+
+    __slots__ = ("key",)
+
+    key: str
+
+    def __new__(cls, text: str, key: str = "") -> Self:
+        """Return the text."""
+        given = super().__new__(cls, text)
+        given.key = key
+        return given
+
+
 @dataclass(frozen=True)
 class Kind(Generic[T]):
     """What a port carries.
@@ -40,13 +60,33 @@ class Kind(Generic[T]):
     Attributes:
         name: As BehaviorTree.CPP or ROS call it.
         type: Its Python type; `object` for anything.
-        read: Makes a value of a text; raises ValueError saying what is expected. Without places any name will do
+        parse: Makes a value of a text; raises ValueError saying what is expected. Without places any name will do
             for one.
+        served: What a text may be that is to have an effect here; empty for anything.
     """
 
     name: str
     type: Any
-    read: Callable[[str, Places | None], T]
+    parse: Callable[[str, Places | None], T]
+    served: tuple[str, ...] = ()
+
+    def read(self, text: str, places: Places | None) -> T:
+        """Return the value that a text means; without places any name will do for one.
+
+        Raises:
+            ValueError: It means none; the text says what is expected.
+        """
+        try:
+            return self.parse(text, places)
+        except ValueError as error:
+            said = f"--set {text.key}={shortened(text)}: " if isinstance(text, Given) else ""
+            raise ValueError(f"{said}{error}") from None
+
+    def doubt(self, text: str) -> str | None:
+        """Return what is to be said of a text that can be read, but that nobody here knows."""
+        if not self.served or text in self.served:
+            return None
+        return f"no robot here serves {shown(text)}; there are {', '.join(filter(None, self.served))}"
 
     def holds(self, value: object) -> bool:
         """Return whether a value is of this kind as it is."""
@@ -92,9 +132,30 @@ def _real(text: str, _places: Places | None) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise ValueError(f"{text!r} is no number") from None
+        raise ValueError(f"{shown(text)} is no number") from None
     if math.isnan(value):
-        raise ValueError(f"{text!r} is no number")
+        raise ValueError(f"{shown(text)} is no number")
+    return value
+
+
+def _finite(text: str, places: Places | None = None) -> float:
+    value = _real(text, places)
+    if math.isinf(value):
+        raise ValueError(f"{shown(text)} is no finite number")
+    return value
+
+
+def _positive(text: str, places: Places | None) -> float:
+    value = _real(text, places)
+    if value <= 0.0:
+        raise ValueError(f"{shown(text)} is no number greater than 0")
+    return value
+
+
+def _share(text: str, places: Places | None) -> float:
+    value = _real(text, places)
+    if not 0.0 <= value <= 1.0:
+        raise ValueError(f"{shown(text)} is no number from 0 to 1")
     return value
 
 
@@ -102,13 +163,25 @@ def _whole(text: str, _places: Places | None) -> int:
     try:
         return int(text)
     except ValueError:
-        raise ValueError(f"{text!r} is no whole number") from None
+        raise ValueError(f"{shown(text)} is no whole number") from None
+
+
+def _unsigned(text: str, places: Places | None) -> int:
+    value = _whole(text, places)
+    if not 0 <= value < _UNSIGNED:
+        raise ValueError(f"{shown(text)} is no whole number from 0 to {_UNSIGNED - 1}")
+    return value
+
+
+def _children(text: str, places: Places | None) -> int:
+    """Return how many of a node's children are meant; negative counts from the end."""
+    return _whole(text, places)
 
 
 def _truth(text: str, _places: Places | None) -> bool:
     truths = {"true": True, "1": True, "false": False, "0": False}
     if text.lower() not in truths:
-        raise ValueError(f"{text!r} is neither true nor false")
+        raise ValueError(f"{shown(text)} is neither true nor false")
     return truths[text.lower()]
 
 
@@ -139,7 +212,7 @@ def _pose(text: str, places: Places | None) -> PoseStamped:
                 return PoseStamped(header=Header(frame_id=frame), pose=pose)
     except ValueError:
         pass
-    raise ValueError(f"{text!r} is no pose; x;y, x;y;yaw, Nav2's nine fields or the name of a place is expected")
+    raise ValueError(f"{shown(text)} is no pose; x;y, x;y;yaw, Nav2's nine fields or the name of a place is expected")
 
 
 def _poses(text: str, places: Places | None) -> list[PoseStamped]:
@@ -157,21 +230,24 @@ def pose_stamped(x: float, y: float, yaw: float = 0.0) -> PoseStamped:
     return PoseStamped(pose=Pose(position=Point(x=x, y=y), orientation=turned))
 
 
-def _finite(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise ValueError(text)
-    return value
-
-
 _QUATERNION: Final = 4
+_UNSIGNED: Final = 1 << 32
+"""From here on an unsigned number is too large for BehaviorTree.CPP."""
 
 STRING: Final = Kind("string", str, _text)
 DOUBLE: Final = Kind("double", float, _real)
+FINITE: Final = Kind("double", float, _finite)
+"""A length, a speed, a duration."""
+POSITIVE: Final = Kind("double", float, _positive)
+SHARE: Final = Kind("double", float, _share)
 INT: Final = Kind("int", int, _whole)
+UNSIGNED: Final = Kind("unsigned int", int, _unsigned)
+CHILDREN: Final = Kind("int", int, _children)
 INTS: Final = Kind("int[]", list, _whole_numbers)
 BOOL: Final = Kind("bool", bool, _truth)
 POSE: Final = Kind("geometry_msgs/PoseStamped", PoseStamped, _pose)
 POSES: Final = Kind("geometry_msgs/PoseStamped[]", list, _poses)
 PATH: Final = Kind("nav_msgs/Path", Path, _path)
+PLANNER: Final = Kind("string", str, _text, served=("", "GridBased", "graph"))
+CONTROLLER: Final = Kind("string", str, _text, served=("", "FollowPath"))
 ANY: Final[Kind[Any]] = Kind("any", object, _text)

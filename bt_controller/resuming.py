@@ -2,11 +2,19 @@
 
 A restarted controller walks its tree from the beginning. What was done, or is under way, the simulator knows by its
 id already: the leaf takes it over instead of doing it again.
+
+A step is what a leaf does from when it begins to its end, and is known by mission, place in the tree, and the goal
+with which it begins. Another goal at the same place is another step, of which nothing was done: also where the goal
+depends on where the robot is, as a path that is computed anew does. The step's goals, as it replaces them or sends
+them again, and those of the same step in a loop, are counted.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import hashlib
+import json
+from collections import Counter
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import error_of
 from hmrsim.goal import GoalStatus, made_goal_id
@@ -15,60 +23,78 @@ from hmrsim_zenoh.errors import ResultExpired
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.action_leaf import ActionLeaf
+    from hmrsim.actions import AnyAction
+    from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.goal_handle import GoalHandle
+
+_PREEMPTED: Final = "preempted by goal "
 
 
 class Resumption:
-    """The ids of a leaf's goals, by its mission, its place in the tree, and which of its goals it is.
+    """The ids of a leaf's goals.
 
     Args:
-        mission: Whose goals they are: participant, mission and robot.
-        leaf: Whose; in its tree already.
+        owner: Whose goals they are: participant, mission, robot and place in the tree.
+        robot: Whose action.
+        action: What they are goals of.
 
     Attributes:
-        latest: The goal that was sent last.
+        repeats: Whether what has ended in an earlier life is done again.
     """
 
-    def __init__(self, mission: str, leaf: ActionLeaf[Any, Any, Any]) -> None:
-        self._leaf = leaf
-        self._owner = f"{mission}/{place_of(leaf)}"
-        self._number = 0
-        self.latest: GoalHandle[Any, Any] | None = None
+    def __init__(self, owner: str, robot: str, action: AnyAction) -> None:
+        self.repeats = False
+        self._owner = f"{owner}/{robot}/{action.name}"
+        self._computes = not action.holds_base
+        self._step = ""
+        self._begun: Counter[str] = Counter()
+        self._latest: tuple[str, GoalHandle[Any, Any]] | None = None
+
+    def begin(self, goal: Message) -> None:
+        """Begin the step that begins with a goal."""
+        self._step = f"{self._owner}/{_digest(goal)}"
 
     def next_id(self) -> str:
-        """Return the id of the next goal.
+        """Return the id of the step's next goal.
 
         One that was rejected, or of which nobody heard, was never begun as far as we know: the next has its id. So
         the ids of those that were begun have no gaps, and the next life finds them one after the other.
         """
-        latest = self.latest
-        if latest is None or latest.error is None or isinstance(latest.error, ResultExpired):
-            self._number += 1
-        return self._id(self._number)
+        if self._latest is not None:
+            step, latest = self._latest
+            if latest.error is not None and not isinstance(latest.error, ResultExpired):
+                self._begun[step] -= 1
+                self._latest = None
+        return made_goal_id(self._step, self._begun[self._step] + 1)
+
+    def note(self, handle: GoalHandle[Any, Any]) -> None:
+        """Count the goal that was sent with that id."""
+        self._begun[self._step] += 1
+        self._latest = self._step, handle
 
     def is_undone(self, handle: GoalHandle[Any, Any]) -> bool:
-        """Return whether a goal of an earlier life has ended so that the next one of the leaf tells more.
+        """Return whether a goal of an earlier life has ended so that the next one of the step tells more.
 
-        That is if it was canceled, or dropped for the very next; and if what it computed is not known any more.
+        That is if it was canceled by then, or dropped for another goal, as by what this life did first; and if what
+        it computed is not known any more. What happens to it later is meant for us, unless it is the step's next
+        goal.
         """
-        if not handle.adopted:
+        if handle.found is None:
             return False
         expired = isinstance(handle.error, ResultExpired)
         if handle.error is not None and not expired:
             return False
+        if self.repeats and handle.found.terminal:
+            return True
         match handle.status:
             case GoalStatus.CANCELED:
-                return True
+                return handle.found in (GoalStatus.CANCELING, GoalStatus.CANCELED)
             case GoalStatus.SUCCEEDED:
-                action = self._leaf.action
-                return expired and action is not None and not action.holds_base
+                return expired and self._computes
             case _:
-                result = handle.result_message
-                return result is not None and error_of(result).endswith(self._id(self._number + 1))
-
-    def _id(self, number: int) -> str:
-        return made_goal_id(self._owner, number)
+                # No code of Nav2's says that a goal was preempted, but the simulator's text says by which.
+                why = "" if handle.result_message is None else error_of(handle.result_message)
+                return self.next_id() in why or (handle.found.terminal and why.startswith(_PREEMPTED))
 
 
 def place_of(node: Behaviour) -> str:
@@ -78,3 +104,15 @@ def place_of(node: Behaviour) -> str:
         place.append(node.parent.children.index(node))
         node = node.parent
     return ".".join(map(str, reversed(place)))
+
+
+def _digest(goal: Message) -> str:
+    """Return what is the same for equal goals; when they were made does not count."""
+    wanted = _without_stamps(json.loads(goal.model_dump_json()))
+    return hashlib.blake2b(json.dumps(wanted, sort_keys=True).encode(), digest_size=16).hexdigest()
+
+
+def _without_stamps(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_stamps(item) for key, item in value.items() if key != "stamp"}
+    return [_without_stamps(item) for item in value] if isinstance(value, list) else value

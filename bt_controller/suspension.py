@@ -32,5 +32,16 @@ def finds_its_way(root: Behaviour) -> bool:
     return any(leaf.is_unfinished and leaf.action is not None and leaf.action.name in _DRIVES for leaf in _leaves(root))
 
 
+def repeat(root: Behaviour) -> None:
+    """Let a subtree that is set up take over what is under way from an earlier life, and do anew what has ended."""
+    for leaf in _leaves(root):
+        leaf.repeat()
+
+
+def verdicts(root: Behaviour) -> int:
+    """Return how many goals of a subtree have come to an end that counted for it."""
+    return sum(leaf.verdicts for leaf in _leaves(root))
+
+
 def _leaves(root: Behaviour) -> list[ActionLeaf[Any, Any, Any]]:
     return [node for node in root.iterate() if isinstance(node, ActionLeaf)]

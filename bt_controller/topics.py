@@ -41,7 +41,7 @@ _SHARE: Final = 16
 class _Round:
     """What was asked at an instant of a topic: how often, and what all robots publish if that was asked for."""
 
-    now: float
+    instant: tuple[float, int]
     asked: int = 0
     all: dict[str, bytes] | None = None
 
@@ -64,6 +64,7 @@ class Topics:
         self._read: dict[tuple[str, str], tuple[object, Message]] = {}
         self._watched: Counter[str] = Counter()
         self._rounds: dict[str, _Round] = {}
+        self._changes = 0
 
     def watch(self, robot: str, topic: str, wake: Callable[[], None] | None = None) -> None:
         """Be ready for a robot's topic; *wake* is called in any thread when there is something new.
@@ -84,18 +85,22 @@ class Topics:
             self._wakes[watched].append(wake)
 
     def latest(self, robot: str, topic: str) -> Any:
-        """Return the latest message of a topic that is watched.
+        """Return the latest message of a topic that is watched; of a robot that has no connection, what it said last.
 
         Raises:
-            NotServed: The robot has gone.
+            NotServed: The robot has never said anything.
             NobodyThere, SimulatorGone, Unreachable: No simulator answers.
         """
         watched = robot, topic
         # The payload itself tells whether it was read already; where time stands the instant does.
-        mark: object = self._client.now if self.asks else self._heard[watched]
+        mark: object = self._instant if self.asks else self._heard[watched]
         known, message = self._read.get(watched, (None, None))
         if message is None or known != mark:
-            payload = self._asked(robot, topic) if self.asks else self._heard[watched]
+            try:
+                payload = self._asked(robot, topic) if self.asks else self._heard[watched]
+            except NotServed:
+                payload = self._heard[watched]
+            self._heard[watched] = payload
             message = read(plain(TOPICS[topic]), payload)
             self._read[watched] = mark, message
         return message
@@ -109,17 +114,26 @@ class Topics:
         """
         return read(plain(TOPICS[topic]), self._ask(robot, topic))
 
+    def forget(self) -> None:
+        """Let everything be asked for anew: something may be different, though no time has gone by."""
+        self._changes += 1
+
     def close(self) -> None:
         """Follow nothing any longer."""
         for subscription in self._subscriptions:
             subscription.close()
 
+    @property
+    def _instant(self) -> tuple[float, int]:
+        """What is read once: the time, and how often something was changed."""
+        return self._client.now, self._changes
+
     def _asked(self, robot: str, topic: str) -> bytes:
         """Return what a robot publishes at this instant; asked for with that of all robots, when many ask."""
-        now, watched = self._client.now, self._watched[topic]
+        instant, watched = self._instant, self._watched[topic]
         found = self._rounds.get(topic)
-        if found is None or found.now != now:
-            found = self._rounds[topic] = _Round(now)
+        if found is None or found.instant != instant:
+            found = self._rounds[topic] = _Round(instant)
         found.asked += 1
         if found.asked > max(_FEW, watched // _SHARE) and found.all is None:
             found.all = self._client.get_all(self._client.keys.any_topic(topic))

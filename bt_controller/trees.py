@@ -7,7 +7,6 @@ import inspect
 import sys
 import traceback
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from py_trees.behaviour import Behaviour
 from py_trees.blackboard import Blackboard
 
+from bt_controller.meant import instead, shown
 from hmrsim.errors import HmrsimError
 
 if TYPE_CHECKING:
@@ -47,6 +47,7 @@ class Plan:
         values: Texts that are on each blackboard from the start.
         resumable: Whether a controller goes on with the tree where another one ended.
         unset: A line for each port that needs a value which nothing gives, as far as that can be known.
+        doubts: A line for each thing that need not be wrong, but may not be what is meant.
     """
 
     name: str
@@ -57,6 +58,7 @@ class Plan:
     values: Mapping[str, str] = field(default_factory=dict)
     resumable: bool = False
     unset: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     def build(self, *robots: str) -> Behaviour:
         """Return the root of a new tree for a robot or for all; the function finds the values, and can't change them.
@@ -121,20 +123,20 @@ def load(
         from bt_controller.xml.file_tree import load_file  # noqa: PLC0415
         from bt_controller.xml.vocabulary import vocabulary  # noqa: PLC0415
 
-        found, unset = load_file(name, vocabulary(nodes), tree=tree, values=values)
-        return Plan(name, found.build, takes_robot=False, confirmed=False, values=values, unset=unset)
+        found, unset, doubts = load_file(name, vocabulary(nodes), tree=tree, values=values)
+        return Plan(name, found.build, takes_robot=False, confirmed=False, values=values, unset=unset, doubts=doubts)
     module_name, colon, function_name = name.partition(":")
     if not (module_name and colon and function_name):
         raise TreeError(
-            f"{name!r} is no tree; expected FILE.xml or MODULE:FUNCTION (bt_controller.examples:go_to_pose)"
+            f"{shown(name)} is no tree; expected FILE.xml or MODULE:FUNCTION (bt_controller.examples:go_to_pose)"
         )
     if tree is not None or nodes:
         raise TreeError(f"{name} is no XML file; --tree and --nodes are for those")
     module = imported(name, module_name)
     function: Any = getattr(module, function_name, None)
     if function is None:
-        instead = _instead(module, function_name)
-        raise TreeError(f"{name}: module {module_name!r} has no {function_name!r}{instead}")
+        hint = instead(function_name, _functions(module), verb="it has")
+        raise TreeError(f"{name}: module {module_name!r} has no {function_name!r}{hint}")
     if not callable(function):
         raise TreeError(f"{name} is {function!r}; a function that returns the root of a tree is expected")
     first = _first_parameter(name, function)
@@ -155,6 +157,8 @@ def _is_xml(name: str) -> bool:
     if path.suffix.lower() == ".xml":
         return True
     try:
+        if not path.is_file():
+            return False
         with path.open("rb") as file:
             return file.read(64).lstrip().startswith(b"<")
     except (OSError, ValueError):
@@ -167,6 +171,8 @@ def imported(name: str, module_name: str) -> ModuleType:
     Raises:
         TreeError: It can't be imported; *name* is what the user wrote.
     """
+    if not all(module_name.split(".")):
+        raise TreeError(f"{name}: {module_name!r} is no name of a module")
     if (here := str(Path.cwd())) not in sys.path:
         sys.path.insert(0, here)
     try:
@@ -180,17 +186,13 @@ def imported(name: str, module_name: str) -> ModuleType:
         raise TreeError(f"{name}: {described(error)}") from error
 
 
-def _instead(module: ModuleType, wanted: str) -> str:
-    """Return what the module has that could be meant."""
-    found = [
+def _functions(module: ModuleType) -> list[str]:
+    """Return the functions of a module that could be meant."""
+    return [
         name
         for name, value in vars(module).items()
         if inspect.isfunction(value) and value.__module__ == module.__name__ and not name.startswith("_")
     ]
-    meant = get_close_matches(wanted, found, n=1)
-    if meant:
-        return f"; did you mean {meant[0]!r}?"
-    return f"; it has {', '.join(found)}" if found else ""
 
 
 def _first_parameter(name: str, function: Callable[..., object]) -> str:

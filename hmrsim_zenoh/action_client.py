@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Generic
 
 from hmrsim.actions import F, G, R
 from hmrsim.goal import parse_goal_id
-from hmrsim_zenoh.envelopes import FeedbackMessage, UnreadableError, around, read
+from hmrsim_zenoh.envelopes import CancelGoalRequest, FeedbackMessage, UnreadableError, around, read
+from hmrsim_zenoh.errors import RequestError, RequestTimeout
 from hmrsim_zenoh.goal_exchange import ActionPorts, GoalExchange
 from hmrsim_zenoh.keys import Verb
 
@@ -17,10 +18,13 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import Action
     from hmrsim_zenoh.goal_handle import GoalHandle
-    from hmrsim_zenoh.link import Link, Wire
+    from hmrsim_zenoh.link import Answer, Link, Wire
     from hmrsim_zenoh.lockstep import Lockstep
 
 _log = logging.getLogger(__name__)
+
+_PATIENCE = 5.0
+"""Wall seconds in which a robot says that it cancels."""
 
 
 class ActionClient(Generic[G, R, F]):
@@ -94,6 +98,36 @@ class ActionClient(Generic[G, R, F]):
             self._listen(exchange, wire)
         exchange.start(adopt=adopt)
         return exchange
+
+    def cancel_all(self) -> None:
+        """Ask for the end of all goals of the action, whoever has sent them, and wait for the answer.
+
+        In lockstep it returns at once: the wish goes along when time goes on, behind the goals that were sent before.
+
+        Raises:
+            ClientClosed: The client was closed.
+            NobodyThere, SimulatorGone: No simulator is there.
+            Dropped: It goes on without us.
+            RequestError: It answers with an error, or does not want us to take part.
+            RequestTimeout: It does not answer.
+        """
+        self._link.check_open()
+        payload = CancelGoalRequest().model_dump_json().encode()
+        lockstep = self._lockstep()
+        if lockstep is not None:
+            lockstep.ask(self._ports.cancel_goal, payload, timeout=_PATIENCE, then=self._on_cancel_answer)
+            return
+        self._link.presence.start()
+        call = self._link.call(self._ports.cancel_goal, payload, timeout=_PATIENCE)
+        call.wait(_PATIENCE)
+        if isinstance(call.answer, RequestError):
+            raise call.answer
+        if call.answer is None:
+            raise self._link.absence() or RequestTimeout(f"{self._ports.name}: no answer to a cancel")
+
+    def _on_cancel_answer(self, answer: Answer) -> None:
+        if isinstance(answer, RequestError):
+            _log.warning("%s: goals can't be canceled: %s", self._ports.name, answer)
 
     def _forget(self, exchange: GoalExchange[R, F]) -> None:
         self._link.leave(exchange)

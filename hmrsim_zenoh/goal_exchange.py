@@ -160,8 +160,8 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             self._on_accepted(GoalStatus.ACCEPTED)
         elif response.reason == _DUPLICATE and (self._adopt or self._sends > 1):
             # It was ours that came through. At the first try it is somebody else's id, or that of an earlier life.
-            self._adopted = self._adopt
             status = _status(response.status)
+            self._found = status if self._adopt else None
             self._ended_before = status if status.terminal else None
             self._on_accepted(status)
         else:

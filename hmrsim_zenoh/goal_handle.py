@@ -50,7 +50,7 @@ class GoalHandle(ABC, Generic[R, F]):
         self._result: R | None = None
         self._feedback: F | None = None
         self._done = False
-        self._adopted = False
+        self._found: GoalStatus | None = None
         self._mail: deque[Callable[[], None]] = deque()
         self._delivering = False
 
@@ -77,7 +77,12 @@ class GoalHandle(ABC, Generic[R, F]):
     @property
     def adopted(self) -> bool:
         """Whether the simulator knew the goal already, and we follow it only; see `ActionClient.send_goal`."""
-        return self._adopted
+        return self._found is not None
+
+    @property
+    def found(self) -> GoalStatus | None:
+        """The status that a goal had when we adopted it; None if we have sent it ourselves."""
+        return self._found
 
     @property
     def error(self) -> Exception | None:

@@ -23,10 +23,14 @@ class ToBlackboard(subscribers.ToBlackboard):
     Args:
         name: The behaviour's name.
         threshold: Per cent of the capacity.
+        robot: Whose; None for the robot that the tree is run for.
     """
 
-    def __init__(self, name: str = "Battery to blackboard", *, threshold: float = 30.0) -> None:
-        super().__init__(name, "battery_state", "battery", initialise_variables={"battery_low_warning": False})
+    def __init__(
+        self, name: str = "Battery to blackboard", *, threshold: float = 30.0, robot: str | None = None
+    ) -> None:
+        initial = {"battery_low_warning": False}
+        super().__init__(name, "battery_state", "battery", initialise_variables=initial, robot=robot)
         self._threshold = threshold
         self.blackboard.register_key("battery_low_warning", Access.READ)
 
@@ -50,11 +54,12 @@ class WaitUntilCharged(subscribers.Handler):
 
     Args:
         percentage: The share of the capacity, from 0 to 1, as in a BatteryState.
-        name: The behaviour's name.
+        name: The behaviour's name; says the share if left out.
+        robot: Whose; None for the robot that the tree is run for.
     """
 
-    def __init__(self, percentage: float = 0.9, *, name: str | None = None) -> None:
-        super().__init__(name or f"Charge to {percentage:.0%}", "battery_state")
+    def __init__(self, percentage: float = 0.9, *, name: str | None = None, robot: str | None = None) -> None:
+        super().__init__(name or f"Charge to {percentage:.0%}", "battery_state", robot=robot)
         self._percentage = percentage
 
     def update(self) -> Status:

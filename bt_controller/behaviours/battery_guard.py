@@ -27,10 +27,18 @@ class BatteryGuard(BatteryGuardNode):
             for; if it waits itself and undocks, too, the mission goes on at once.
         below: The share of the capacity below which to charge, from 0 to 1.
         until: The share from which the mission goes on.
+        robot: Whose battery; None for the robot that the tree is run for.
     """
 
     def __init__(
-        self, name: str, mission: Behaviour, charge: Behaviour, *, below: float = 0.2, until: float = 0.9
+        self,
+        name: str,
+        mission: Behaviour,
+        charge: Behaviour,
+        *,
+        below: float = 0.2,
+        until: float = 0.9,
+        robot: str | None = None,
     ) -> None:
-        super().__init__(name, children=[mission, charge])
+        super().__init__(name, children=[mission, charge], robot=robot)
         connect(self, below=below, until=until)

@@ -18,10 +18,13 @@ class ToBlackboard(subscribers.ToBlackboard):
     Args:
         name: The behaviour's name.
         key: Where to.
+        robot: Whose; None for the robot that the tree is run for.
     """
 
-    def __init__(self, name: str = "Detections to blackboard", *, key: str = "detections") -> None:
-        super().__init__(name, "detections", key)
+    def __init__(
+        self, name: str = "Detections to blackboard", *, key: str = "detections", robot: str | None = None
+    ) -> None:
+        super().__init__(name, "detections", key, robot=robot)
 
 
 class IsDetected(subscribers.Handler):
@@ -30,10 +33,11 @@ class IsDetected(subscribers.Handler):
     Args:
         entity: The name of what is to be seen, or its class.
         name: The behaviour's name; says what if left out.
+        robot: Whose; None for the robot that the tree is run for.
     """
 
-    def __init__(self, entity: str, *, name: str | None = None) -> None:
-        super().__init__(name or f"Is {entity} detected", "detections")
+    def __init__(self, entity: str, *, name: str | None = None, robot: str | None = None) -> None:
+        super().__init__(name or f"Is {entity} detected", "detections", robot=robot)
         self._entity = entity
 
     def update(self) -> Status:

@@ -12,12 +12,17 @@ class Dock(FromConstant[DockRobot.Goal, DockRobot.Result, DockRobot.Feedback]):
 
     Args:
         dock: The dock's name.
+        max_staging_time: Simulated seconds in which the robot has to be at the dock, those included in which it waits
+            for others to leave; 0 for as long as it takes.
         name: The behaviour's name; says the dock if left out.
         robot: Whose action; None for the robot that the tree is run for.
     """
 
-    def __init__(self, dock: str, *, name: str | None = None, robot: str | None = None) -> None:
-        super().__init__(name or f"Dock at {dock}", dock_robot.ACTION, DockRobot.Goal(dock_id=dock), robot=robot)
+    def __init__(
+        self, dock: str, *, max_staging_time: float = 0.0, name: str | None = None, robot: str | None = None
+    ) -> None:
+        goal = DockRobot.Goal(dock_id=dock, max_staging_time=max_staging_time)
+        super().__init__(name or f"Dock at {dock}", dock_robot.ACTION, goal, robot=robot)
 
 
 class Undock(FromConstant[UndockRobot.Goal, UndockRobot.Result, UndockRobot.Feedback]):

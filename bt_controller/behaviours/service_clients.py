@@ -2,7 +2,7 @@
 
 Where time goes by itself the answer is waited for from tick to tick; where it stands while trees are ticked it is
 there at once, so that every run is the same. A service that takes simulated time, such as ``step_simulation``, has
-no answer then.
+no answer then, and the leaf fails.
 """
 
 from __future__ import annotations
@@ -15,17 +15,21 @@ from py_trees.common import Access, Status
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim_zenoh.envelopes import UnreadableError, plain, read
-from hmrsim_zenoh.errors import RequestError
+from hmrsim_zenoh.errors import RequestError, RequestTimeout
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from bt_controller.topics import Topics
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client import Client
     from hmrsim_zenoh.link import Answer
 
 _TIMEOUT: Final = 10.0
 """Wall seconds that an answer may take."""
+
+_AT_ONCE: Final = 5.0
+"""Wall seconds that it may take where it needs no simulated time."""
 
 
 class FromBlackboard(Behaviour):
@@ -51,6 +55,7 @@ class FromBlackboard(Behaviour):
         self._key_response = key_response
         self._client: Client | None = None
         self._wake: Callable[[], None] = lambda: None
+        self._topics: Topics | None = None
         self._answers: list[Answer | HmrsimError] | None = None
         self.blackboard = self.attach_blackboard_client()
         if key_request:
@@ -62,10 +67,11 @@ class FromBlackboard(Behaviour):
         """Remember whom to ask.
 
         Args:
-            **kwargs: *client* and *wake*.
+            **kwargs: *client*, *wake* and *topics*.
         """
         self._client = kwargs["client"]
         self._wake = kwargs.get("wake") or self._wake
+        self._topics = kwargs.get("topics")
 
     def initialise(self) -> None:
         """Send the request."""
@@ -93,9 +99,13 @@ class FromBlackboard(Behaviour):
             self._client.ask(key, payload, answered, timeout=_TIMEOUT)
             return
         try:
-            answers.append(self._client.get(key, payload=payload))
+            answers.append(self._client.get(key, _AT_ONCE, payload=payload))
+        except RequestTimeout as error:
+            answers.append(RequestTimeout(f"{error}; in lockstep time stands meanwhile, so it must not take any"))
         except HmrsimError as error:
             answers.append(error)
+        if self._topics is not None:
+            self._topics.forget()
 
     def request(self) -> Message | None:
         """Return what to ask; None if there is nothing."""

@@ -99,13 +99,14 @@ class CheckData(Handler):
         comparison_operator: A function of both, such as `operator.lt`.
         fail_if_no_data: Whether to fail instead of waiting while there is no message that is new enough.
         fail_if_bad_comparison: Whether to fail instead of waiting while the comparison does not hold.
+        robot: Whose; None for the robot that the tree is run for.
         clearing_policy: Which messages are too old.
 
     Raises:
         ValueError: There is no such topic, or no such field.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - those of py_trees_ros
         self,
         name: str,
         topic_name: str,
@@ -115,9 +116,10 @@ class CheckData(Handler):
         *,
         fail_if_no_data: bool = False,
         fail_if_bad_comparison: bool = False,
+        robot: str | None = None,
         clearing_policy: ClearingPolicy = ClearingPolicy.NEVER,
     ) -> None:
-        super().__init__(name, topic_name, clearing_policy=clearing_policy)
+        super().__init__(name, topic_name, robot=robot, clearing_policy=clearing_policy)
         self._field = _field(name, topic_name, variable_name)
         self._variable = variable_name
         self._expected = expected_value
@@ -144,6 +146,7 @@ class WaitForData(Handler):
     Args:
         name: The behaviour's name.
         topic_name: The topic.
+        robot: Whose; None for the robot that the tree is run for.
         clearing_policy: Which messages are too old.
 
     Raises:
@@ -151,9 +154,14 @@ class WaitForData(Handler):
     """
 
     def __init__(
-        self, name: str, topic_name: str, *, clearing_policy: ClearingPolicy = ClearingPolicy.ON_INITIALISE
+        self,
+        name: str,
+        topic_name: str,
+        *,
+        robot: str | None = None,
+        clearing_policy: ClearingPolicy = ClearingPolicy.ON_INITIALISE,
     ) -> None:
-        super().__init__(name, topic_name, clearing_policy=clearing_policy)
+        super().__init__(name, topic_name, robot=robot, clearing_policy=clearing_policy)
 
     def update(self) -> Status:
         """Return whether there is one."""
@@ -172,6 +180,7 @@ class ToBlackboard(Handler):
         topic_name: The topic.
         blackboard_variables: The key for the message; or by key the field of it, None for all of it.
         initialise_variables: What to write before the first tick, by key.
+        robot: Whose; None for the robot that the tree is run for.
         clearing_policy: Which messages are too old.
 
     Raises:
@@ -185,9 +194,10 @@ class ToBlackboard(Handler):
         blackboard_variables: str | Mapping[str, str | None],
         *,
         initialise_variables: Mapping[str, object] | None = None,
+        robot: str | None = None,
         clearing_policy: ClearingPolicy = ClearingPolicy.NEVER,
     ) -> None:
-        super().__init__(name, topic_name, clearing_policy=clearing_policy)
+        super().__init__(name, topic_name, robot=robot, clearing_policy=clearing_policy)
         fields = {blackboard_variables: None} if isinstance(blackboard_variables, str) else blackboard_variables
         self._fields = {key: _field(name, topic_name, field) for key, field in fields.items()}
         self.blackboard = self.attach_blackboard_client()
@@ -216,13 +226,14 @@ class EventToBlackboard(Handler):
         name: The behaviour's name.
         topic_name: The topic.
         variable_name: The key for it.
+        robot: Whose; None for the robot that the tree is run for.
 
     Raises:
         ValueError: There is no such topic.
     """
 
-    def __init__(self, name: str, topic_name: str, variable_name: str) -> None:
-        super().__init__(name, topic_name, clearing_policy=ClearingPolicy.ON_SUCCESS)
+    def __init__(self, name: str, topic_name: str, variable_name: str, *, robot: str | None = None) -> None:
+        super().__init__(name, topic_name, robot=robot, clearing_policy=ClearingPolicy.ON_SUCCESS)
         self._variable = variable_name
         self.blackboard = self.attach_blackboard_client()
         self.blackboard.register_key(variable_name, Access.WRITE)

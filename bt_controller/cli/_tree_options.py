@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
@@ -39,14 +40,20 @@ def add_tree_options(parser: Any) -> None:
 
 
 def tree_of(args: argparse.Namespace) -> Plan:
-    """Return the tree that the options mean.
+    """Return the tree that the options mean; what may be wrong with it is told on stderr.
 
     Raises:
         TreeError: There is none, or something is wrong with it.
     """
-    from bt_controller.trees import load  # noqa: PLC0415 - --help is quick
+    # --help is quick.
+    from bt_controller.ports import Given  # noqa: PLC0415
+    from bt_controller.trees import load  # noqa: PLC0415
 
-    return load(args.tree, tree=args.tree_id, nodes=args.nodes, values=dict(args.values))
+    values = {key: Given(text, key) for key, text in args.values}
+    plan = load(args.tree, tree=args.tree_id, nodes=args.nodes, values=values)
+    for line in plan.doubts:
+        print(f"bt-controller: warning: {line}", file=sys.stderr)
+    return plan
 
 
 def _value(text: str) -> tuple[str, str]:

@@ -6,7 +6,6 @@ import argparse
 import inspect
 import json
 import sys
-from difflib import get_close_matches
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Final
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
@@ -44,14 +43,15 @@ def add_parser(commands: Any) -> None:
 
 
 def _nodes(args: argparse.Namespace) -> int:
+    from bt_controller.meant import meant
     from bt_controller.nodes import registry
 
     known = registry()
     for name in args.nodes:
         if name not in known:
-            meant = get_close_matches(name, known, n=1)
-            instead = f"did you mean {meant[0]!r}?" if meant else "`bt-controller nodes` lists them"
-            print(f"bt-controller: no node {name!r}; {instead}", file=sys.stderr)
+            alike = meant(name, known)
+            hint = f"did you mean {alike!r}?" if alike else "`bt-controller nodes` lists them"
+            print(f"bt-controller: no node {name!r}; {hint}", file=sys.stderr)
             return WRONG_USE
     shown = {name: known[name] for name in args.nodes or sorted(known)}
     if args.json:

@@ -241,5 +241,6 @@ def _report(outcome: Outcome, why: Mapping[str, Sequence[Mapping[str, str]]], *,
         print(json.dumps({**outcome.to_json(), "reasons": why}), flush=True)
     elif not outcome.interrupted:
         for robot, status in outcome.statuses.items():
-            print(f"{robot}: {status.value}{in_words(why.get(robot, ()))}")
+            ended = "skipped" if status.name == "INVALID" and not outcome.gone else status.value
+            print(f"{robot}: {ended}{in_words(why.get(robot, ()))}")
     return DONE if outcome.succeeded else FAILED

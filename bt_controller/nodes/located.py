@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from bt_controller.node import Node
+from bt_controller.node import EACH_PERIOD, Node
 from bt_controller.ports import STRING, wants
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 
@@ -34,6 +34,10 @@ class Located(Node):
         self._topics: Topics = kwargs["topics"]
         self._robots_name: str = kwargs["robot"]
         self._topics.watch(self._robots_name, "odom")
+
+    def next_look(self) -> float:
+        """Return that nobody tells when the robot is somewhere else."""
+        return EACH_PERIOD
 
     @property
     def odometry(self) -> Odometry:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Leaf
+from bt_controller.node import Condition
 from bt_controller.nodes.open_lanes import OpenLanes
 from bt_controller.ports import BOOL, DOUBLE, INT, PATH, POSES, STRING, gives, wants
 from hmrsim.errors import HmrsimError
@@ -17,13 +17,8 @@ if TYPE_CHECKING:
 _NO_COSTMAP = "Read and not needed: there is no costmap here"
 
 
-class PathCheck(Leaf):
-    """Succeeds if a path is open: if it begins no lane that was open at some time and is not now.
-
-    Lanes are closed by faults, by doors, or because something lies on them. Who is on a closed lane may leave it. A
-    path without poses is not valid. Of a path that is not, ``collision_poses`` has the pose from which it is not
-    open; all of them with ``stop_at_first_collision="false"``.
-    """
+class PathCheck(Condition):
+    """Succeeds if a path is open, and fails if it is not or there is none; `IsPathValid` says what is open."""
 
     INPUTS: ClassVar = {
         "path": wants(PATH, "The path", required=False),

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
+_MOST_AT_ONCE: Final = 10_000
+"""Ticks at one instant: more than any tree needs."""
+
 _FLEET: Final = "fleet"
 """What all robots of one tree are called together."""
 
@@ -61,6 +64,8 @@ class Mission:
         self._successes_due = 2 if plan.confirmed else 1
         self._ticks = 0
         self._changes = 0
+        self._instant: float | None = None
+        self._ticks_at = 0
         self._over = False
         self._stopped = False
         # Who takes a snapshot in another thread sees the tree between two ticks.
@@ -117,6 +122,7 @@ class Mission:
             NobodyThere, SimulatorGone: A behaviour had something to ask, and nobody answers any more.
         """
         self._ticks += 1
+        self._count_at(now)
         self._changes = self._board.changes
         try:
             with self._ticking, self._board.in_use(), simulated_time(now):
@@ -130,6 +136,17 @@ class Mission:
             self._over = self._successes_due == 0
         else:
             self._over = self.status is not Status.RUNNING
+
+    def _count_at(self, now: float | None) -> None:
+        """Refuse to hold time up for ever: goals that end at once have their tree ticked at the same instant."""
+        if now is None or now != self._instant:
+            self._instant, self._ticks_at = now, 0
+        self._ticks_at += 1
+        if self._ticks_at > _MOST_AT_ONCE:
+            raise TreeCrashed(
+                f"the tree of {self.robot!r} was ticked {_MOST_AT_ONCE} times at {now} s, so that time can't go on;"
+                " it sends goals that end at once, again and again"
+            )
 
     def interrupt(self, now: float | None = None) -> None:
         """Stop the tree where it is, and cancel its goals; a behaviour that breaks then is logged."""

@@ -45,7 +45,7 @@ class Scripted(Node):
         for script in scripts.values():
             for name in script.names:
                 if name in {**cls.INPUTS, **cls.OUTPUTS}:
-                    raise ScriptError(f"script {script.text!r}: {name!r} is a port of {cls.__name__}, no entry")
+                    raise ScriptError(f"script {script.text!r:.200}: {name!r} is a port of {cls.__name__}, no entry")
                 inputs[name] = wants(ANY, f"Entry {name} of a script", required=False)
             for name in script.changed:
                 outputs[f"{name}>"] = gives(ANY, f"Entry {name} as a script changes it")
@@ -88,7 +88,9 @@ class Scripted(Node):
         try:
             return truth(value)
         except ValueError as error:
-            raise ScriptError(f"{self._whose_script()}: script {self.scripts[attribute].text!r}: {error}") from None
+            raise ScriptError(
+                f"{self._whose_script()}: script {self.scripts[attribute].text!r:.200}: {error}"
+            ) from None
 
     def get(self, name: str) -> Any:
         """Return the value of an entry; None if there is none."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
+from bt_controller.meant import shown
 from bt_controller.xml.keys import is_key, reference
 
 if TYPE_CHECKING:
@@ -61,6 +62,11 @@ def children_of(node: type[Any]) -> tuple[int, float]:
     return 0, 0
 
 
+def counted(children: int) -> str:
+    """Return how many children there are, in words."""
+    return "no children" if children == 0 else "1 child" if children == 1 else f"{children} children"
+
+
 def connection(node: type[Any], name: str, text: str) -> str:
     """Return what a port is connected with: ``{key}``, or a value that it can read.
 
@@ -73,7 +79,7 @@ def connection(node: type[Any], name: str, text: str) -> str:
     if key is not None:
         return f"{{{key}}}"
     if name in node.output_ports():
-        raise ValueError(f'{text!r} is a value, and this is an output; write {name}="{{…}}"')
+        raise ValueError(f'{shown(text)} is a value, and this is an output; write {name}="{{…}}"')
     kind = getattr(node.input_ports()[name], "kind", None)
     if kind is not None:
         kind.read(text, None)

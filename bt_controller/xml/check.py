@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
+from bt_controller.meant import instead, meant, shown
 from bt_controller.nodes import NOT_HERE
+from bt_controller.ports import CHILDREN
 from bt_controller.scripting.conditions import ATTRIBUTES, conditioned
 from bt_controller.scripting.parser import ScriptError, parse
-from bt_controller.xml.call import Call, children_of, connection, is_a, shared
-from bt_controller.xml.faults import instead
+from bt_controller.xml.call import Call, children_of, connection, counted, is_a, shared
 from bt_controller.xml.keys import is_key, reference
 
 if TYPE_CHECKING:
@@ -72,6 +73,7 @@ class _Checker:
             if name not in element.attrib:
                 self._faults.add(origin, f'needs {name}="…", a script')
         ports = self._ports(origin, node, attributes)
+        self._look(origin, node, ports, len(element))
         return replace(
             call,
             node=self._bound(origin, node, scripts),
@@ -89,9 +91,9 @@ class _Checker:
         elif tag in NOT_HERE:
             self._faults.add(origin, f"there is no such node: {NOT_HERE[tag]}")
         else:
-            known = sorted({*self._nodes, _SUBTREE})
-            hint = instead(tag, known)
-            self._faults.add(origin, f"there is no such node{hint if 'mean' in hint else '; see bt-controller nodes'}")
+            alike = meant(tag, sorted({*self._nodes, _SUBTREE}))
+            hint = f"did you mean {alike!r}?" if alike else "see bt-controller nodes"
+            self._faults.add(origin, f"there is no such node; {hint}")
 
     def _count(self, origin: Origin, node: type[Any], count: int) -> None:
         """Look how many children a node has."""
@@ -100,8 +102,7 @@ class _Checker:
             wanted = (
                 f"exactly {least}" if least == most else f"at least {least}" if count < least else f"at most {most}"
             )
-            have = "no children" if count == 0 else "1 child" if count == 1 else f"{count} children"
-            self._faults.add(origin, f"has {have}; {wanted if most else 'none'} may be there")
+            self._faults.add(origin, f"has {counted(count)}; {wanted if most else 'none'} may be there")
 
     def _conditions(self, origin: Origin, attributes: dict[str, str]) -> tuple[type[Any] | None, dict[str, Script]]:
         """Take the attributes that any node may have."""
@@ -109,7 +110,7 @@ class _Checker:
             del attributes[name]
             if name not in _IGNORED:
                 known = (*ATTRIBUTES, _AUTOREMAP) if origin.tag == _SUBTREE else ATTRIBUTES
-                self._faults.add(origin, f"there is no attribute {name!r}{instead(name, known)}")
+                self._faults.add(origin, f"there is no attribute {shown(name)}{instead(name, known)}")
         scripts = self._scripts(origin, attributes, ATTRIBUTES)
         return (conditioned(scripts) if scripts else None), scripts
 
@@ -127,7 +128,7 @@ class _Checker:
                 continue
             for key in script.names:
                 if not is_key(key):
-                    self._faults.add(origin, f"{name}: an entry can't be called {key!r} here")
+                    self._faults.add(origin, f"{name}: an entry can't be called {shown(key)} here")
                     break
             else:
                 found[name] = script
@@ -149,8 +150,8 @@ class _Checker:
         for name, text in attributes.items():
             if name not in inputs and name not in outputs:
                 known = [*own, *inputs, *outputs]
-                hint = instead(name, known, verb="it has") or "; it has none"
-                self._faults.add(origin, f"there is no port {name!r}{hint}")
+                hint = instead(name, known, verb="it has", none="; it has none")
+                self._faults.add(origin, f"there is no port {shown(name)}{hint}")
                 continue
             try:
                 found[name] = connection(node, name, text)
@@ -166,6 +167,17 @@ class _Checker:
                 found[name] = f"{{{key}}}"
         return found
 
+    def _look(self, origin: Origin, node: type[Any], ports: Mapping[str, str], children: int) -> None:
+        """Look at values that can be read, but can't be meant."""
+        for name, port in node.input_ports().items():
+            text, kind = ports.get(name, "{}"), getattr(port, "kind", None)
+            if kind is None or text.startswith("{"):
+                continue
+            if kind is CHILDREN and int(text) > children:
+                self._faults.add(origin, f"port {name!r}: {shown(text)} of {counted(children)} is never reached")
+            if doubt := kind.doubt(text):
+                self._faults.warn(origin, f"port {name!r}: {doubt}")
+
     def _subtree(self, element: Element) -> Call:
         origin = element.origin
         attributes = dict(element.attrib)
@@ -173,12 +185,12 @@ class _Checker:
         if not tree:
             self._faults.add(origin, 'needs ID="…", that of a <BehaviorTree>')
         elif tree not in self._document.trees:
-            self._faults.add(origin, f"there is no tree {tree!r}{instead(tree, self._document.trees)}")
+            self._faults.add(origin, f"there is no tree {shown(tree)}{instead(tree, self._document.trees)}")
         if len(element):
             self._faults.add(origin, "has children; they belong into its <BehaviorTree>")
         text = attributes.pop(_AUTOREMAP, "false")
         if text.lower() not in _TRUTHS:
-            self._faults.add(origin, f"{_AUTOREMAP}: {text!r} is neither true nor false")
+            self._faults.add(origin, f"{_AUTOREMAP}: {shown(text)} is neither true nor false")
         autoremap = _TRUTHS.get(text.lower(), False)
         around, conditions = self._conditions(origin, attributes)
         attributes.pop("name", None)

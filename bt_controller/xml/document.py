@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from bt_controller.xml.faults import instead
+from bt_controller.meant import instead, meant, shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -44,11 +44,14 @@ def document(root: Element, faults: Faults, *, tree: str | None = None) -> Docum
     if root.tag != "root":
         faults.add(root.origin, 'is no file of trees; <root BTCPP_format="4"> is expected')
     trees, models = _parts(root, faults)
-    if not trees:
-        if root.tag == "root":
-            faults.add(root.origin, 'has no trees; <BehaviorTree ID="…"> is expected')
-        return Document(trees, "", models)
-    return Document(trees, _main(root, trees, tree, faults), models)
+    found = root.findall("BehaviorTree")
+    if not found and root.tag == "root":
+        faults.add(root.origin, 'has no trees; <BehaviorTree ID="…"> is expected')
+    if found:
+        _look(root, faults)
+    # One without an ID is told already, and may be the one that is meant.
+    known = bool(found) and all(element.attrib.get("ID") for element in found)
+    return Document(trees, _main(root, trees, tree, faults) if known else "", models)
 
 
 def _parts(root: Element, faults: Faults) -> tuple[dict[str, Element], dict[str, dict[str, str | None]]]:
@@ -69,14 +72,14 @@ def _add_tree(element: Any, trees: dict[str, Element], faults: Faults) -> None:
     tree_id = element.attrib.get("ID", "")
     for attribute in element.attrib:
         if attribute != "ID" and not attribute.startswith("_"):
-            faults.add(element.origin, f"there is no attribute {attribute!r}; it has ID")
+            faults.add(element.origin, f"there is no attribute {shown(attribute)}; it has ID")
     if not tree_id:
         faults.add(element.origin, 'has no ID; write ID="…"')
         return
     if len(element) != 1:
-        faults.add(element.origin, f"{tree_id!r} has {len(element)} children; exactly 1 is expected")
+        faults.add(element.origin, f"{shown(tree_id)} has {len(element)} children; exactly 1 is expected")
     if tree_id in trees:
-        faults.add(element.origin, f"there is a tree {tree_id!r} already, at {trees[tree_id].origin}")
+        faults.add(element.origin, f"there is a tree {shown(tree_id)} already, at {trees[tree_id].origin}")
     else:
         trees[tree_id] = element
 
@@ -89,17 +92,23 @@ def _model(element: Any) -> dict[str, str | None]:
     }
 
 
-def _main(root: Element, trees: Mapping[str, Element], tree: str | None, faults: Faults) -> str:
+def _look(root: Element, faults: Faults) -> None:
+    """Look at the attributes of the root."""
     for attribute in root.attrib:
-        if attribute not in _ROOT_ATTRIBUTES and "mean" in (hint := instead(attribute, _ROOT_ATTRIBUTES)):
-            faults.add(root.origin, f"there is no attribute {attribute!r}{hint}")
-    if root.attrib.get("BTCPP_format", "4") != "4":
-        said = root.attrib["BTCPP_format"]
-        faults.add(root.origin, f'is of format {said!r}; BTCPP_format="4" is read')
-    main = tree or root.attrib.get("main_tree_to_execute")
+        if attribute not in _ROOT_ATTRIBUTES and (alike := meant(attribute, _ROOT_ATTRIBUTES)):
+            faults.add(root.origin, f"there is no attribute {shown(attribute)}; did you mean {alike!r}?")
+    said = root.attrib.get("BTCPP_format")
+    if said is None:
+        faults.warn(root.origin, 'does not say its format; BTCPP_format="4" is read, and BehaviorTree.CPP wants it')
+    elif said != "4":
+        faults.add(root.origin, f'is of format {shown(said)}; BTCPP_format="4" is read')
+
+
+def _main(root: Element, trees: Mapping[str, Element], tree: str | None, faults: Faults) -> str:
+    main = root.attrib.get("main_tree_to_execute") if tree is None else tree
     if main is None and len(trees) > 1:
         known = ", ".join(trees)
         faults.add(root.origin, f"does not say which tree to run; main_tree_to_execute or --tree, one of {known}")
     elif main is not None and main not in trees:
-        faults.add(root.origin, f"there is no tree {main!r}{instead(main, trees)}")
-    return main or next(iter(trees))
+        faults.add(root.origin, f"there is no tree {shown(main)}{instead(main, trees)}")
+    return next(iter(trees)) if main is None else main

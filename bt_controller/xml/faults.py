@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from difflib import get_close_matches
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+from bt_controller.meant import shortened, shown
 from bt_controller.trees import TreeError
 
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-_MOST: Final = 50
+MOST_FAULTS: Final = 50
 """How many are told at once: more help nobody, and looking for what could be meant takes its time."""
 
 _LONGEST: Final = 400
-_LISTED: Final = 12
 
 
 @dataclass(frozen=True)
@@ -40,8 +36,8 @@ class Origin:
 
     def says(self, text: str) -> str:
         """Return what is to be said of the element as one line."""
-        element = f" <{self.tag}>" if self.tag else ""
-        name = f" {self.name!r}" if self.name and self.name != self.tag else ""
+        element = f" <{shortened(self.tag)}>" if self.tag else ""
+        name = f" {shown(self.name)}" if self.name and self.name != self.tag else ""
         line = " ".join(f"{self}:{element}{name}{':' if element else ''} {text}".splitlines())
         return line if len(line) <= _LONGEST else f"{line[:_LONGEST]}…"
 
@@ -51,6 +47,12 @@ class Faults:
 
     def __init__(self) -> None:
         self._lines: dict[str, None] = {}
+        self._warnings: dict[str, None] = {}
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What need not be wrong; a line each."""
+        return tuple(self._warnings)
 
     def add(self, origin: Origin, text: str) -> None:
         """Remember a mistake; one that was found already counts once.
@@ -59,8 +61,13 @@ class Faults:
             TreeError: There are too many to go on.
         """
         self._lines[origin.says(text)] = None
-        if len(self._lines) >= _MOST:
-            raise TreeError("\n".join([*self._lines, f"that is {_MOST} mistakes; there may be more"]))
+        if len(self._lines) >= MOST_FAULTS:
+            raise TreeError("\n".join([*self._lines, f"that is {MOST_FAULTS} mistakes; there may be more"]))
+
+    def warn(self, origin: Origin, text: str) -> None:
+        """Remember what need not be wrong; too many are not told."""
+        if len(self._warnings) < MOST_FAULTS:
+            self._warnings[origin.says(text)] = None
 
     def raise_any(self) -> None:
         """Go on if nothing was found.
@@ -70,13 +77,3 @@ class Faults:
         """
         if self._lines:
             raise TreeError("\n".join(self._lines))
-
-
-def instead(wanted: str, known: Collection[str], *, verb: str = "there are") -> str:
-    """Return what could be meant, or what there is, as the end of a message."""
-    if meant := get_close_matches(wanted, known, n=1):
-        return f"; did you mean {meant[0]!r}?"
-    if not known:
-        return ""
-    listed = ", ".join(list(known)[:_LISTED])
-    return f"; {verb} {listed}{', …' if len(known) > _LISTED else ''}"

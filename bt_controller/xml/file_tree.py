@@ -15,8 +15,8 @@ from bt_controller.xml.check import check
 from bt_controller.xml.document import document
 from bt_controller.xml.faults import Faults
 from bt_controller.xml.source import read
-from bt_controller.xml.translation import SUBTREE, translate
-from bt_controller.xml.wiring import examine
+from bt_controller.xml.translation import SUBTREE, in_order, translate
+from bt_controller.xml.wiring import examine, unread
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -52,7 +52,7 @@ class FileTree:
         outermost = {key: f"/{key[1:]}" for key in translation.keys[self.main] if key.startswith("@")}
         main = translation.trees[self.main]
         root: Behaviour = build_tree_from_xml(main, outermost, translation.registry, translation.trees)
-        for node, (name, origin) in zip(root.iterate(), self.labels, strict=True):
+        for node, (name, origin) in zip(_named(root), self.labels, strict=True):
             node.name = name
             if isinstance(node, Node):
                 node.origin = str(origin)
@@ -61,8 +61,8 @@ class FileTree:
 
 def load_file(
     path: str, nodes: Mapping[str, type[Any]], *, tree: str | None, values: Mapping[str, str]
-) -> tuple[FileTree, tuple[str, ...]]:
-    """Return the tree of a file, and a line for each port that needs a value which nothing writes.
+) -> tuple[FileTree, tuple[str, ...], tuple[str, ...]]:
+    """Return the tree of a file, a line for each port that needs a value which nothing writes, and one for each doubt.
 
     Args:
         path: Its path.
@@ -77,13 +77,14 @@ def load_file(
     faults = Faults()
     found = document(root, faults, tree=tree)
     calls = check(found, nodes, faults)
+    in_order(calls, faults)
     faults.raise_any()
     translation = translate(calls, faults)
     faults.raise_any()
     result = _labelled(found.main, translation)
-    unset = _tried(path, result, values, faults)
+    unset, unknown = _tried(path, result, values, faults)
     faults.raise_any()
-    return result, unset
+    return result, unset, (*faults.warnings, *unknown)
 
 
 def _labelled(main: str, translation: Translation) -> FileTree:
@@ -97,8 +98,10 @@ def _labelled(main: str, translation: Translation) -> FileTree:
     return FileTree(main, translation, tuple(labels), texts)
 
 
-def _tried(path: str, tree: FileTree, values: Mapping[str, str], faults: Faults) -> tuple[str, ...]:
-    """Build a tree and look at it."""
+def _tried(
+    path: str, tree: FileTree, values: Mapping[str, str], faults: Faults
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Build a tree and look at it: what nothing writes, and what nothing reads."""
     with Board().in_use():
         for key, text in values.items():
             Blackboard.set(key, text)
@@ -106,4 +109,10 @@ def _tried(path: str, tree: FileTree, values: Mapping[str, str], faults: Faults)
             root = tree.build()
         except Exception as error:  # whatever the constructors of the user's nodes raise
             raise TreeError(f"{path}: {described(error)}") from error
-        return examine(zip(root.iterate(), (origin for _, origin in tree.labels), strict=True), faults)
+        unset = examine(zip(_named(root), (origin for _, origin in tree.labels), strict=True), faults)
+        return unset, unread(values)
+
+
+def _named(root: Behaviour) -> list[Behaviour]:
+    """Return the nodes that the file names; a guard's way back is its own."""
+    return [node for node in root.iterate() if not getattr(node, "implied", False)]

@@ -7,6 +7,8 @@ from typing import Final
 
 from py_trees.ports import CONST_PREFIX, DOT_REPLACEMENT
 
+from bt_controller.meant import shown
+
 _KEY: Final = re.compile(r"@?[\w-]+")
 _TAKEN: Final = ("name", "ID", "@name", "@ID")
 """What py_trees takes for an element's own."""
@@ -25,16 +27,16 @@ def reference(port: str, text: str) -> str | None:
     inner = text.strip()
     if not (inner.startswith("{") and inner.endswith("}") and len(inner) > len("{}")):
         if "{" in text or "}" in text:
-            raise ValueError(f"{text!r} is no value; braces are for keys of the blackboard: {{key}}")
+            raise ValueError(f"{shown(text)} is no value; braces are for keys of the blackboard: {{key}}")
         if CONST_PREFIX in text or DOT_REPLACEMENT in text:
             raise ValueError(
-                f"{text!r} is no value; {CONST_PREFIX!r} and {DOT_REPLACEMENT!r} mean something to py_trees"
+                f"{shown(text)} is no value; {CONST_PREFIX!r} and {DOT_REPLACEMENT!r} mean something to py_trees"
             )
         return None
     key = port if inner == "{=}" else inner[1:-1].strip()
     if not is_key(key):
         wanted = "another name, that one is taken, is" if key in _TAKEN else "letters, digits, '_' and '-' are"
-        raise ValueError(f"{text!r} is no key of the blackboard; {wanted} expected")
+        raise ValueError(f"{shown(text)} is no key of the blackboard; {wanted} expected")
     return key
 
 

@@ -7,8 +7,9 @@ from typing import Any, Final
 from xml.etree.ElementTree import Element as _Element
 from xml.parsers import expat
 
+from bt_controller.meant import shown
 from bt_controller.trees import TreeError
-from bt_controller.xml.faults import Origin
+from bt_controller.xml.faults import MOST_FAULTS, Origin
 
 LARGEST: Final = 1 << 20
 """Bytes of all files of a tree; a hand-written one has a few thousand."""
@@ -51,33 +52,34 @@ class _Reader:
         self._folder = path.parent.resolve()
         self._left = LARGEST
         self._elements = 0
+        self._mistakes: dict[str, None] = {}
         self._begun: list[Path] = []
         self._done: set[Path] = set()
 
     def main(self) -> Element:
         origin = Origin(str(self._path), 0)
-        if not self._path.is_file():
-            raise TreeError(f"{origin}: there is no such file")
-        return self._read(self._path.resolve(), origin, origin)
+        if missing := _missing(self._path):
+            raise TreeError(origin.says(missing))
+        root = self._read(self._path.resolve(), origin, origin)
+        if self._mistakes:
+            raise TreeError("\n".join(list(self._mistakes)[:MOST_FAULTS]))
+        return root
 
-    def _read(self, path: Path, shown: Origin, asked: Origin) -> Element:
+    def _read(self, path: Path, file: Origin, asked: Origin) -> Element:
         try:
-            with path.open("rb") as file:
-                data = file.read(self._left + 1)
+            with path.open("rb") as opened:
+                data = opened.read(max(self._left, 0) + 1)
         except OSError as error:
-            raise TreeError(
-                asked.says(f"can't read {shown.file!r}: {(error.strerror or str(error)).lower()}")
-            ) from None
+            raise TreeError(asked.says(f"can't read {file.file!r}: {(error.strerror or str(error)).lower()}")) from None
         self._left -= len(data)
         if self._left < 0:
-            raise TreeError(shown.says(f"more than {LARGEST} bytes are no tree"))
-        self._begun.append(path)
-        parser = _Parser(shown.file, MOST_NODES - self._elements)
+            raise TreeError(file.says(f"more than {LARGEST} bytes are no tree"))
+        parser = _Parser(file.file, MOST_NODES - self._elements)
         root = parser.parse(data)
         self._elements += parser.count
+        self._begun.append(path)
         self._inline(root, path)
         self._begun.pop()
-        self._done.add(path)
         return root
 
     def _inline(self, root: Element, path: Path) -> None:
@@ -86,9 +88,17 @@ class _Reader:
         root[:] = []
         for child in children:
             if child.tag in _INCLUDES:
-                root.extend(self._included(child, path))
+                root.extend(self._included_if_right(child, path))
             else:
                 root.append(child)
+
+    def _included_if_right(self, element: Element, path: Path) -> list[Any]:
+        """Return what a file includes; what is wrong with it is told when all has been read."""
+        try:
+            return self._included(element, path)
+        except TreeError as error:
+            self._mistakes[str(error)] = None
+            return []
 
     def _included(self, element: Element, path: Path) -> list[Any]:
         origin = element.origin
@@ -97,22 +107,35 @@ class _Reader:
         name = next((element.attrib[key] for key in _PATHS if key in element.attrib), "")
         if not name.isprintable() or not name:
             raise TreeError(origin.says('needs path="…", relative to this file'))
-        wanted = (path.parent / name).resolve()
+        try:
+            wanted = (path.parent / name).resolve()
+        except (OSError, RuntimeError):
+            raise TreeError(origin.says(f"{shown(name)} leads nowhere")) from None
         if not wanted.is_relative_to(self._folder):
-            raise TreeError(origin.says(f"{name!r} is outside the folder of {self._path.name!r}, and not read"))
+            raise TreeError(origin.says(f"{shown(name)} is outside the folder of {self._path.name!r}, and not read"))
         if wanted in self._begun:
-            raise TreeError(origin.says(f"{name!r} includes itself"))
+            raise TreeError(origin.says(f"{shown(name)} includes itself"))
         if len(self._begun) >= _MOST_INCLUDES:
             raise TreeError(origin.says(f"files include each other more than {_MOST_INCLUDES} deep"))
         if wanted in self._done:
             return []
-        if not wanted.is_file():
-            raise TreeError(origin.says(f"there is no file {name!r}"))
-        shown = Origin(str(self._path.parent / wanted.relative_to(self._folder)), 0)
-        root = self._read(wanted, shown, origin)
+        self._done.add(wanted)
+        if missing := _missing(wanted):
+            raise TreeError(origin.says(f"{shown(name)}: {missing}"))
+        root = self._read(wanted, Origin(str(self._path.parent / wanted.relative_to(self._folder)), 0), origin)
         if root.tag != "root":
             raise TreeError(root.origin.says("is no file of trees; <root> is expected"))
         return list(root)
+
+
+def _missing(path: Path) -> str:
+    """Return why a path is none of a file that can be read; empty if it is one."""
+    try:
+        if path.is_file():
+            return ""
+        return "is no regular file" if path.exists() else "there is no such file"
+    except OSError as error:
+        return (error.strerror or str(error)).lower()
 
 
 class _Parser:

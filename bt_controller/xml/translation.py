@@ -88,7 +88,7 @@ def translate(calls: Mapping[str, Call], faults: Faults) -> Translation:
     """
     result = Translation()
     sizes: dict[str, tuple[int, int]] = {}
-    for tree in _order(calls, faults):
+    for tree in in_order(calls, faults):
         _Translator(result, tree).add(calls[tree])
         sizes[tree] = count, depth = _size(result.trees[tree][0], sizes)
         if excess := _excess(count, depth, len(result.keys[tree])):
@@ -97,10 +97,10 @@ def translate(calls: Mapping[str, Call], faults: Faults) -> Translation:
     return result
 
 
-def _order(calls: Mapping[str, Call], faults: Faults) -> list[str]:
-    """Return the trees in an order in which each comes after those that it uses."""
+def in_order(calls: Mapping[str, Call], faults: Faults) -> list[str]:
+    """Return the trees in an order in which each comes after those that it uses; *faults* hears if there is none."""
     uses = {tree: [call for call in _all(root) if call.node is None] for tree, root in calls.items()}
-    needed = {tree: [call.tree for call in used] for tree, used in uses.items()}
+    needed = {tree: [call.tree for call in used if call.tree in calls] for tree, used in uses.items()}
     try:
         return list(TopologicalSorter(needed).static_order())
     except CycleError as error:

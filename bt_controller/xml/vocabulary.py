@@ -26,7 +26,7 @@ def vocabulary(modules: Iterable[str] = ()) -> dict[str, type[Any]]:
     """
     found: dict[str, type[Any]] = dict(registry())
     for name in modules:
-        module = imported(f"--nodes {name}", name)
+        module = imported(f"--nodes {name}".rstrip(), name)
         classes = {
             tag: value
             for tag, value in vars(module).items()

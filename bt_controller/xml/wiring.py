@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from py_trees.blackboard import Blackboard
 from py_trees.ports import PortsMixin
 
-from bt_controller.ports import ANY, DOUBLE, INT, STRING
+from bt_controller.meant import meant
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from bt_controller.ports import Kind
     from bt_controller.xml.faults import Faults, Origin
 
-_LOOSE: Final = (ANY, STRING)
-"""What goes with every other kind: text is read as the port wants it."""
-_NUMBERS: Final = (INT, DOUBLE)
+_LOOSE: Final = (object, str)
+"""The types of what goes with every other kind: text is read as the port wants it."""
+_NUMBERS: Final = (int, float)
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,7 @@ class _End:
         kind: What it carries; None if nobody knows.
         written: Whether it is an output.
         needed: Whether it is an input that can't go without a value.
+        scripted: Whether it is an entry of a script.
     """
 
     origin: Origin
@@ -42,6 +43,7 @@ class _End:
     kind: Kind[Any] | None
     written: bool
     needed: bool
+    scripted: bool
 
 
 def examine(nodes: Iterable[tuple[Behaviour, Origin]], faults: Faults) -> tuple[str, ...]:
@@ -49,7 +51,7 @@ def examine(nodes: Iterable[tuple[Behaviour, Origin]], faults: Faults) -> tuple[
 
     Args:
         nodes: The nodes, and where they come from.
-        faults: Hears of ports that do not fit each other or what they find.
+        faults: Hears of ports that do not fit each other or what they find, and of scripts that may find nothing.
 
     Returns:
         A line for each port that needs a value which nothing writes.
@@ -59,26 +61,41 @@ def examine(nodes: Iterable[tuple[Behaviour, Origin]], faults: Faults) -> tuple[
     _read(ends, faults)
     written = {end.key for end in ends if end.written} | set(Blackboard.storage)
     unset = [end.origin.says(_unset(end)) for end in ends if end.needed and end.key not in written]
+    for end in ends:
+        if end.scripted and end.key not in written:
+            faults.warn(end.origin, f"nothing writes {_shown(end.key)!r}, which a script reads")
     return tuple(dict.fromkeys(unset))
+
+
+def unread(keys: Iterable[str]) -> tuple[str, ...]:
+    """Return a line for each key that no node reads of the tree that has just been built on the blackboard in use."""
+    read = [_shown(key) for key, known in Blackboard.metadata.items() if known.read]
+    lines = []
+    for key in keys:
+        if key not in read:
+            alike = meant(key, read)
+            lines.append(f"nothing reads {key!r}" + (f"; did you mean {alike!r}?" if alike else ""))
+    return tuple(lines)
 
 
 def _ends(node: PortsMixin, origin: Origin) -> Iterator[_End]:
     client = node.blackboard_client
+    names = {name for script in getattr(node, "scripts", {}).values() for name in script.names}
     for ports, written in ((node.input_ports(), False), (node.output_ports(), True)):
         for name, port in ports.items():
             key = client.remappings[client.absolute_name(name)]
             needed = not written and port.required and port.default_value is None
-            yield _End(origin, name, key, getattr(port, "kind", None), written, needed)
+            yield _End(origin, name, key, getattr(port, "kind", None), written, needed, name in names)
 
 
 def _compare(ends: Iterable[_End], faults: Faults) -> None:
     """Look whether what one port writes another can read."""
     known: dict[str, _End] = {}
     for end in ends:
-        if end.kind is None or end.kind in _LOOSE:
+        if end.kind is None or end.kind.type in _LOOSE:
             continue
         first = known.setdefault(end.key, end)
-        if first.kind is not end.kind and not (first.kind in _NUMBERS and end.kind in _NUMBERS):
+        if _name(first) != _name(end) and not (_is_number(first) and _is_number(end)):
             other = f"port {first.port!r} of <{first.origin.tag}>, {first.origin}"
             key = _shown(end.key)
             text = f"port {end.port!r} is {_name(end)}, but {key!r} is {_name(first)} at {other}; use another key"
@@ -102,6 +119,10 @@ def _unset(end: _End) -> str:
     if "/" in shown:
         return f'nothing writes {shown!r}; share {shown.rpartition("/")[2]}="{{…}}" at its <SubTree>, or {give}'
     return f"nothing writes {shown!r}; {give}"
+
+
+def _is_number(end: _End) -> bool:
+    return end.kind is not None and end.kind.type in _NUMBERS
 
 
 def _name(end: _End) -> str:

@@ -55,7 +55,7 @@ class FakeGoal(GoalHandle[Any, Any]):
 
     def is_known(self, status: GoalStatus) -> None:
         """Let the robot have the goal already, from an earlier life of the controller."""
-        self._adopted = True
+        self._found = status
         self._accept(status)
 
     def expire(self, status: GoalStatus) -> None:

@@ -10,13 +10,21 @@ from py_trees.composites import Sequence
 
 from bt_controller.action_leaf import ActionLeaf
 from bt_controller.directory import Directory, NotServed
-from hmrsim.goal import GoalStatus, made_goal_id
-from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.builtin_interfaces import Duration, Time
+from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, NavigateToPose, Wait
+from hmrsim.interfaces.std_msgs import Header
 from hmrsim_zenoh.errors import ClientClosed, SimulatorGone
 
 WAIT = Wait.Goal(time=Duration.from_seconds(3.0))
+LONG = Wait.Goal(time=Duration.from_seconds(9.0))
+
+
+def goals(*each):
+    """Return what makes one of these goals after the other."""
+    return iter(each).__next__
 
 
 @pytest.fixture
@@ -325,25 +333,72 @@ class TestResume:
     """Going on with what was sent in an earlier life."""
 
     @pytest.fixture
-    def leaf(self, client):
-        """Return the second leaf of a tree that goes on with a mission."""
-        leaf = ActionLeaf("Wait", "wait", WAIT)
-        Sequence("Root", memory=True, children=[Success("Before"), leaf])
-        leaf.setup(client=client, robot="wall_e", resume="me/patrol/wall_e")
-        return leaf
+    def life(self, client):
+        """Return the function that sets a tree up that goes on with a mission: its second leaf."""
 
-    def test_ids_follow_from_mission_place_and_number(self, client, leaf):
-        """Each life of a controller has the same."""
-        for _ in range(2):
-            leaf.tick_once()
-            client.goals[-1].succeed()
-            leaf.tick_once()
+        def begin(goal=WAIT, action="wait"):
+            leaf = ActionLeaf("Second", action, goal)
+            Sequence("Root", memory=True, children=[Success("Before"), leaf])
+            leaf.setup(client=client, robot="wall_e", resume="me/patrol/wall_e")
+            return leaf
 
-        assert [goal.goal_id for goal in client.goals] == [
-            made_goal_id("me/patrol/wall_e/1", 1),
-            made_goal_id("me/patrol/wall_e/1", 2),
-        ]
+        return begin
+
+    @pytest.fixture
+    def leaf(self, life):
+        """Return the leaf of one life."""
+        return life()
+
+    def test_each_life_has_the_same_ids(self, client, life):
+        """So what was sent is found, one goal after the other."""
+        for leaf in (life(), life()):
+            for _ in range(2):
+                leaf.tick_once()
+                client.goals[-1].succeed()
+                leaf.tick_once()
+
+        first, second, *again = [goal.goal_id for goal in client.goals]
+        assert (again, first == second) == ([first, second], False)
         assert all(goal.may_be_known for goal in client.goals)
+
+    def test_another_goal_at_the_same_place_has_another_id(self, client, life):
+        """Of another step nothing was done; not even if it is another action's."""
+        for leaf in (life(), life(LONG), life(NavigateToPose.Goal(), "navigate_to_pose")):
+            leaf.tick_once()
+
+        assert 3 == len({goal.goal_id for goal in client.goals})
+
+    def test_when_a_goal_was_made_does_not_matter(self, client, life):
+        """The same pose said later is the same."""
+        for sec in (1, 2):
+            header = Header(stamp=Time(sec=sec))
+            life(NavigateToPose.Goal(pose=PoseStamped(header=header)), "navigate_to_pose").tick_once()
+
+        assert client.goals[0].goal_id == client.goals[1].goal_id
+
+    def test_steps_that_take_turns_at_one_place_are_counted_each(self, client, life):
+        """As in a loop whose goal comes from the blackboard."""
+        for leaf in (life(goals(WAIT, LONG, WAIT)), life(goals(WAIT, LONG, WAIT))):
+            for _ in range(3):
+                leaf.tick_once()
+                client.goals[-1].succeed()
+                leaf.tick_once()
+
+        ids = [goal.goal_id for goal in client.goals]
+        assert (ids[3:], 3) == (ids[:3], len({*ids}))
+
+    def test_a_goal_that_could_not_be_sent_uses_up_no_id(self, client, leaf):
+        """The simulator has never heard of it."""
+        client.refuses = SimulatorGone("gone")
+        leaf.tick_once()
+        client.refuses = None
+        leaf.tick_once()
+        found = client.goals[0].goal_id
+        client.goals[0].reject("not_ready", "battery empty")
+        leaf.tick_once()
+        leaf.tick_once()
+
+        assert found == client.goals[1].goal_id
 
     def test_a_goal_that_was_rejected_uses_up_no_id(self, client, leaf):
         """The simulator has not kept it, so the next life would look for it in vain."""
@@ -364,24 +419,59 @@ class TestResume:
 
         assert (len(client.goals), leaf.status) == (1, Status.FAILURE if end == "abort" else Status.SUCCESS)
 
-    def test_what_was_canceled_in_an_earlier_life_is_sent_with_the_next_id(self, client, leaf):
+    @pytest.mark.parametrize("found", [GoalStatus.CANCELING, GoalStatus.CANCELED])
+    def test_what_was_canceled_in_an_earlier_life_is_sent_with_the_next_id(self, client, leaf, found):
         """Whoever ended had canceled it."""
         leaf.tick_once()
-        client.goals[0].is_known(GoalStatus.CANCELED)
+        client.goals[0].is_known(found)
         client.goals[0].end_canceled()
         leaf.tick_once()
 
-        assert leaf.status is Status.RUNNING
-        assert client.goals[1].goal_id == made_goal_id("me/patrol/wall_e/1", 2)
+        assert (leaf.status, len(client.goals)) == (Status.RUNNING, 2)
+        assert client.goals[0].goal_id != client.goals[1].goal_id
 
-    def test_what_was_dropped_for_the_next_one_leads_to_that(self, client, leaf):
+    def test_a_goal_that_is_canceled_when_it_was_taken_over_fails_as_ever(self, client, leaf):
+        """Whoever does that means this life: a robot that was told to stop is not sent on."""
+        leaf.tick_once()
+        client.goals[0].is_known(GoalStatus.EXECUTING)
+        client.goals[0].end_canceled()
+        leaf.tick_once()
+
+        assert (leaf.status, len(client.goals)) == (Status.FAILURE, 1)
+
+    def test_what_was_dropped_for_the_next_one_leads_to_that(self, client, life):
         """As when a tree replans: its goals preempt each other."""
+        replanning = life(goals(WAIT, LONG))
+        replanning.tick_once()
+        replanning.initialise()
+        leaf = life()
+        leaf.tick_once()
+        client.goals[2].is_known(GoalStatus.ABORTED)
+        client.goals[2].abort(740, f"preempted by goal {client.goals[1].goal_id}")
+        leaf.tick_once()
+
+        assert Status.RUNNING is leaf.status
+        assert client.goals[1].goal_id == client.goals[3].goal_id
+
+    def test_what_was_dropped_for_something_else_is_sent_again(self, client, leaf):
+        """As when a guard of this life had the robot charged before its mission came to the goal of the earlier one."""
         leaf.tick_once()
         client.goals[0].is_known(GoalStatus.ABORTED)
-        client.goals[0].abort(740, f"preempted by goal {made_goal_id('me/patrol/wall_e/1', 2)}")
+        client.goals[0].abort(740, f"preempted by goal {'a' * 32}")
         leaf.tick_once()
 
         assert (leaf.status, len(client.goals)) == (Status.RUNNING, 2)
+
+    @pytest.mark.parametrize(("found", "sent"), [(GoalStatus.SUCCEEDED, 2), (GoalStatus.EXECUTING, 1)])
+    def test_who_repeats_does_anew_what_has_ended(self, client, leaf, found, sent):
+        """But takes over what is under way."""
+        leaf.repeat()
+        leaf.tick_once()
+        client.goals[0].is_known(found)
+        client.goals[0].succeed()
+        leaf.tick_once()
+
+        assert sent == len(client.goals)
 
     def test_a_goal_of_this_life_that_somebody_cancels_fails_as_ever(self, client, leaf):
         """The tree did not want that."""

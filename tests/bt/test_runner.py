@@ -341,6 +341,12 @@ class TestEnds:
 
         assert stage.goal().canceled is True
 
+    def test_a_tree_that_is_ticked_again_and_again_at_an_instant_ends_the_run(self, stage, monkeypatch):
+        """Time could not go on."""
+        monkeypatch.setattr("bt_controller.running.mission._MOST_AT_ONCE", 3)
+        with pytest.raises(TreeCrashed, match=r"the tree of 'wall_e' was ticked 3 times at 0\.0 s, so that time can't"):
+            stage.run(lambda: Running("Running"), *[lambda: stage.mailbox.put("wall_e")] * 5)
+
     def test_a_behaviour_that_raises_when_it_is_stopped_does_not_keep_goals_from_being_canceled(self, stage, caplog):
         """Its error is logged in a line."""
 

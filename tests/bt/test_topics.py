@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from functools import partial
 from threading import Event
 
@@ -62,6 +63,29 @@ def test_it_is_asked_anew_when_time_has_gone_by(lockstep):
     lockstep.sleep(10.0)
 
     assert (1.0, 0.9) == (before, pytest.approx(topics.latest("r3", "battery_state").percentage))
+
+
+def test_it_is_asked_anew_when_something_was_changed(lockstep, asked):
+    """A robot may be elsewhere at the same instant."""
+    topics = Topics(lockstep, asks=True)
+    topics.watch("r3", "odom")
+    topics.latest("r3", "odom")
+    asked.clear()
+    topics.forget()
+    topics.latest("r3", "odom")
+
+    assert ["hmrsim/r3/odom"] == asked
+
+
+def test_of_a_robot_without_connection_is_known_what_it_said_last(lockstep):
+    """As where time goes by itself; who has seen its battery goes on with that."""
+    topics = Topics(lockstep, asks=True)
+    topics.watch("r3", "battery_state")
+    fault = {"type": "messages_lost", "robot": "r3", "duration": 60}
+    lockstep.get(lockstep.keys.world("inject_fault"), payload=json.dumps(fault).encode())
+    lockstep.sleep(10.0)
+
+    assert 1.0 == topics.latest("r3", "battery_state").percentage
 
 
 def test_many_robots_are_asked_at_once(lockstep, asked):

@@ -34,7 +34,7 @@ def test_a_goal_that_nobody_knows_is_sent(clock):
         goal = send(client)
         goal.result(20.0)
 
-    assert (False, GoalStatus.SUCCEEDED) == (goal.adopted, goal.status)
+    assert (False, None, GoalStatus.SUCCEEDED) == (goal.adopted, goal.found, goal.status)
 
 
 def test_a_goal_that_runs_is_followed(clock):
@@ -46,7 +46,7 @@ def test_a_goal_that_runs_is_followed(clock):
             goal = send(client, 30.0)
             result = goal.result(30.0)
 
-    assert (True, GoalStatus.SUCCEEDED) == (goal.adopted, goal.status)
+    assert (True, GoalStatus.EXECUTING, GoalStatus.SUCCEEDED) == (goal.adopted, goal.found, goal.status)
     assert 30.0 == result.total_elapsed_time.to_seconds()
 
 
@@ -64,7 +64,7 @@ def test_a_goal_that_has_ended_has_its_result_at_once(clock, status):
             goal = send(client, 30.0)
             again = goal.result(5.0)
 
-    assert (True, status, result) == (goal.adopted, goal.status, again)
+    assert (True, status, status, result) == (goal.adopted, goal.found, goal.status, again)
 
 
 def test_a_goal_whose_result_has_expired_says_how_it_ended(clock):

@@ -466,6 +466,32 @@ def test_a_refused_cancel_can_be_asked_again(simulator, wait_client):
     assert simulator.count(Verb.CANCEL_GOAL) >= 2
 
 
+def test_all_goals_of_an_action_can_be_canceled(simulator, wait_client):
+    """No goal is named; the answer is waited for."""
+    simulator.steps["cancel_goal"] = [simulator.canceling]
+    wait_client.cancel_all()
+
+    assert [{"goal_info": {"goal_id": "0" * 32, "stamp": {"sec": 0, "nanosec": 0}}}] == simulator.wait_for(
+        Verb.CANCEL_GOAL
+    )
+
+
+def test_a_cancel_of_all_goals_that_is_refused_is_an_error(simulator, wait_client):
+    """As the simulator says it."""
+    simulator.steps["cancel_goal"] = [simulator.say_error('{"error": "no such action", "details": []}')]
+
+    with pytest.raises(RequestError, match="no such action"):
+        wait_client.cancel_all()
+
+
+def test_a_cancel_of_all_goals_that_nobody_answers_is_an_error(simulator, wait_client):
+    """Whether any goal ends is not known."""
+    simulator.steps["cancel_goal"] = [simulator.lose]
+
+    with pytest.raises(RequestTimeout, match="/wall_e/wait: no answer to a cancel"):
+        wait_client.cancel_all()
+
+
 # --- feedback ------------------------------------------------------------------------------------------------
 
 FEEDBACK_KEY = "hmrsim/wall_e/wait/_action/feedback"

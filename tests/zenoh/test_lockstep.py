@@ -73,6 +73,24 @@ def test_waiting_for_the_acceptance_takes_no_time(client, wait):
     assert (goal.accepted, goal.done, client.now) == (True, False, 0.0)
 
 
+def test_a_cancel_of_all_goals_does_not_overtake_one_that_was_sent_before(client, wait):
+    """It goes the same way, and ends it at this very instant."""
+    goal = wait.send_goal(seconds(100))
+    wait.cancel_all()
+    goal.result(SOON)
+
+    assert (GoalStatus.CANCELED, 0.0) == (goal.status, client.now)
+
+
+def test_a_cancel_of_all_goals_does_not_concern_one_that_is_sent_later(wait):
+    """Nor is there anything to do where there are none."""
+    wait.cancel_all()
+    goal = wait.send_goal(seconds(100))
+    goal.result(SOON)
+
+    assert GoalStatus.SUCCEEDED is goal.status
+
+
 def test_goals_of_many_robots_run_side_by_side(client):
     """Each result is there at its own time, in whatever order one waits for them."""
     ends = []

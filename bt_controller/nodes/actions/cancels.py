@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from py_trees.common import Status
@@ -11,15 +10,15 @@ from bt_controller.action_node import ACTION_INPUTS
 from bt_controller.directory import Directory
 from bt_controller.node import Leaf
 from bt_controller.nodes import Family
+from hmrsim.actions import registry
 from hmrsim.errors import HmrsimError
-from hmrsim_zenoh.keys import Verb
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.action_client import ActionClient
 
 
 class _Cancel(Leaf):
-    """Succeeds when the robot has been asked; fails when it does not answer."""
+    """Succeeds when the robot has been asked; fails when it does not answer. In lockstep that is not waited for."""
 
     ACTION: ClassVar[str]
     """The name of the action."""
@@ -37,15 +36,14 @@ class _Cancel(Leaf):
             PortError: What the file says is not what a port takes.
         """
         super().setup(**kwargs)
-        self._client: Client = kwargs["client"]
-        directory = kwargs.get("directory") or Directory.from_info(self._client.info())
+        directory = kwargs.get("directory") or Directory.from_info(kwargs["client"].info())
         robot, action = directory.resolve(kwargs["robot"], self.read("server_name") or self.ACTION)
-        self._key = self._client.keys.action(robot, action, Verb.CANCEL_GOAL)
+        self._client: ActionClient[Any, Any, Any] = kwargs["client"].action_client(robot, registry()[action])
 
     def update(self) -> Status:
-        """Ask the robot to cancel them all."""
+        """Ask the robot to cancel them all, also those that were sent in this tick."""
         try:
-            self._client.get(self._key, payload=json.dumps({}).encode())
+            self._client.cancel_all()
         except HmrsimError as error:
             self.feedback_message = str(error)
             return Status.FAILURE

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from bt_controller.action_node import ACTION_INPUTS, ACTION_OUTPUTS, ActionNode
 from bt_controller.nodes import Family
-from bt_controller.ports import BOOL, DOUBLE, INT, POSE, STRING, gives, wants
+from bt_controller.ports import BOOL, FINITE, INT, POSE, STRING, gives, wants
 from hmrsim.interfaces import nav2_msgs
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 
@@ -23,7 +23,7 @@ class DockRobot(ActionNode):
         "dock_id": wants(STRING, "The dock's name", default=""),
         "dock_pose": wants(POSE, "Where the dock is", required=False),
         "dock_type": wants(STRING, "What kind of dock is at that pose", default=""),
-        "max_staging_time": wants(DOUBLE, "How long the way there may take, in seconds", default=1000.0),
+        "max_staging_time": wants(FINITE, "How long the way there may take, in seconds", default=1000.0),
         "navigate_to_staging_pose": wants(BOOL, "Whether to drive there first", default=True),
     }
     OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "success": _SUCCESS, "num_retries": gives(INT, "How often it was retried")}
@@ -56,7 +56,7 @@ class UndockRobot(ActionNode):
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
         "dock_type": wants(STRING, "What kind of dock it is", default=""),
-        "max_undocking_time": wants(DOUBLE, "How long it may take, in seconds", default=30.0),
+        "max_undocking_time": wants(FINITE, "How long it may take, in seconds", default=30.0),
     }
     OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "success": _SUCCESS}
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from bt_controller.action_node import ACTION_INPUTS, ActionNode
 from bt_controller.nodes import Family
-from bt_controller.ports import BOOL, DOUBLE, wants
+from bt_controller.ports import BOOL, FINITE, wants
 from hmrsim.interfaces import nav2_msgs
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _MANEUVER_INPUTS: Final[Mapping[str, Port]] = MappingProxyType(
     {
         **ACTION_INPUTS,
-        "time_allowance": wants(DOUBLE, "How long it may take, in seconds; 0 for as long as it takes", default=10.0),
+        "time_allowance": wants(FINITE, "How long it may take, in seconds; 0 for as long as it takes", default=10.0),
         "disable_collision_checks": wants(BOOL, "Goes along with the goal", default=False),
         "is_recovery": wants(BOOL, "Read and not needed: nobody counts recoveries here", default=True),
     }
@@ -34,7 +34,7 @@ class Spin(ActionNode):
     """Turns on the spot."""
 
     ACTION = "spin"
-    INPUTS: ClassVar = {**_MANEUVER_INPUTS, "spin_dist": wants(DOUBLE, "How far, in radians", default=1.57)}
+    INPUTS: ClassVar = {**_MANEUVER_INPUTS, "spin_dist": wants(FINITE, "How far, in radians", default=1.57)}
 
     def goal(self) -> nav2_msgs.Spin.Goal:
         """Return the goal that the ports make."""
@@ -46,14 +46,14 @@ class Spin(ActionNode):
 
 
 class Wait(ActionNode):
-    """Stands still."""
+    """Stands still; for a duration below 0 as long as for that above, as Nav2 does."""
 
     ACTION = "wait"
-    INPUTS: ClassVar = {**ACTION_INPUTS, "wait_duration": wants(DOUBLE, "How long, in seconds", default=1.0)}
+    INPUTS: ClassVar = {**ACTION_INPUTS, "wait_duration": wants(FINITE, "How long, in seconds", default=1.0)}
 
     def goal(self) -> nav2_msgs.Wait.Goal:
         """Return the goal that the ports make."""
-        return nav2_msgs.Wait.Goal(time=Duration.from_seconds(self.read("wait_duration")))
+        return nav2_msgs.Wait.Goal(time=Duration.from_seconds(abs(self.read("wait_duration"))))
 
 
 class BackUp(ActionNode):
@@ -62,8 +62,8 @@ class BackUp(ActionNode):
     ACTION = "back_up"
     INPUTS: ClassVar = {
         **_MANEUVER_INPUTS,
-        "backup_dist": wants(DOUBLE, "How far", default=0.15),
-        "backup_speed": wants(DOUBLE, "How fast", default=0.025),
+        "backup_dist": wants(FINITE, "How far", default=0.15),
+        "backup_speed": wants(FINITE, "How fast", default=0.025),
     }
 
     def goal(self) -> nav2_msgs.BackUp.Goal:
@@ -82,8 +82,8 @@ class DriveOnHeading(ActionNode):
     ACTION = "drive_on_heading"
     INPUTS: ClassVar = {
         **_MANEUVER_INPUTS,
-        "dist_to_travel": wants(DOUBLE, "How far", default=0.15),
-        "speed": wants(DOUBLE, "How fast", default=0.025),
+        "dist_to_travel": wants(FINITE, "How far", default=0.15),
+        "speed": wants(FINITE, "How fast", default=0.025),
     }
 
     def goal(self) -> nav2_msgs.DriveOnHeading.Goal:

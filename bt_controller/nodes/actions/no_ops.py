@@ -12,7 +12,7 @@ from py_trees.common import Status
 
 from bt_controller.node import Leaf
 from bt_controller.nodes import Family
-from bt_controller.ports import BOOL, DOUBLE, POSE, STRING, gives, wants
+from bt_controller.ports import BOOL, CONTROLLER, DOUBLE, PLANNER, POSE, STRING, gives, wants
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from bt_controller.ports import Port
 
 _NOT_NEEDED = "Read and not needed"
+
+_KINDS = {"planner": PLANNER, "controller": CONTROLLER}
 
 _SERVICE: Mapping[str, Port] = {
     "service_name": wants(STRING, _NOT_NEEDED, required=False),
@@ -97,7 +99,7 @@ def _selector(tag: str, chosen: str) -> type[_Selector]:
             "WHAT": chosen,
             "INPUTS": {
                 "topic_name": wants(STRING, "Read and not needed: there is no such topic", required=False),
-                f"default_{chosen}": wants(STRING, "What to select", default=""),
+                f"default_{chosen}": wants(_KINDS.get(chosen, STRING), "What to select", default=""),
             },
             "OUTPUTS": {f"selected_{chosen}": gives(STRING, "What was selected")},
         },

@@ -11,7 +11,7 @@ from bt_controller.node import Leaf
 from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, Located
 from bt_controller.nodes.paths import Trail, length_of, part_of, point_of
-from bt_controller.ports import DOUBLE, INT, PATH, POSE, gives, pose_stamped, wants
+from bt_controller.ports import DOUBLE, FINITE, INT, PATH, POSE, gives, pose_stamped, wants
 from hmrsim.geometry import SAME_PLACE, heading
 from hmrsim.interfaces.nav_msgs import Path
 
@@ -23,7 +23,7 @@ class TruncatePath(Leaf):
 
     INPUTS: ClassVar = {
         "input_path": wants(PATH, "The path", required=False),
-        "distance": wants(DOUBLE, "How much to leave out, in the world's unit of length", default=1.0),
+        "distance": wants(FINITE, "How much to leave out, in the world's unit of length", default=1.0),
     }
     OUTPUTS: ClassVar = {"output_path": gives(PATH, "What is left of it")}
 
@@ -53,8 +53,8 @@ class TruncatePathLocal(Located, Leaf):
 
     INPUTS: ClassVar = {
         "input_path": wants(PATH, "The path", required=False),
-        "distance_forward": wants(DOUBLE, "How much of it after the robot; negative for all", default=8.0),
-        "distance_backward": wants(DOUBLE, "How much of it before the robot", default=4.0),
+        "distance_forward": wants(FINITE, "How much of it after the robot; negative for all", default=8.0),
+        "distance_backward": wants(FINITE, "How much of it before the robot", default=4.0),
         "robot_frame": BASE_FRAME,
         "robot_base_frame": BASE_FRAME,
         "transform_tolerance": wants(DOUBLE, "Read and not needed", default=0.2),

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from bt_controller.action_node import ACTION_INPUTS, ACTION_OUTPUTS, ActionNode
 from bt_controller.nodes import Family
-from bt_controller.ports import ANY, BOOL, PATH, POSE, STRING, gives, wants
+from bt_controller.ports import ANY, BOOL, CONTROLLER, PATH, PLANNER, POSE, STRING, gives, wants
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose as Compute
 from hmrsim.interfaces.nav2_msgs import FollowPath as Follow
@@ -25,7 +25,7 @@ class ComputePathToPose(ActionNode):
         "goal": wants(POSE, "Where to"),
         "start": wants(POSE, "Where from; from where the robot is if left out", required=False),
         "use_start": wants(BOOL, "Whether start counts", default=True),
-        "planner_id": wants(STRING, "Which planner: GridBased, or none", default=""),
+        "planner_id": wants(PLANNER, "Which planner: GridBased, or none", default=""),
     }
     OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "path": gives(PATH, "The path")}
 
@@ -58,7 +58,7 @@ class FollowPath(ActionNode):
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
         "path": wants(PATH, "Where along"),
-        "controller_id": wants(STRING, "Which controller: FollowPath, or none", default=""),
+        "controller_id": wants(CONTROLLER, "Which controller: FollowPath, or none", default=""),
         "goal_checker_id": wants(STRING, "Any: robots here arrive exactly", default=""),
         "progress_checker_id": wants(STRING, "Any: the world's rules of traffic count", default=""),
         "path_handler_id": wants(STRING, "Any: robots here have one way to handle paths", default=""),

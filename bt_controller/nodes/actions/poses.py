@@ -10,7 +10,7 @@ from bt_controller.node import Leaf
 from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
 from bt_controller.nodes.paths import apart
-from bt_controller.ports import DOUBLE, INT, POSE, POSES, Kind, gives, wants
+from bt_controller.ports import FINITE, INT, POSE, POSES, Kind, gives, wants
 from hmrsim.interfaces.nav2_msgs import WaypointStatus
 
 _INPUT_GOALS = wants(POSES, "The goals")
@@ -44,7 +44,7 @@ class RemovePassedGoals(Located, Leaf):
 
     INPUTS: ClassVar = {
         "input_goals": _INPUT_GOALS,
-        "radius": wants(DOUBLE, "What is near, in the world's unit of length", default=0.5),
+        "radius": wants(FINITE, "What is near, in the world's unit of length", default=0.5),
         "robot_base_frame": BASE_FRAME,
         "input_waypoint_statuses": wants(_STATUSES, "How the waypoints have fared", required=False),
     }

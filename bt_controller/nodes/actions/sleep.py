@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.node import Leaf
+from bt_controller.node import EACH_PERIOD, Leaf
 from bt_controller.nodes import Family
-from bt_controller.ports import INT, wants
+from bt_controller.ports import UNSIGNED, wants
 from bt_controller.tree_time import now, reached
 
 _MILLISECONDS: Final = 1000
@@ -18,15 +17,15 @@ _MILLISECONDS: Final = 1000
 class Sleep(Leaf):
     """Runs for a time, and succeeds then."""
 
-    INPUTS: ClassVar = {"msec": wants(INT, "Simulated milliseconds")}
+    INPUTS: ClassVar = {"msec": wants(UNSIGNED, "Simulated milliseconds")}
 
     def initialise(self) -> None:
         """Begin to sleep."""
         self._ends = now() + self.read("msec") / _MILLISECONDS
 
     def next_look(self) -> float:
-        """Return when the time is over."""
-        return self._ends if self.status is Status.RUNNING else math.inf
+        """Return when the time is over; one that has ended sleeps again when it is ticked again."""
+        return self._ends if self.status is Status.RUNNING else EACH_PERIOD
 
     def update(self) -> Status:
         """Look at the clock."""

@@ -15,7 +15,7 @@ from bt_controller.nodes import Family
 from bt_controller.nodes.goals import GOAL_PORTS, goals_of
 from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
 from bt_controller.nodes.paths import Trail, apart, length_of
-from bt_controller.ports import DOUBLE, PATH, POSE, wants
+from bt_controller.ports import DOUBLE, FINITE, PATH, POSE, wants
 
 
 def _if(true: bool) -> Status:  # noqa: FBT001 - it is the question
@@ -72,7 +72,7 @@ class IsGoalNearby(Located, Condition):
 
     INPUTS: ClassVar = {
         "path": wants(PATH, "The path", required=False),
-        "proximity_threshold": wants(DOUBLE, "What is near", default=1.0),
+        "proximity_threshold": wants(FINITE, "What is near", default=1.0),
         "max_robot_pose_search_dist": wants(DOUBLE, "How far to look; negative for all of the path", default=-1.0),
         "global_frame": GLOBAL_FRAME,
         "robot_base_frame": BASE_FRAME,
@@ -99,7 +99,7 @@ class ArePosesNear(Condition):
     INPUTS: ClassVar = {
         "ref_pose": wants(POSE, "One pose"),
         "target_pose": wants(POSE, "The other"),
-        "tolerance": wants(DOUBLE, "What is near", default=0.5),
+        "tolerance": wants(FINITE, "What is near", default=0.5),
         "global_frame": GLOBAL_FRAME,
     }
 

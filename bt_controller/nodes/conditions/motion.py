@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import EACH_PERIOD, Condition
+from bt_controller.node import Condition
 from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
 from bt_controller.nodes.paths import apart
-from bt_controller.ports import DOUBLE, wants
+from bt_controller.ports import FINITE, wants
 from bt_controller.tree_time import now, reached
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ class DistanceTraveled(Located, Condition):
     """
 
     INPUTS: ClassVar = {
-        "distance": wants(DOUBLE, "How far", default=1.0),
+        "distance": wants(FINITE, "How far", default=1.0),
         "global_frame": GLOBAL_FRAME,
         "robot_base_frame": BASE_FRAME,
     }
@@ -44,31 +44,35 @@ class DistanceTraveled(Located, Condition):
 class IsStopped(Located, Condition):
     """Succeeds if the robot has been slower than ``velocity_threshold`` for ``duration_stopped`` milliseconds.
 
-    RUNNING while it is, but not long enough yet; fails if it is faster. The threshold goes for each direction, and
-    for radians a second.
+    RUNNING while it is, but not long enough yet; fails if it is faster, and counts anew then, as after a success or a
+    halt. The threshold goes for each direction, and for radians a second. The speed is looked at each period, so the
+    end of the time may be noticed less than a period late.
     """
 
     INPUTS: ClassVar = {
-        "velocity_threshold": wants(DOUBLE, "What is slow, a second", default=0.01),
-        "duration_stopped": wants(DOUBLE, "How long, in milliseconds", default=1000.0),
+        "velocity_threshold": wants(FINITE, "What is slow, a second", default=0.01),
+        "duration_stopped": wants(FINITE, "How long, in milliseconds", default=1000.0),
     }
 
     _until: float | None = None
 
-    def next_look(self) -> float:
-        """Return when the time is over."""
-        return EACH_PERIOD if self.status is not Status.RUNNING or self._until is None else self._until
+    def initialise(self) -> None:
+        """Begin to count."""
+        self._until = None
 
     def update(self) -> Status:
         """Look how fast the robot is."""
         velocity = self.odometry.twist.twist
         fastest = max(abs(velocity.linear.x), abs(velocity.linear.y), abs(velocity.angular.z))
         if fastest >= self.read("velocity_threshold"):
-            self._until = None
             return Status.FAILURE
         if self._until is None:
             self._until = now() + self.read("duration_stopped") / 1000.0
         return Status.SUCCESS if reached(self._until) else Status.RUNNING
+
+
+class CheckStopStatus(IsStopped):
+    """Succeeds if the robot has stood still for a time: is an ``IsStopped``, under another of its names."""
 
 
 class IsStuck(Located, Condition):
@@ -95,6 +99,6 @@ class IsStuck(Located, Condition):
         return Status.SUCCESS if gained / (ended - began) < self.LEAST_ACCELERATION else Status.FAILURE
 
 
-_NODES = {"DistanceTraveled": DistanceTraveled, "IsStopped": IsStopped, "IsStuck": IsStuck}
+_NODES = (CheckStopStatus, DistanceTraveled, IsStopped, IsStuck)
 
-FAMILY = Family("motion", {**_NODES, "CheckStopStatus": IsStopped})
+FAMILY = Family("motion", {node.__name__: node for node in _NODES})

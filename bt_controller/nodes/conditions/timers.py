@@ -8,13 +8,13 @@ from py_trees.common import Status
 
 from bt_controller.node import Condition
 from bt_controller.nodes import Family
-from bt_controller.ports import DOUBLE, PATH, wants
+from bt_controller.ports import FINITE, PATH, wants
 from bt_controller.tree_time import now, reached
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.nav_msgs import Path
 
-_SECONDS = wants(DOUBLE, "How long, in seconds", default=1.0)
+_SECONDS = wants(FINITE, "How long, in seconds", default=1.0)
 
 
 class TimeExpired(Condition):

@@ -12,14 +12,14 @@ from bt_controller.behaviours.battery import is_charging, is_full
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient
 from bt_controller.node import EACH_PERIOD, Control, PortError
 from bt_controller.nodes import Family
-from bt_controller.ports import DOUBLE, wants
-from bt_controller.suspension import finds_its_way, has_come_to_rest, suspend
+from bt_controller.ports import SHARE, wants
+from bt_controller.suspension import finds_its_way, has_come_to_rest, repeat, suspend, verdicts
 from bt_controller.tree_time import now, reached, time_behind
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Generator, Sequence
 
     from py_trees.behaviour import Behaviour
 
@@ -32,6 +32,10 @@ _PATIENCE: Final = 3.0
 """Simulated seconds in which a battery that is being charged says so."""
 
 
+_MOST_IN_VAIN: Final = 3
+"""So often a battery is charged without a goal of the mission having ended in between."""
+
+
 class _Phase(Enum):
     """What a guard is at."""
 
@@ -42,6 +46,16 @@ class _Phase(Enum):
     RETURN = "return"
 
 
+class _WayBack(NavToPoseActionClient):
+    """The drive that a guard makes by itself.
+
+    Attributes:
+        implied: That no file names the node.
+    """
+
+    implied: Final = True
+
+
 class BatteryGuard(Control):
     """Interrupts its first child, the mission, to charge by its second when the battery is low; then goes on with it.
 
@@ -50,14 +64,28 @@ class BatteryGuard(Control):
     succeeded and the battery was as full as it is to be; if it is not yet, but is charging, that is waited for. First
     the robot drives back to where it was, unless the mission goes on with a drive to somewhere.
 
-    Succeeds when the mission does. Fails when the mission, the charging or the way back fails.
+    Succeeds when the mission does. Fails when the mission, the charging or the way back fails, and when the battery
+    was charged three times without a goal of the mission having ended in between: then a charge is not enough for one.
     """
 
     INPUTS: ClassVar = {
-        "below": wants(DOUBLE, "Charge below this share of the capacity, from 0 to 1", default=0.2),
-        "until": wants(DOUBLE, "Go on from this share", default=0.9),
+        "below": wants(SHARE, "Charge below this share of the capacity, from 0 to 1", default=0.2),
+        "until": wants(SHARE, "Go on from this share", default=0.9),
     }
     least = most = 2
+    """How many the tree gives it; the way back is its own."""
+
+    def __init__(
+        self,
+        name: str,
+        children: Sequence[Behaviour] = (),
+        behaviour_class_name: str | None = None,
+        *,
+        robot: str | None = None,
+    ) -> None:
+        self._whose_battery = robot
+        back = _WayBack("Go back", lambda: self._where, robot=robot)
+        super().__init__(name, children=[*children, back], behaviour_class_name=behaviour_class_name)
 
     def setup(self, **kwargs: Any) -> None:
         """Be ready for the robot's battery.
@@ -71,19 +99,21 @@ class BatteryGuard(Control):
         """
         super().setup(**kwargs)
         self._topics: Topics = kwargs["topics"]
-        self._robot: str = kwargs["robot"]
+        self._robot: str = self._whose_battery or kwargs["robot"]
         below, until = self.read("below"), self.read("until")
         if not 0 <= below < until <= 1:
             raise PortError(f"{self._whose('below')}: {below} and 'until' {until} are not as 0 <= below < until <= 1")
         self._topics.watch(self._robot, "battery_state", kwargs.get("wake"))
-        back = NavToPoseActionClient("Go back", lambda: self._where)
-        self.add_child(back)
-        back.setup(**kwargs)
+        # How often a battery was charged before says nothing of how full it is now.
+        for child in self.children[1:]:
+            repeat(child)
 
     def initialise(self) -> None:
         """Begin with the mission."""
         self._phase = _Phase.MISSION
         self._told: _Phase | None = None
+        self._ended = -1
+        self._in_vain = 0
         self._where: NavigateToPose.Goal | None = None
         self._filled = False
         self._deadline = 0.0
@@ -95,6 +125,9 @@ class BatteryGuard(Control):
         mission, _, back = self.children
         battery: BatteryState = self._topics.latest(self._robot, "battery_state")
         if self._phase in (_Phase.MISSION, _Phase.RETURN) and battery.percentage < self.read("below"):
+            if self._phase is _Phase.MISSION and not self._gets_on():
+                self.feedback_message = f"charged {_MOST_IN_VAIN} times, and no goal has ended in between"
+                return Status.FAILURE
             self._stop()
         if self._phase is _Phase.STOPPING and has_come_to_rest(mission) and has_come_to_rest(back):
             self._begin_charge()
@@ -126,6 +159,13 @@ class BatteryGuard(Control):
     def behind(self) -> float:
         """By how many seconds the time of what is ticked next is behind."""
         return self._stood if self._phase is _Phase.MISSION else 0.0
+
+    def _gets_on(self) -> bool:
+        """Return whether it makes sense to charge once more: goals have ended since, or it was not so often."""
+        ended = verdicts(self.children[0])
+        self._in_vain = self._in_vain + 1 if ended == self._ended else 0
+        self._ended = ended
+        return self._in_vain < _MOST_IN_VAIN
 
     def _stop(self) -> None:
         mission, _, back = self.children

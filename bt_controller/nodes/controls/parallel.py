@@ -8,7 +8,7 @@ from py_trees.common import Status
 
 from bt_controller.node import Control, PortError
 from bt_controller.nodes import Family
-from bt_controller.ports import INT, wants
+from bt_controller.ports import CHILDREN, wants
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
@@ -52,8 +52,8 @@ class Parallel(_SideBySide):
     """
 
     INPUTS: ClassVar = {
-        "success_count": wants(INT, "How many children have to succeed; -1 is all", default=-1),
-        "failure_count": wants(INT, "How many children have to fail; -1 is all", default=1),
+        "success_count": wants(CHILDREN, "How many children have to succeed; -1 is all", default=-1),
+        "failure_count": wants(CHILDREN, "How many children have to fail; -1 is all", default=1),
     }
 
     def advance(self) -> Generator[Behaviour, None, Status]:
@@ -82,7 +82,7 @@ class ParallelAll(_SideBySide):
     skipped, so is the node.
     """
 
-    INPUTS: ClassVar = {"max_failures": wants(INT, "From how many failures on it fails; -1 is all", default=1)}
+    INPUTS: ClassVar = {"max_failures": wants(CHILDREN, "From how many failures on it fails; -1 is all", default=1)}
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the children that have not ended."""

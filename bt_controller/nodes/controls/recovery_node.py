@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Control
+from bt_controller.node import EACH_PERIOD, Control
 from bt_controller.nodes import Family
+from bt_controller.nodes.turns import Turns
 from bt_controller.ports import INT, wants
 
 if TYPE_CHECKING:
@@ -20,7 +21,8 @@ class RecoveryNode(Control):
     """Succeeds when its first child does. When that fails the second is ticked, and if it succeeds the first again.
 
     Fails when the second child fails or is skipped, or the first has failed once more than the number of retries.
-    Is skipped when the first child is. Halted, it forgets how often it has tried.
+    Is skipped when the first child is. Halted, it forgets how often it has tried. After a thousand retries at one
+    instant the next comes a period later.
     """
 
     INPUTS: ClassVar = {"number_of_retries": wants(INT, "How often to try again", default=1)}
@@ -30,12 +32,19 @@ class RecoveryNode(Control):
         """Begin with the first child."""
         self._retries = 0
         self._recovers = False
+        self._turns = Turns()
+
+    def next_look(self) -> float:
+        """Return that the first child is to begin again if none runs."""
+        return super().next_look() if self.next_ticked() else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the child whose turn it is."""
         first, second = self.children
         while True:
             child = second if self._recovers else first
+            if child is first and first.status is not Status.RUNNING and not self._turns.take():
+                return Status.RUNNING
             yield from child.tick()
             match child.status, self._recovers:
                 case (Status.RUNNING, _) | (Status.SUCCESS | Status.INVALID, False):

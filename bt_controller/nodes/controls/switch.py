@@ -49,7 +49,7 @@ class Switch(Control):
 
 
 def _switch(cases: int) -> type[Switch]:
-    inputs = {"variable": wants(ANY, "What is compared with the cases")}
+    inputs = {"variable": wants(ANY, "What is compared with the cases", required=False)}
     for number in range(1, cases + 1):
         inputs[f"case_{number}"] = wants(ANY, f"Value for child {number}", required=False)
     parts = {"__doc__": Switch.__doc__, "__module__": __name__, "INPUTS": inputs, "least": cases + 1, "most": cases + 1}

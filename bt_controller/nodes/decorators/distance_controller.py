@@ -11,7 +11,7 @@ from bt_controller.node import EACH_PERIOD, Decoration
 from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
 from bt_controller.nodes.paths import apart
-from bt_controller.ports import DOUBLE, wants
+from bt_controller.ports import FINITE, wants
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -27,7 +27,7 @@ class DistanceController(Located, Decoration):
     """
 
     INPUTS: ClassVar = {
-        "distance": wants(DOUBLE, "How far", default=1.0),
+        "distance": wants(FINITE, "How far", default=1.0),
         "global_frame": GLOBAL_FRAME,
         "robot_base_frame": BASE_FRAME,
     }

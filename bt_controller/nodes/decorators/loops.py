@@ -10,21 +10,22 @@ from py_trees.common import Status
 from bt_controller.node import EACH_PERIOD, Decoration, PortError
 from bt_controller.nodes import Family
 from bt_controller.nodes.decorators._statuses import STATUS
-from bt_controller.ports import ANY, BOOL, DOUBLE, INT, STRING, gives, wants
+from bt_controller.ports import BOOL, DOUBLE, INT, STRING, Kind, gives, wants
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Mapping
 
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.ports import Kind
+    from bt_controller.ports import Places
 
 
 class Loop(Decoration):
     """Takes the values out of a queue, one after the other, and ticks its child with each until that has ended.
 
     Fails when the child does; has the status of *if_empty* when the queue is empty. A queue is a list on the
-    blackboard, which gets shorter; or a text with ``;`` between the values, of which each start has its own.
+    blackboard, which gets shorter; or a text with ``;`` between the values, of which each start has its own, and an
+    empty one none.
     What is put in while the child takes no time comes with the next tick.
     """
 
@@ -33,8 +34,9 @@ class Loop(Decoration):
 
     def initialise(self) -> None:
         """Begin with the first value."""
-        queue = self.read("queue") if self.blackboard_client.exists("queue") else None
-        self._own = [part.strip() for part in queue.split(";")] if isinstance(queue, str) else None
+        client = self.blackboard_client
+        text = client.exists("queue") and isinstance(client.get("queue"), str)
+        self._own: list[Any] | None = self.read("queue") if text else None
 
     def next_look(self) -> float:
         """Return that the queue is to be looked at as long as the child does not run."""
@@ -63,9 +65,10 @@ class Loop(Decoration):
         """
         if self._own is not None:
             return self._own
-        if not self.blackboard_client.exists("queue"):
+        client = self.blackboard_client
+        if not client.exists("queue"):
             return []
-        queue = self.read("queue")
+        queue = client.get("queue")
         if not isinstance(queue, list):
             raise PortError(f"{self._whose('queue')} takes a list, got {type(queue).__name__} {queue!r:.80}")
         return queue
@@ -85,13 +88,22 @@ class Loop(Decoration):
         return value
 
 
+def _queue_of(kind: Kind[Any]) -> Kind[Any]:
+    """Return what a queue is: anything that is a list then, or a text with the values."""
+
+    def values(text: str, places: Places | None) -> list[Any]:
+        return [kind.read(part.strip(), places) for part in text.split(";")] if text.strip() else []
+
+    return Kind("any", object, values)
+
+
 def _loop(tag: str, kind: Kind[Any]) -> type[Loop]:
     parts = {
         "__doc__": Loop.__doc__,
         "__module__": __name__,
         "kind": kind,
         "INPUTS": {
-            "queue": wants(ANY, f"The values: a list of {kind.name}, or a text with ';' between them"),
+            "queue": wants(_queue_of(kind), f"The values: a list of {kind.name}, or a text with ';' between them"),
             "if_empty": wants(STATUS, "What it is when the queue is empty", default=Status.SUCCESS),
         },
         "OUTPUTS": {"value": gives(kind, "The value of this turn")},

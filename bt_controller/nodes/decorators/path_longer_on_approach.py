@@ -9,7 +9,7 @@ from py_trees.common import Status
 from bt_controller.node import Decoration
 from bt_controller.nodes import Family
 from bt_controller.nodes.paths import length_of
-from bt_controller.ports import DOUBLE, PATH, wants
+from bt_controller.ports import FINITE, PATH, wants
 from hmrsim.interfaces.nav_msgs import Path
 
 if TYPE_CHECKING:
@@ -27,8 +27,8 @@ class PathLongerOnApproach(Decoration):
 
     INPUTS: ClassVar = {
         "path": wants(PATH, "The path", required=False),
-        "prox_len": wants(DOUBLE, "What is short", default=3.0),
-        "length_factor": wants(DOUBLE, "How many times longer is much longer", default=2.0),
+        "prox_len": wants(FINITE, "What is short", default=3.0),
+        "length_factor": wants(FINITE, "How many times longer is much longer", default=2.0),
     }
 
     _old = Path()

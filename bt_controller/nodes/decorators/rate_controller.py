@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Decoration
+from bt_controller.node import EACH_PERIOD, Decoration
 from bt_controller.nodes import Family
 from bt_controller.nodes.rates import period_of
-from bt_controller.ports import DOUBLE, wants
+from bt_controller.ports import POSITIVE, wants
 from bt_controller.tree_time import now, reached
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ class RateController(Decoration):
     A child that runs is ticked until it has ended. The time counts from its last success, or from the beginning.
     """
 
-    INPUTS: ClassVar = {"hz": wants(DOUBLE, "How often a second", default=10.0)}
+    INPUTS: ClassVar = {"hz": wants(POSITIVE, "How often a second", default=10.0)}
 
     _first = True
     _next = 0.0
@@ -37,10 +37,10 @@ class RateController(Decoration):
             self._next = now() + period_of(self, "hz")
 
     def next_look(self) -> float:
-        """Return when the child's time comes; it tells by itself while it runs."""
-        if self.status is Status.INVALID or self.child.status is Status.RUNNING:
+        """Return when the child's time comes, each period if it was skipped; it tells by itself while it runs."""
+        if self.child.status is Status.RUNNING:
             return math.inf
-        return self._next
+        return EACH_PERIOD if self.status is Status.INVALID else self._next
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the child if it is time."""

@@ -8,7 +8,9 @@ from py_trees.common import Status
 
 from bt_controller.node import EACH_PERIOD, Decoration
 from bt_controller.nodes import Family
+from bt_controller.nodes.turns import MOST
 from bt_controller.ports import INT, wants
+from bt_controller.tree_time import now
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -16,12 +18,35 @@ if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
 _FOR_EVER: Final = -1
-_MOST: Final = 1000
-"""Turns in one tick: a large number and a child that takes no time must not hold up everybody else."""
 
 
 class _Again(Decoration):
-    """A decorator that may run while its child does not."""
+    """A decorator that may run while its child does not.
+
+    A child that ran, and for which no time has gone by, begins again when some has: its goals ended at once, and would
+    do so again and again at this very instant.
+    """
+
+    _began = 0.0
+    _instant = False
+
+    def initialise(self) -> None:
+        """Begin anew."""
+        self._instant = False
+
+    @property
+    def rests(self) -> bool:
+        """Whether the child is not to begin again before time has gone by."""
+        return self._instant and now() == self._began
+
+    def take_turn(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child, and return its status; INVALID if it was skipped."""
+        ran = self.child.status is Status.RUNNING
+        if not ran:
+            self._began = now()
+        status = yield from self.tick_child()
+        self._instant = ran and status is not Status.RUNNING
+        return status
 
     def next_look(self) -> float:
         """Return that the child is to begin again if it does not run."""
@@ -31,7 +56,7 @@ class _Again(Decoration):
 class _Counted(_Again):
     """Ticks its child again after one outcome, as often as a port says; ends with any other outcome.
 
-    Where there is no end to it, and the child takes no time, the next turn comes with the next tick; otherwise at once.
+    The next turn comes at once; where there is no end to it, and the child takes no time, with the next tick.
     """
 
     port: ClassVar[str]
@@ -39,20 +64,23 @@ class _Counted(_Again):
 
     def initialise(self) -> None:
         """Begin to count."""
+        super().initialise()
         self._count = 0
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the child until it runs or its turns are over."""
-        for _ in range(_MOST):
+        for _ in range(MOST):
             most = self.read(self.port)
             if self._count >= most != _FOR_EVER:
                 return self.again
-            took_time = self.child.status is Status.RUNNING
-            status = yield from self.tick_child()
+            if self.rests:
+                break
+            ran = self.child.status is Status.RUNNING
+            status = yield from self.take_turn()
             if status is not self.again:
                 return status
             self._count += 1
-            if most == _FOR_EVER and not took_time:
+            if most == _FOR_EVER and not ran:
                 break
         return Status.RUNNING
 
@@ -60,8 +88,8 @@ class _Counted(_Again):
 class Repeat(_Counted):
     """Ticks its child as often as it is told, as long as that succeeds; succeeds then, and fails when the child does.
 
-    Turns follow each other at once. Without an end (-1), and with a child that takes no time, the next comes with the
-    next tick; so it does after a thousand turns. Where the child is skipped, so is the node.
+    Turns follow each other at once. After one that took no time the next comes a period later if the child ran, and
+    with the next tick if there is no end to it (-1), or after a thousand. Where the child is skipped, so is the node.
     """
 
     INPUTS: ClassVar = {"num_cycles": wants(INT, "How often the child has to succeed; -1 for ever")}
@@ -72,8 +100,8 @@ class Repeat(_Counted):
 class RetryUntilSuccessful(_Counted):
     """Ticks its child as often as it is told, as long as that fails; fails then, and succeeds when the child does.
 
-    Turns follow each other at once. Without an end (-1), and with a child that takes no time, the next comes with the
-    next tick; so it does after a thousand turns. Where the child is skipped, so is the node.
+    Turns follow each other at once. After one that took no time the next comes a period later if the child ran, and
+    with the next tick if there is no end to it (-1), or after a thousand. Where the child is skipped, so is the node.
     """
 
     INPUTS: ClassVar = {"num_attempts": wants(INT, "How often the child may fail; -1 for ever")}
@@ -86,7 +114,9 @@ class KeepRunningUntilFailure(_Again):
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the child."""
-        status = yield from self.tick_child()
+        if self.rests:
+            return Status.RUNNING
+        status = yield from self.take_turn()
         return Status.FAILURE if status is Status.FAILURE else Status.RUNNING
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
@@ -31,10 +30,6 @@ class SingleTrigger(Decoration):
         """Be ready, if the node is idle."""
         if self.status is Status.INVALID and not self.read("is_global"):
             self._triggered = False
-
-    def next_look(self) -> float:
-        """Return that nothing comes of it but by its child, or by a reset."""
-        return math.inf
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the child, if it has not ended before."""

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Decoration
+from bt_controller.node import EACH_PERIOD, Decoration
 from bt_controller.nodes import Family
 from bt_controller.nodes.goals import GOAL_PORTS, goals_of
 from bt_controller.nodes.located import Located
 from bt_controller.nodes.rates import period_of
-from bt_controller.ports import DOUBLE, wants
+from bt_controller.ports import FINITE, POSITIVE, wants
 from bt_controller.tree_time import now, reached
 
 if TYPE_CHECKING:
@@ -31,10 +31,10 @@ class SpeedController(Located, Decoration):
     """
 
     INPUTS: ClassVar = {
-        "min_rate": wants(DOUBLE, "Least rate", default=0.1),
-        "max_rate": wants(DOUBLE, "Greatest rate", default=1.0),
-        "min_speed": wants(DOUBLE, "Speed of the least rate", default=0.0),
-        "max_speed": wants(DOUBLE, "Speed of the greatest rate", default=0.5),
+        "min_rate": wants(POSITIVE, "Least rate", default=0.1),
+        "max_rate": wants(POSITIVE, "Greatest rate", default=1.0),
+        "min_speed": wants(FINITE, "Speed of the least rate", default=0.0),
+        "max_speed": wants(FINITE, "Speed of the greatest rate", default=0.5),
         **GOAL_PORTS,
     }
 
@@ -47,10 +47,10 @@ class SpeedController(Located, Decoration):
             self._begin()
 
     def next_look(self) -> float:
-        """Return when the period is over; a child that runs tells by itself."""
-        if self.status is Status.INVALID or self.child.status is Status.RUNNING:
+        """Return when the period is over; one that was skipped is looked at, a child that runs tells by itself."""
+        if self.child.status is Status.RUNNING:
             return math.inf
-        return self._next
+        return EACH_PERIOD if self.status is Status.INVALID else self._next
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the child if it is time."""

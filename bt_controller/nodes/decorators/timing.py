@@ -9,7 +9,7 @@ from py_trees.common import Status
 
 from bt_controller.node import Decoration
 from bt_controller.nodes import Family
-from bt_controller.ports import INT, wants
+from bt_controller.ports import UNSIGNED, wants
 from bt_controller.tree_time import now, reached
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ _MILLISECONDS: Final = 1000
 class Delay(Decoration):
     """Runs for a time, and ticks its child then; ends as the child does."""
 
-    INPUTS: ClassVar = {"delay_msec": wants(INT, "Simulated milliseconds")}
+    INPUTS: ClassVar = {"delay_msec": wants(UNSIGNED, "Simulated milliseconds")}
 
     def initialise(self) -> None:
         """Begin to wait."""
@@ -48,7 +48,7 @@ class Timeout(Decoration):
     A child that ends at this very time has made it.
     """
 
-    INPUTS: ClassVar = {"msec": wants(INT, "Simulated milliseconds; 0 for no limit")}
+    INPUTS: ClassVar = {"msec": wants(UNSIGNED, "Simulated milliseconds; 0 for no limit")}
 
     def initialise(self) -> None:
         """Begin to count the time."""

@@ -22,6 +22,7 @@ from bt_controller.directory import Directory
 from bt_controller.node import PortError
 from bt_controller.running.due import due
 from bt_controller.tree_time import simulated_time
+from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait as WaitAction
 from hmrsim.interfaces.nav_msgs import Odometry
@@ -172,6 +173,32 @@ def test_a_mission_interrupted_again_and_again_does_each_step_once(client, lows,
 
     assert guard.status is Status.SUCCESS
     assert sorted(seconds for seconds in world.done if seconds < CHARGE) == [1, 2, 3, 4, 5, 6]
+
+
+def test_the_way_back_is_in_the_tree_from_the_start():
+    """So that pictures and logs have it."""
+    guard = BatteryGuard("Guard", leaf(1), leaf(CHARGE))
+
+    assert ["Wait 1 s", "Wait 99 s", "Go back"] == [child.name for child in guard.children]
+
+
+def test_charging_in_an_earlier_life_does_not_count(client):
+    """The battery is low again; what the mission has done counts as ever."""
+    battery = Battery()
+    guard = BatteryGuard("Guard", Sequence("Twice", memory=True, children=[leaf(1), leaf(2)]), leaf(CHARGE))
+    for node in guard.iterate():
+        node.setup(client=client, robot="wall_e", topics=battery, directory=DIRECTORY, resume="me/m/wall_e")
+    guard.tick_once()
+    client.goals[0].is_known(GoalStatus.SUCCEEDED)
+    client.goals[0].succeed()
+    battery.percentage = 0.1
+    guard.tick_once()
+    client.goals[1].is_known(GoalStatus.SUCCEEDED)
+    client.goals[1].succeed()
+    guard.tick_once()
+
+    assert [1, CHARGE, CHARGE] == [goal.goal.time.sec for goal in client.goals]
+    assert client.goals[1].goal_id != client.goals[2].goal_id
 
 
 def test_goals_end_before_the_battery_is_charged(client):
@@ -339,6 +366,24 @@ def test_a_battery_that_is_low_on_the_way_back_is_charged_again(client):
 
     assert ["wait", "navigate_to_pose", "wait", "navigate_to_pose"] == [goal.action.name for goal in client.goals]
     assert client.goals[1].goal == client.goals[3].goal
+
+
+def test_a_mission_that_does_not_get_on_between_charges_fails(client):
+    """A full battery is not enough for its step, however often it is charged."""
+    battery = Battery()
+    guard = guarded(client, NavToPoseActionClient("Far", pose_goal(500.0, 0.0)), battery)
+    while guard.status in (Status.INVALID, Status.RUNNING):
+        battery.percentage = 1.0
+        guard.tick_once()
+        battery.percentage = 0.1
+        guard.tick_once()
+        client.goals[-1].end_canceled()
+        if guard.status is Status.RUNNING:
+            guard.tick_once()
+            client.goals[-1].succeed()
+
+    assert (Status.FAILURE, 3) == (guard.status, sum(goal.action.name == "wait" for goal in client.goals))
+    assert "charged 3 times, and no goal has ended in between" == guard.feedback_message
 
 
 def test_a_drive_that_was_interrupted_is_gone_on_with_from_the_charger(client):

@@ -5,15 +5,24 @@ from __future__ import annotations
 import pytest
 from py_trees.blackboard import Blackboard
 from py_trees.common import Status
+from py_trees.composites import Sequence
 
+from bt_controller.behaviours import service_clients
 from bt_controller.behaviours.service_clients import FromBlackboard, FromConstant
+from bt_controller.behaviours.subscribers import CheckData
 from bt_controller.running.clocks import clock_for
 from bt_controller.running.mailbox import Mailbox
 from bt_controller.running.mission import Mission
 from bt_controller.running.runner import Runner
 from bt_controller.trees import Plan
 from hmrsim.interfaces.hmrsim_msgs import InjectFault
-from hmrsim.interfaces.simulation_interfaces import GetNamedPoses, ResetSimulation
+from hmrsim.interfaces.simulation_interfaces import (
+    GetNamedPoses,
+    ResetSimulation,
+    SetEntityState,
+    SetSimulationState,
+    StepSimulation,
+)
 from hmrsim_zenoh.client import Client
 from tests.hosted import hosted
 
@@ -84,3 +93,29 @@ def test_without_a_request_nothing_is_asked(client, request_, message):
     leaf.tick_once()
 
     assert (Status.FAILURE, message) == (leaf.status, leaf.feedback_message)
+
+
+@pytest.mark.parametrize("run", ["lockstep"], indirect=True)
+def test_what_a_service_has_changed_is_seen_at_the_same_instant(run):
+    """Though the topic was looked at before."""
+    state = {"pose": {"position": {"x": 3.0, "y": 2.0}}}
+    request = SetEntityState.Request.model_validate({"entity": "wall_e", "state": state})
+    steps = [
+        CheckData("Here", "odom", "pose.pose.position.x", 1.0, fail_if_bad_comparison=True),
+        FromConstant("Move", SetEntityState, "set_entity_state", request),
+        CheckData("There", "odom", "pose.pose.position.x", 3.0, fail_if_bad_comparison=True),
+    ]
+
+    assert Status.SUCCESS == run(Sequence("Root", memory=True, children=steps))
+
+
+@pytest.mark.parametrize("run", ["lockstep"], indirect=True)
+def test_a_service_that_takes_simulated_time_fails_in_lockstep(run, monkeypatch):
+    """Time stands while the tree waits for it; nothing hangs."""
+    monkeypatch.setattr(service_clients, "_AT_ONCE", 0.2)
+    pause = SetSimulationState.Request.model_validate({"state": {"state": 2}})
+    step = FromConstant("Step", StepSimulation, "step_simulation", StepSimulation.Request(steps=10))
+    steps = [FromConstant("Pause", SetSimulationState, "set_simulation_state", pause), step]
+
+    assert Status.FAILURE == run(Sequence("Root", memory=True, children=steps))
+    assert step.feedback_message.endswith("in lockstep time stands meanwhile, so it must not take any")

@@ -116,6 +116,32 @@ def test_a_thousand_turns_are_enough_for_one_tick(given, kind, port, status):
     assert 2500 == leaf.ticks
 
 
+@pytest.mark.parametrize(
+    ("kind", "ports", "statuses"),
+    [
+        (Repeat, {"num_cycles": "-1"}, "RS"),
+        (Repeat, {"num_cycles": "9"}, "RS"),
+        (RetryUntilSuccessful, {"num_attempts": "-1"}, "RF"),
+        (RetryUntilSuccessful, {"num_attempts": "9"}, "RF"),
+        (KeepRunningUntilFailure, {}, "RS"),
+    ],
+)
+def test_a_child_that_ran_and_took_no_time_begins_again_a_period_later(given, kind, ports, statuses):
+    """A goal that ends at once must not keep time from going on, however often something else happens at that time."""
+    root, leaf = given(kind, statuses + "R", **ports)
+    first, due, begun = root.ticks(3, 3, 3), root.due(), leaf.begun
+
+    assert ("RRR", 4.0, 1) == (first, due, begun)
+    assert ("R", 2) == (root.tick(4), leaf.begun)
+
+
+def test_a_last_turn_that_took_no_time_is_the_end(given):
+    """Nothing is waited for."""
+    root, _ = given(RetryUntilSuccessful, "RF", num_attempts="1")
+
+    assert "RF" == root.ticks(3, 3)
+
+
 def test_repeat_counts_anew_after_a_halt(given):
     """What was done before does not count."""
     root, leaf = given(Repeat, "SRSSS", num_cycles="3")

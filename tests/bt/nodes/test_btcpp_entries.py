@@ -230,6 +230,25 @@ def test_a_queue_may_be_a_text(loop, board):
     assert (4, 2.5) == (leaf.ticks, board["/value"])
 
 
+@pytest.mark.parametrize("tag", ["LoopInt", "LoopBool", "LoopDouble", "LoopString"])
+def test_an_empty_text_is_an_empty_queue(loop, tag):
+    """Its child has no turn."""
+    root, leaf = loop(tag, "S", queue=" ", if_empty="FAILURE")
+
+    assert ("F", 0) == (root.tick(), leaf.ticks)
+
+
+def test_a_queue_that_becomes_a_text_is_an_error(loop, board):
+    """Only a start reads one."""
+    board["/queue"] = [1]
+    root, _ = loop("LoopInt", "R", queue="{queue}")
+    root.tick()
+    board["/queue"] = "1;2"
+
+    with pytest.raises(PortError, match="port 'queue' takes a list, got str '1;2'"):
+        root.tick()
+
+
 def test_what_is_put_in_meanwhile_comes_with_the_next_tick(loop, board):
     """A child that fills the queue does not hold up the tree."""
     queue = board["/queue"] = [1]

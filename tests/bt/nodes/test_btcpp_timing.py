@@ -6,6 +6,7 @@ import pytest
 
 from bt_controller.node import PortError
 from bt_controller.nodes.actions.sleep import Sleep
+from bt_controller.nodes.controls.sequence import ReactiveSequence
 from bt_controller.nodes.decorators.timing import Delay, Timeout
 
 NEVER = float("inf")
@@ -24,6 +25,14 @@ def test_sleep_needs_no_look_before_its_end(node, tree):
     root.tick(10.25)
 
     assert 11.75 == root.due()
+
+
+def test_sleep_that_has_ended_is_looked_at_where_it_is_ticked_again(node, tree, told):
+    """It sleeps again then."""
+    root = tree(node(ReactiveSequence, node(Sleep, msec="0"), told("R")))
+    root.tick(10.25)
+
+    assert 11.0 == root.due()
 
 
 def test_sleep_begins_anew_after_a_halt(node, tree):

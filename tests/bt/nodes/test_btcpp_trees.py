@@ -128,7 +128,7 @@ def written(tmp_path):
 
 def test_a_file_uses_them(written, tree, board):
     """With scripts, keys with and without braces, and a subtree that writes to the main tree's blackboard."""
-    file, _ = load_file(written(FILE), registry(), tree="Main", values={})
+    file, *_ = load_file(written(FILE), registry(), tree="Main", values={})
     root = tree(file.build())
 
     assert "RS" == root.ticks(10.0, 10.5)

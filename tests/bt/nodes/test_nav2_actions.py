@@ -91,6 +91,7 @@ class TestGoals:
         """A second if nobody says."""
         assert {"time": {"sec": 1}} == sent(Wait)
         assert {"time": {"sec": 5}} == sent(Wait, wait_duration="5.0")
+        assert {"time": {"sec": 5}} == sent(Wait, wait_duration="-5")
 
     @pytest.mark.parametrize(
         ("kind", "distance", "speed"),
@@ -217,6 +218,14 @@ class TestEnds:
 
         assert "F" == ticked.tick()
         assert (1, "not_ready: battery empty") == (board["/code"], board["/message"])
+
+    def test_what_was_aborted_in_an_earlier_life_has_a_code_of_its_own(self, computing, board):
+        """Its result is not kept, but the goal was sent."""
+        ticked, goal = computing
+        goal.expire(GoalStatus.ABORTED)
+
+        assert "F" == ticked.tick()
+        assert (Path(), 200) == (board["/path"], board["/code"])
 
     def test_a_server_that_does_not_answer_is_failure(self, computing, board):
         """2 is Nav2's SEND_GOAL_FAILURE."""
@@ -385,6 +394,14 @@ class TestFollowPath:
         following.tick()
 
         assert "Other" == client.goals[1].goal.controller_id
+
+    def test_where_the_new_goal_can_not_be_sent_the_old_one_is_canceled(self, following, client, board, path):
+        """The node fails, and nobody follows the robot any longer."""
+        board["/path"] = path((1, 0), (4, 1))
+        client.refuses = NobodyThere("nobody there")
+
+        assert "F" == following.tick()
+        assert client.goals[0].canceled
 
     def test_a_path_without_poses_does_not(self, following, client, board):
         """Whoever plans has none for the moment."""

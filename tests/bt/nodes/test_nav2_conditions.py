@@ -6,6 +6,7 @@ import pytest
 from py_trees.common import Status
 
 from bt_controller.node import PortError
+from bt_controller.nodes import registry
 from bt_controller.nodes.conditions.battery import IsBatteryCharging, IsBatteryLow
 from bt_controller.nodes.conditions.error_codes import (
     AreErrorCodesPresent,
@@ -232,7 +233,7 @@ class TestIsStopped:
         """A second, if nobody says."""
         ticked = tree(node(IsStopped), **topics.known)
 
-        assert "RRSS" == ticked.ticks(0, 0.9, 1.0, 2.0)
+        assert "RRS" == ticked.ticks(0, 0.9, 1.0)
 
     def test_it_fails_while_the_robot_moves(self, node, tree, topics):
         """And counts anew when it stands again."""
@@ -243,12 +244,30 @@ class TestIsStopped:
         topics.at(0.0, 0.0, speed=0.09)
         assert "RRS" == ticked.ticks(0.5, 0.9, 1.0)
 
-    def test_it_looks_again_when_the_time_is_over(self, node, tree, topics):
-        """Not only each period."""
-        ticked = tree(node(IsStopped, duration_stopped="300"), **topics.known)
+    def test_it_has_to_be_looked_at_each_period(self, node, tree, topics):
+        """The robot may drive before the time is over, and nobody tells."""
+        ticked = tree(node(IsStopped, duration_stopped="10000"), **topics.known)
         ticked.tick()
 
-        assert pytest.approx(0.3) == ticked.due()
+        assert 1.0 == ticked.due()
+
+    def test_it_counts_anew_after_a_success(self, node, tree, topics):
+        """What comes later is another stop."""
+        ticked = tree(node(IsStopped), **topics.known)
+
+        assert "RSRS" == ticked.ticks(0.0, 1.0, 100.0, 101.0)
+
+    def test_it_counts_anew_after_a_halt(self, node, tree, topics):
+        """The robot may have driven meanwhile."""
+        ticked = tree(node(IsStopped), **topics.known)
+        ticked.tick(0.0)
+        ticked.halt()
+
+        assert "RS" == ticked.ticks(100.0, 101.0)
+
+    def test_it_has_an_older_name_too(self):
+        """Each is shown as the file has it."""
+        assert "CheckStopStatus" == registry()["CheckStopStatus"].__name__
 
 
 class TestIsStuck:

@@ -77,6 +77,15 @@ class TestRecoveryNode:
 
         assert (0, 1) == (first.halts, second.halts)
 
+    def test_a_thousand_tries_are_enough_for_one_instant(self, node, told, tree):
+        """Goals that fail at once must not keep time from going on; the next try comes a period later."""
+        first = told("F")
+        ticked = tree(node(RecoveryNode, first, told("S"), number_of_retries="1500"))
+        status, due, tries = ticked.tick(), ticked.due(), first.ticks
+
+        assert ("R", 1.0, 1000) == (status, due, tries)
+        assert ("F", 1501) == (ticked.tick(1), first.ticks)
+
     def test_it_waits_for_the_child_that_runs(self, node, told, tree):
         """Nobody has to look."""
         ticked = tree(node(RecoveryNode, told("R"), told("S")))

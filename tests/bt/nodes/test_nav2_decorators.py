@@ -7,6 +7,9 @@ import math
 import pytest
 
 from bt_controller.node import PortError
+from bt_controller.nodes.controls.fallback import ReactiveFallback
+from bt_controller.nodes.controls.parallel import Parallel
+from bt_controller.nodes.controls.pipeline_sequence import PipelineSequence
 from bt_controller.nodes.decorators.distance_controller import DistanceController
 from bt_controller.nodes.decorators.goal_updated_controller import GoalUpdatedController
 from bt_controller.nodes.decorators.goal_updater import GoalUpdater
@@ -69,7 +72,7 @@ class TestRateController:
     def test_a_rate_that_is_none_is_an_error(self, node, told, tree):
         """One line says whose it is."""
         with pytest.raises(PortError, match=r"port 'hz': 0 is no rate; a number greater than 0 is expected"):
-            tree(node(RateController, told("S"), hz="0")).tick()
+            tree(node(RateController, told("S"), hz=0.0)).tick()
 
     def test_a_failure_is_its_own(self, node, told, tree):
         """So is a skip."""
@@ -215,6 +218,25 @@ class TestSingleTrigger:
         ticked.halt()
 
         assert "F" == ticked.tick(1)
+
+    def test_it_is_looked_at_below_a_control_that_resets_it(self, node, told, tree):
+        """Each tick then gives the child another turn, which may end otherwise."""
+        ticked = tree(node(ReactiveFallback, node(SingleTrigger, told("F")), told("R")))
+        ticked.tick()
+
+        assert 1.0 == ticked.due()
+
+
+@pytest.mark.parametrize("control", [PipelineSequence, Parallel])
+def test_a_controller_whose_child_is_skipped_is_looked_at(node, told, tree, topics, control):
+    """It is ticked again each time, and the child may have something to do."""
+    due = []
+    for kind in (RateController, SpeedController):
+        ticked = tree(node(control, node(kind, told("-")), told("R")), **topics.known)
+        ticked.tick()
+        due.append(ticked.due())
+
+    assert [1.0, 1.0] == due
 
 
 class TestPathLongerOnApproach:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
+from types import SimpleNamespace
 
 import pytest
 
@@ -17,13 +17,14 @@ from bt_controller.nodes.actions.poses import (
     GetNextFewGoals,
     RemovePassedGoals,
 )
+from bt_controller.nodes.controls.pipeline_sequence import PipelineSequence
+from bt_controller.nodes.controls.sequence import ReactiveSequence
 from bt_controller.nodes.paths import point_of, yaw_at
 from bt_controller.ports import pose_stamped
 from hmrsim.interfaces.nav2_msgs import WaypointStatus
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.interfaces.std_msgs import Header
-from hmrsim_zenoh.errors import Unreachable
-from hmrsim_zenoh.keys import Keys
+from hmrsim_zenoh.errors import RequestTimeout
 
 
 def points(path):
@@ -248,21 +249,36 @@ class TestGetNextFewGoals:
         assert "F" == tree(node(GetNextFewGoals, input_goals=[], num_goals="1")).tick()
 
 
+@pytest.mark.parametrize("control", [ReactiveSequence, PipelineSequence])
+@pytest.mark.parametrize(
+    ("kind", "ports"),
+    [(GetCurrentPose, {}), (RemovePassedGoals, {"input_goals": "1;0|2;0"}), (TruncatePathLocal, {})],
+)
+def test_what_looks_where_the_robot_is_looks_again_each_period(node, tree, told, topics, control, kind, ports):
+    """While something else runs: nobody tells that it has moved on."""
+    ticked = tree(node(control, node(kind, **ports), told("R")), **topics.known)
+    ticked.tick()
+
+    assert 1.0 == ticked.due()
+
+
 class TestCancels:
     """All goals of an action."""
 
     @pytest.fixture
     def asked(self):
-        """Return what nodes are set up with; what is asked is kept in its client."""
+        """Return what nodes are set up with; whom they ask to cancel is kept in its client."""
 
         class Client:
             def __init__(self):
-                self.keys = Keys()
                 self.requests = []
                 self.error = None
 
-            def get(self, key, *, payload):
-                self.requests.append((key, json.loads(payload)))
+            def action_client(self, robot, action):
+                return SimpleNamespace(cancel_all=lambda: self.cancel_all(f"{robot}/{action.name}"))
+
+            def cancel_all(self, name):
+                self.requests.append(name)
                 if self.error:
                     raise self.error
 
@@ -281,23 +297,23 @@ class TestCancels:
         ],
     )
     def test_the_robot_is_asked_to_cancel_all_goals_of_the_action(self, node, tree, asked, tag, action):
-        """Whoever has sent them: no goal is named, and no time."""
+        """Whoever has sent them."""
         assert "S" == tree(node(registry()[tag]), **asked).tick()
-        assert [(f"hmrsim/wall_e/{action}/_action/cancel_goal", {})] == asked["client"].requests
+        assert [f"wall_e/{action}"] == asked["client"].requests
 
     def test_a_robot_that_does_not_answer_is_a_failure(self, node, tree, asked):
         """With the reason as its message."""
-        asked["client"].error = Unreachable("nothing answers")
+        asked["client"].error = RequestTimeout("no answer")
         ticked = tree(node(CancelControl), **asked)
 
         assert "F" == ticked.tick()
-        assert "nothing answers" == ticked.root.feedback_message
+        assert "no answer" == ticked.root.feedback_message
 
     def test_the_action_may_have_another_name(self, node, tree, asked):
         """As its node may."""
         tree(node(CancelControl, server_name="/wall_e/wait"), **asked).tick()
 
-        assert ["hmrsim/wall_e/wait/_action/cancel_goal"] == [key for key, _ in asked["client"].requests]
+        assert ["wall_e/wait"] == asked["client"].requests
 
 
 NO_OPS = {

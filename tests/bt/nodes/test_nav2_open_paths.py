@@ -6,8 +6,9 @@ import json
 
 import pytest
 
-from bt_controller.nodes.actions.path_validation import PathCheck
+from bt_controller.nodes.actions.path_validation import ValidatePath
 from bt_controller.nodes.conditions.path_validity import IsPathValid
+from bt_controller.nodes.controls.sequence import ReactiveSequence
 from bt_controller.ports import pose_stamped
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim_zenoh.errors import RequestTimeout
@@ -59,7 +60,7 @@ def checked(node, tree, world, path):
     """Return the function that closes lanes after the tree is set up, and looks whether a path is valid."""
 
     def run(points, *closed, **ports):
-        ticked = tree(node(PathCheck, path=path(*points), collision_poses="{poses}", **ports), client=world)
+        ticked = tree(node(ValidatePath, path=path(*points), collision_poses="{poses}", **ports), client=world)
         world.close(*closed)
         return ticked.tick()
 
@@ -119,7 +120,7 @@ def test_what_has_never_been_a_lane_is_open(checked):
 
 def test_a_lane_that_is_open_again_is_valid_again(node, tree, world, path):
     """It is looked at anew each time."""
-    ticked = tree(node(PathCheck, path=path(A, B, C)), client=world)
+    ticked = tree(node(ValidatePath, path=path(A, B, C)), client=world)
     world.close((B, C))
     assert "F" == ticked.tick()
     world.close()
@@ -129,7 +130,7 @@ def test_a_lane_that_is_open_again_is_valid_again(node, tree, world, path):
 def test_a_lane_that_was_closed_at_first_is_known_once_it_has_been_open(node, tree, world, path):
     """Then it is noticed when it closes."""
     world.close((B, C))
-    ticked = tree(node(PathCheck, path=path(A, B, C)), client=world)
+    ticked = tree(node(ValidatePath, path=path(A, B, C)), client=world)
     assert "S" == ticked.tick()
     world.close()
     ticked.tick()
@@ -147,27 +148,33 @@ def test_lanes_may_be_lines_too(checked, world):
 @pytest.mark.parametrize("path", ["{path}", Path()])
 def test_no_path_is_not_valid(node, tree, world, path):
     """There is nothing to drive along."""
-    assert "F" == tree(node(PathCheck, path=path), client=world).tick()
+    assert "F" == tree(node(ValidatePath, path=path), client=world).tick()
 
 
 def test_a_path_of_one_pose_is_valid(node, tree, world):
     """It leads nowhere."""
-    assert "S" == tree(node(PathCheck, path=Path(poses=[pose_stamped(0.0, 0.0)])), client=world).tick()
+    assert "S" == tree(node(ValidatePath, path=Path(poses=[pose_stamped(0.0, 0.0)])), client=world).tick()
 
 
 def test_a_simulator_that_does_not_say_is_a_failure(node, tree, world, path):
     """With the reason as its message."""
-    ticked = tree(node(PathCheck, path=path(A, B)), client=world)
+    ticked = tree(node(ValidatePath, path=path(A, B)), client=world)
     world.error = RequestTimeout("no answer")
 
     assert "F" == ticked.tick()
     assert "no answer" == ticked.root.feedback_message
 
 
-def test_the_condition_has_to_be_looked_at_each_period(node, tree, world, path):
-    """The action has not: whoever ticks it again does so."""
-    condition, action = (tree(node(kind, path=path(A, B)), client=world) for kind in (IsPathValid, PathCheck))
-    condition.tick()
-    action.tick()
+@pytest.mark.parametrize("kind", [IsPathValid, ValidatePath])
+def test_it_has_to_be_looked_at_each_period(node, tree, told, world, path, kind):
+    """While something else runs below a reactive control: nobody tells when a lane closes."""
+    ticked = tree(node(ReactiveSequence, node(kind, path=path(A, B)), told("R")), client=world)
+    ticked.tick()
 
-    assert (1.0, float("inf")) == (condition.due(), action.due())
+    assert 1.0 == ticked.due()
+
+
+@pytest.mark.parametrize("kind", [IsPathValid, ValidatePath])
+def test_it_says_what_it_does(kind):
+    """For the list of nodes."""
+    assert kind.__doc__.startswith("Succeeds if a path is open:")

@@ -95,12 +95,13 @@ class Files:
     Attributes:
         nodes: The nodes that they may use.
         unset: What the last one that was loaded lacked.
+        doubts: What need not be wrong with it.
     """
 
     def __init__(self, folder):
         self.folder = folder
         self.nodes = {**NODES, "Script": registry()["Script"]}
-        self.unset = ()
+        self.unset = self.doubts = ()
 
     def write(self, text, name="tree.xml"):
         """Write a file into the folder; without <root>, that is put around."""
@@ -112,12 +113,12 @@ class Files:
 
     def load(self, text, *, tree=None, values=None):
         """Return the tree of a file that has this text."""
-        found, self.unset = load_file(self.write(text), self.nodes, tree=tree, values=values or {})
+        found, self.unset, self.doubts = load_file(self.write(text), self.nodes, tree=tree, values=values or {})
         return found
 
     def read(self, name="tree.xml"):
         """Return the tree of a file that is there already."""
-        found, self.unset = load_file(name, self.nodes, tree=None, values={})
+        found, self.unset, self.doubts = load_file(name, self.nodes, tree=None, values={})
         return found
 
     @contextmanager

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from bt_controller.nodes import registry
 from bt_controller.trees import TreeError
 
 
@@ -220,3 +221,108 @@ class TestSize:
         )
 
         assert files.ticked(text)[1] == {"Say": "nothing"}
+
+
+LIMITS = [
+    ('<RateController hz="0"><AlwaysSuccess/></RateController>', "port 'hz': '0' is no number greater than 0"),
+    ('<Timeout msec="-1"><AlwaysSuccess/></Timeout>', "port 'msec': '-1' is no whole number from 0 to 4294967295"),
+    ('<Delay delay_msec="-1"><AlwaysSuccess/></Delay>', "port 'delay_msec': '-1' is no whole number from 0"),
+    ('<Sleep msec="4294967296"/>', "port 'msec': '4294967296' is no whole number from 0"),
+    ('<Wait wait_duration="inf"/>', "port 'wait_duration': 'inf' is no finite number"),
+    ('<BackUp backup_dist="-inf"/>', "port 'backup_dist': '-inf' is no finite number"),
+    ('<LoopInt queue="1;x" value="{v}"><AlwaysSuccess/></LoopInt>', "port 'queue': 'x' is no whole number"),
+    (
+        '<BatteryGuard until="90"><AlwaysSuccess/><AlwaysSuccess/></BatteryGuard>',
+        "port 'until': '90' is no number from 0 to 1",
+    ),
+    (
+        '<Parallel success_count="5"><AlwaysSuccess/></Parallel>',
+        "port 'success_count': '5' of 1 child is never reached",
+    ),
+    (
+        '<ParallelAll max_failures="3"><AlwaysSuccess/><AlwaysSuccess/></ParallelAll>',
+        "port 'max_failures': '3' of 2 children is never reached",
+    ),
+]
+
+
+@pytest.mark.parametrize(("body", "error"), LIMITS)
+def test_a_value_beyond_its_limits_is_told(files, body, error):
+    """Nobody has to run the tree to hear of it."""
+    files.nodes = registry()
+
+    with pytest.raises(TreeError) as caught:
+        files.load(_tree(body))
+    assert error in str(caught.value)
+
+
+DOUBTS = [
+    ('<ComputePathToPose goal="1;2" planner_id="grid_based"/>', "port 'planner_id': no robot here serves 'grid_based'"),
+    ('<FollowPath path="1;2" controller_id="DWB"/>', "port 'controller_id': no robot here serves 'DWB'"),
+    ('<PlannerSelector default_planner="Smac"/>', "port 'default_planner': no robot here serves 'Smac'"),
+    ('<ControllerSelector default_controller="DWB"/>', "port 'default_controller': no robot here serves 'DWB'"),
+]
+
+
+@pytest.mark.parametrize(("body", "doubt"), DOUBTS)
+def test_a_planner_that_nobody_serves_is_doubted(files, body, doubt):
+    """The tree is loaded all the same."""
+    files.nodes = registry()
+    files.load(_tree(body))
+
+    (line,) = files.doubts
+    assert doubt in line
+
+
+def test_what_robots_serve_is_not_doubted(files):
+    """As Nav2's own trees have it; other selectors may give anything."""
+    files.nodes = registry()
+    files.load(
+        _tree(
+            '<Sequence><PlannerSelector default_planner="GridBased" selected_planner="{p}"/>'
+            '<FollowPath path="1;2" controller_id="FollowPath"/><SmootherSelector default_smoother="x"/></Sequence>'
+        )
+    )
+
+    assert () == files.doubts
+
+
+def test_a_file_without_a_format_is_doubted(files):
+    """It is read as version 4."""
+    files.load(f"<root>{_tree('<Say/>')}</root>")
+
+    assert (
+        'tree.xml:1: <root>: does not say its format; BTCPP_format="4" is read, and BehaviorTree.CPP wants it',
+    ) == files.doubts
+
+
+def test_no_main_tree_hides_no_recursion(files):
+    """Both are told."""
+    with pytest.raises(TreeError) as caught:
+        files.load(RING.replace(' main_tree_to_execute="A"', ""))
+
+    first, second = str(caught.value).splitlines()
+    assert "does not say which tree to run" in first
+    assert "a tree can't be in itself: " in second
+
+
+def test_a_tree_without_an_id_is_one_mistake(files):
+    """It may be the one that is missing."""
+    with pytest.raises(TreeError) as caught:
+        files.load('<root main_tree_to_execute="A"><BehaviorTree><Say/></BehaviorTree></root>')
+
+    assert 'tree.xml:1: <BehaviorTree>: has no ID; write ID="…"' == str(caught.value)
+
+
+def test_an_empty_id_is_that_of_no_tree(files):
+    """--tree ''."""
+    with pytest.raises(TreeError, match="<root>: there is no tree ''; there are A"):
+        files.load(_tree("<Say/>"), tree="")
+
+
+def test_a_long_value_is_shortened(files):
+    """What would do can be seen."""
+    with pytest.raises(TreeError) as caught:
+        files.load(_tree(f'<Go goal="1;2" speed="{"9x" * 1000}"/>'))
+
+    assert f"port 'speed': '{'9x' * 30}…' is no number" in str(caught.value)

@@ -6,10 +6,13 @@ import json
 from pathlib import Path
 
 import pytest
+from py_trees.common import Status
 
 from bt_controller.cli import _exit_code, main
 from bt_controller.cli._tree_options import _value
+from bt_controller.cli.run import _report
 from bt_controller.node import PortError
+from bt_controller.running.runner import Outcome
 
 FIXTURES = Path(__file__).parent.parent / "fixtures"
 
@@ -55,6 +58,20 @@ class TestCheck:
         assert capsys.readouterr().err == (
             f"bt-controller: {path}:42: <ComputePathToPose>: nothing writes 'goal'; give it with --set goal=…\n"
         )
+
+    def test_a_doubt_is_told_and_no_mistake(self, files, capsys):
+        """On stderr."""
+        files.write(NAVIGATE.replace(' BTCPP_format="4"', ""))
+
+        assert main(["check", "tree.xml", "--set", "goal=kitchen", "--set", "gaol=x"]) == 0
+        first, second = capsys.readouterr().err.splitlines()
+        assert first.startswith("bt-controller: warning: tree.xml:1: <root>: does not say its format; ")
+        assert second == "bt-controller: warning: nothing reads 'gaol'; did you mean 'goal'?"
+
+    def test_an_empty_module_is_wrong_use(self, capsys):
+        """In our words."""
+        assert main(["check", "tree.xml", "--nodes", ""]) == 2
+        assert capsys.readouterr().err == "bt-controller: --nodes: '' is no name of a module\n"
 
     def test_the_tree_can_be_chosen(self, capsys):
         """--tree."""
@@ -122,8 +139,14 @@ class TestRun:
         """Before a simulator is looked for, too."""
         assert main(["run", "tree.xml", "--robot", "wall_e", "--set", "goal=1;2;3;4"]) == 2
         assert capsys.readouterr().err.startswith(
-            "bt-controller: tree.xml:4: <NavigateToPose>: port 'goal': '1;2;3;4' is no pose; "
+            "bt-controller: tree.xml:4: <NavigateToPose>: port 'goal': --set goal=1;2;3;4: '1;2;3;4' is no pose; "
         )
+
+    def test_a_tree_that_is_skipped_is_told_as_such(self, capsys):
+        """Its status says nothing to a user."""
+        _report(Outcome({"wall_e": Status.INVALID}), {}, as_json=False)
+
+        assert capsys.readouterr().out == "wall_e: skipped\n"
 
     def test_a_value_that_is_found_wrong_at_setup_is_wrong_use(self):
         """Such as the name of a place, of which only the simulator knows."""

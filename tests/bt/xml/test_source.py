@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import codecs
+import os
 import time
+from pathlib import Path
 
 import pytest
 
@@ -101,8 +103,8 @@ class TestInclude:
         [
             ('<include path="/etc/passwd"/>', r"^tree\.xml:1: <include>: '/etc/passwd' is outside the folder"),
             ('<include path="../x.xml"/>', "'../x.xml' is outside the folder of 'tree.xml', and not read"),
-            ('<include path="x.xml"/>', "there is no file 'x.xml'"),
-            ('<include path="."/>', "there is no file '.'"),
+            ('<include path="x.xml"/>', "'x.xml': there is no such file"),
+            ('<include path="."/>', "'.': is no regular file"),
             ('<include path="a&#10;b"/>', 'needs path="…", relative to this file'),
             ("<include/>", 'needs path="…", relative to this file'),
             ('<include ros_pkg="nav2" path="x.xml"/>', "there are no ROS packages here; give a path"),
@@ -142,3 +144,27 @@ class TestInclude:
 
         with pytest.raises(TreeError, match=r"19\.xml:1: <include>: files include each other more than 20 deep"):
             read("0.xml")
+
+    def test_what_is_wrong_with_several_is_told_at_once(self, files):
+        """A line each; what is included twice once."""
+        files.write("<root>", "b.xml")
+        files.write('<include path="c.xml"/>', "a.xml")
+        files.write("".join(f'<include path="{name}.xml"/>' for name in ("a", "b", "b", "x")))
+
+        with pytest.raises(TreeError) as caught:
+            read("tree.xml")
+        assert [
+            "a.xml:1: <include>: 'c.xml': there is no such file",
+            "b.xml:1: no XML: no element found",
+            "tree.xml:1: <include>: 'x.xml': there is no such file",
+        ] == str(caught.value).splitlines()
+
+
+@pytest.mark.parametrize("make", [Path.mkdir, os.mkfifo, lambda path: path.symlink_to("/dev/zero")])
+def test_what_is_no_regular_file_is_not_opened(tmp_path, make):
+    """A pipe would keep the reader waiting, and a device never ends."""
+    path = tmp_path / "tree.xml"
+    make(path)
+
+    with pytest.raises(TreeError, match=r"tree\.xml: is no regular file$"):
+        read(str(path))

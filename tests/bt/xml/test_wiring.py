@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from bt_controller.nodes import registry
+from bt_controller.ports import Given
 from bt_controller.trees import TreeError
 
 
@@ -80,3 +82,51 @@ def test_a_value_for_a_subtree_has_to_be_what_its_ports_take(files):
     """Which ports those are, py_trees finds out."""
     with pytest.raises(TreeError, match=r"^tree\.xml:3: <Go>: port 'goal': '1;2;3;4' is no pose"):
         files.load(_tree('<SubTree ID="S" g="1;2;3;4"/>', SUB))
+
+
+def test_a_switch_needs_no_variable(files):
+    """Without a value the last child is meant."""
+    files.nodes = registry()
+    files.load(_tree('<Switch2 variable="{nov}" case_1="a" case_2="b">' + "<AlwaysSuccess/>" * 3 + "</Switch2>"))
+
+    assert files.unset == ()
+
+
+def test_a_given_value_that_is_wrong_is_told_as_it_was_given(files):
+    """A place is known to the simulator only; until then any name will do."""
+    with pytest.raises(TreeError, match=r"port 'goal': --set x=1;2;3;4: '1;2;3;4' is no pose; "):
+        files.load(_tree('<Go goal="{x}"/>'), values={"x": Given("1;2;3;4", "x")})
+
+
+@pytest.mark.parametrize(
+    ("values", "doubts"),
+    [
+        ({"h": "1;2"}, ()),
+        ({"S/g": "1;2"}, ("nothing reads 'S/g'",)),
+        ({"speeed": "1"}, ("nothing reads 'speeed'; did you mean 'speed'?",)),
+        ({"n": "1"}, ()),
+        ({"c": "1"}, ("nothing reads 'c'",)),
+    ],
+)
+def test_what_is_given_and_not_read_is_doubted(files, values, doubts):
+    """A subtree's key may lead elsewhere; scripts read, too, and outputs don't."""
+    body = '<All><SubTree ID="S" g="{h}" c="{c}"/><Go goal="1;2" speed="{speed}"/><Script code="n += 1"/></All>'
+    files.load(_tree(body, SUB).replace("<root", '<root BTCPP_format="4"'), values=values)
+
+    assert doubts == files.doubts
+
+
+@pytest.mark.parametrize(
+    ("script", "doubts"),
+    [
+        ("a := b", ("tree.xml:2: <Script>: nothing writes 'b', which a script reads",)),
+        ("a := 1; b := a", ()),
+        ("a := given", ()),
+    ],
+)
+def test_a_script_that_reads_what_nothing_writes_is_doubted(files, script, doubts):
+    """It may not come to that."""
+    body = _tree(f'<Script code="{script}"/>').replace("<root", '<root BTCPP_format="4"')
+    files.load(body, values={"given": "1"} if "given" in script else {})
+
+    assert doubts == files.doubts

@@ -1,0 +1,26 @@
+"""How often something may begin again at one instant, so that time goes on for everybody else."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from bt_controller.tree_time import now
+
+MOST: Final = 1000
+"""Turns in one tick, and at one instant."""
+
+
+class Turns:
+    """Counts turns at one instant."""
+
+    def __init__(self) -> None:
+        self._at = -math.inf
+        self._taken = 0
+
+    def take(self) -> bool:
+        """Return whether there is another turn now; after a thousand at one instant, when time has gone on."""
+        if now() != self._at:
+            self._at, self._taken = now(), 0
+        self._taken += 1
+        return self._taken <= MOST

@@ -1,0 +1,28 @@
+"""What could have been meant, in messages."""
+
+from __future__ import annotations
+
+import pytest
+
+from bt_controller.meant import instead, shown
+
+MANY = [f"robot{number}" for number in range(20)]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "known", "words"),
+    [
+        ("kitchn", ["ward", "kitchen"], "; did you mean 'kitchen'?"),
+        ("x", ["ward", "kitchen"], "; there are ward, kitchen"),
+        ("x", MANY, f"; there are {', '.join(MANY[:12])}, …"),
+        ("x", [], "; there are none"),
+    ],
+)
+def test_a_message_ends_with_what_would_do(wanted, known, words):
+    """What is alike, or else the first of all."""
+    assert words == instead(wanted, known, none="; there are none")
+
+
+def test_a_long_text_is_cut():
+    """In quotes."""
+    assert ("'short'", f"'{'x' * 60}…'") == (shown("short"), shown("x" * 1000))

@@ -1,0 +1,30 @@
+"""What the texts of ports mean."""
+
+from __future__ import annotations
+
+import copy
+
+import pytest
+
+from bt_controller.ports import POSE, Given
+
+
+class _Nowhere:
+    """Places of which there is none."""
+
+    def pose(self, name):
+        """Say so."""
+        raise ValueError(f"no place {name!r}; there are none")
+
+
+def test_a_place_that_was_given_and_is_not_there_is_told_as_it_was_given():
+    """With --set, that is; the simulator knows the places."""
+    with pytest.raises(ValueError, match=r"^--set goal=nowhere: no place 'nowhere'; there are none$"):
+        POSE.read(Given("nowhere", "goal"), _Nowhere())
+
+
+def test_a_given_text_can_be_copied():
+    """Whoever tells of a blackboard may do that."""
+    twin = copy.deepcopy(Given("ward", "goal"))
+
+    assert ("ward", "goal") == (twin, twin.key)

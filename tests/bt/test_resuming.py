@@ -1,0 +1,84 @@
+"""What a restarted controller makes of goals in a real simulation."""
+
+from __future__ import annotations
+
+import pytest
+from py_trees.common import Status
+
+from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
+from hmrsim.goal import GoalStatus
+from hmrsim_zenoh.client import Client
+from tests.hosted import hosted
+
+NEAR, FAR = pose_goal(1.0, 0.0), pose_goal(5.0, 0.0)
+
+
+@pytest.fixture
+def life():
+    """Return the function that begins another life of a controller: a leaf with some goals, and their tickets."""
+    with hosted(clock="lockstep") as options, Client(options) as client:
+
+        def begin(*goals):
+            leaf = NavToPoseActionClient("Go", iter(goals).__next__)
+            leaf.setup(client=client, robot="wall_e", resume="me/patrol/wall_e")
+            leaf.tick_once()
+            tickets = [leaf._handle]
+            for _ in goals[1:]:
+                tickets[-1].wait_accepted(5.0)
+                leaf.initialise()
+                tickets.append(leaf._handle)
+            return leaf, tickets
+
+        yield begin
+
+
+def end(leaf):
+    """Return the leaf's status when its goals have ended."""
+    while leaf.status is Status.RUNNING:
+        leaf._handle._wait(lambda: leaf._handle.done, 5.0)
+        leaf.tick_once()
+    return leaf.status
+
+
+def test_a_goal_that_was_replaced_leads_to_the_one_that_replaced_it(life):
+    """The simulator says which that is; the robot does not drive again."""
+    first, (replaced, last) = life(FAR, NEAR)
+    end(first)
+    second, (found,) = life(FAR)
+
+    assert (Status.SUCCESS, GoalStatus.ABORTED) == (end(second), replaced.status)
+    assert (replaced.goal_id, last.goal_id) == (found.goal_id, second._handle.goal_id)
+    assert GoalStatus.SUCCEEDED is second._handle.found
+
+
+def test_another_goal_in_the_next_life_is_sent(life):
+    """What was done was something else."""
+    first, _ = life(FAR)
+    end(first)
+    second, (sent,) = life(NEAR)
+
+    assert (Status.SUCCESS, False) == (end(second), sent.adopted)
+
+
+def test_a_cancel_of_somebody_else_ends_what_was_taken_over(life):
+    """The robot is not sent on by whoever has resumed."""
+    _, (sent,) = life(FAR)
+    sent.wait_accepted(5.0)
+    second, (found,) = life(FAR)
+    found.wait_accepted(5.0)
+    sent.cancel()
+
+    assert (Status.FAILURE, GoalStatus.CANCELED) == (end(second), found.status)
+    assert found is second._handle
+
+
+def test_a_goal_that_was_dropped_for_that_of_another_leaf_is_sent_again(life):
+    """As when a guard has the robot charged before the new life has come to where the old one was."""
+    first, (dropped,) = life(FAR)
+    dropped.wait_accepted(5.0)
+    first._client.send_goal(NEAR).result(5.0)
+    second, (found,) = life(FAR)
+
+    assert (Status.SUCCESS, GoalStatus.ABORTED) == (end(second), found.status)
+    assert (dropped.goal_id, True) == (found.goal_id, found.found.terminal)
+    assert GoalStatus.SUCCEEDED is second._handle.status
