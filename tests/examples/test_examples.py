@@ -99,3 +99,17 @@ def test_the_tree_in_the_docs_runs(endpoint, tmp_path):
         )
 
         assert (0, "") == (done.returncode, done.stderr), done.stdout
+
+
+def test_the_trees_and_nodes_in_the_docs_are_right(tmp_path):
+    """The tree in XML, and the node of one's own, as they stand there."""
+    text = (ROOT / "docs" / "xml_trees.md").read_text()
+    (tree,) = re.findall(r"```xml\n(.*?)```", text, re.DOTALL)
+    (node,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    (tmp_path / "visit.xml").write_text(tree.replace("<FollowPath ", '<Say text="off we go"/><FollowPath '))
+    (tmp_path / "my_nodes.py").write_text(node)
+    order = ["check", "visit.xml", "--nodes", "my_nodes", "--set", "goal=patient"]
+    done = subprocess.run([CONTROLLER, *order], cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False)
+
+    assert (0, "") == (done.returncode, done.stderr), done.stdout
+    assert "        --> Say\n" in done.stdout
