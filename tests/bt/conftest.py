@@ -105,6 +105,12 @@ class FakeActionClient:
         self._client.goals.append(sent)
         return sent
 
+    def cancel_all(self) -> None:
+        """Cancel the goals of the action that were sent so far."""
+        for goal in self._client.goals:
+            if (goal.robot, goal.action) == (self._robot, self._action):
+                goal.cancel()
+
 
 class FakeSubscription:
     """Nothing to close."""

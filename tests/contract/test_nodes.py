@@ -26,6 +26,7 @@ VALUES = {
     "string": "text",
     "double": "0.5",
     "int": "1",
+    "unsigned int": "1",
     "int[]": "1;2",
     "bool": "true",
     "any": "1",
