@@ -7,6 +7,7 @@ to, and whoever watches a topic is woken by each message.
 from __future__ import annotations
 
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
@@ -96,12 +97,10 @@ class Topics:
         mark: object = self._instant if self.asks else self._heard[watched]
         known, message = self._read.get(watched, (None, None))
         if message is None or known != mark:
-            try:
-                payload = self._asked(robot, topic) if self.asks else self._heard[watched]
-            except NotServed:
-                payload = self._heard[watched]
-            self._heard[watched] = payload
-            message = read(plain(TOPICS[topic]), payload)
+            if self.asks:
+                with suppress(NotServed):
+                    self._heard[watched] = self._asked(robot, topic)
+            message = read(plain(TOPICS[topic]), self._heard[watched])
             self._read[watched] = mark, message
         return message
 
