@@ -47,7 +47,6 @@ def check_pictures(args: argparse.Namespace) -> None:
     Raises:
         BadOptions: There is no folder for a file, or Graphviz is missing.
     """
-    from bt_controller.watching.renders import check_graphviz
     from hmrsim_zenoh.errors import BadOptions
 
     for option, name in (("--dot", args.dot), ("--svg", args.svg)):
@@ -55,6 +54,8 @@ def check_pictures(args: argparse.Namespace) -> None:
             wrong = errno.EISDIR if Path(name).is_dir() else errno.ENOENT
             raise BadOptions(f"{option} {name}: {os.strerror(wrong)}")
     if args.svg:
+        from bt_controller.watching.renders import check_graphviz
+
         check_graphviz()
 
 
@@ -64,9 +65,9 @@ def draw(args: argparse.Namespace, trees: Mapping[str, Sequence[Node]], *, statu
     Raises:
         BadOptions: A file can't be written, or Graphviz is missing.
     """
-    from bt_controller.watching.renders import dot, svg
-
     if args.dot or args.svg:
+        from bt_controller.watching.renders import dot, svg
+
         graph = dot(trees, statuses=statuses)
         if args.dot == _STDOUT:
             sys.stdout.write(graph)
