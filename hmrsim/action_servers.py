@@ -60,6 +60,7 @@ class ServedGoal:
         sample: Gives feedback; None for none, and after the end.
         sampled_from: Since when.
         failure: Makes the result if it does not succeed; None for the action's own.
+        listed: Its line in the last status list; the same object as long as it says the same.
     """
 
     server: ActionServer
@@ -73,6 +74,7 @@ class ServedGoal:
     sample: Callable[[], Message | Mapping[str, Any]] | None = None
     sampled_from: float = 0.0
     failure: Callable[[int, str], Message] | None = None
+    listed: GoalEntry | None = None
 
     def failed(self, code: int, message: str) -> Message:
         """Return the result of a goal that did not succeed."""
@@ -81,7 +83,9 @@ class ServedGoal:
 
     def entry(self) -> GoalEntry:
         """Return its line in a status list."""
-        return GoalEntry(self.goal_id, self.stamp, self.status)
+        if self.listed is None or self.listed.status is not self.status:
+            self.listed = GoalEntry(self.goal_id, self.stamp, self.status)
+        return self.listed
 
 
 @dataclass(eq=False, slots=True)

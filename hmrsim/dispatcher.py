@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
     from hmrsim.action_servers import ActionServer, Owner
     from hmrsim.actions import AnyAction
-    from hmrsim.gateway import Event
+    from hmrsim.gateway import Event, Withdraw
     from hmrsim.interest import Happenings
     from hmrsim.interfaces.message import Message
     from hmrsim.telemetry import Telemetry
@@ -314,6 +314,12 @@ class Dispatcher:
             self._answer(command.reply_to, ResultResponse(goal.status, goal.result))
         else:
             goal.waiting.append(command.reply_to)
+
+    def withdraw(self, command: Withdraw) -> None:
+        """Answer one who waits for a result no longer."""
+        goal = self.servers.goal(command.robot, command.action, command.goal_id)
+        if goal is not None:
+            goal.waiting = [other for other in goal.waiting if other is not command.reply_to]
 
     def status(self, robot: str, action: str) -> StatusChanged:
         """Return the latest status list of a robot's action.

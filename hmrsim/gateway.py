@@ -74,6 +74,22 @@ class GetResult(NamedTuple):
     reply_to: Any = None
 
 
+class Withdraw(NamedTuple):
+    """Don't answer a `GetResult` any more, whose sender has gone; nothing happens if it is answered already.
+
+    Attributes:
+        robot: Its name.
+        action: The action's name.
+        goal_id: Whose result was asked for.
+        reply_to: What the request had.
+    """
+
+    robot: str
+    action: str
+    goal_id: str
+    reply_to: Any
+
+
 class ForgetResult(NamedTuple):
     """Drop the result of a goal that ended long ago."""
 
@@ -175,6 +191,7 @@ Command = (
     SendGoal
     | CancelGoal
     | GetResult
+    | Withdraw
     | ForgetResult
     | Read
     | InterestChanged

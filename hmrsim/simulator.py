@@ -32,6 +32,7 @@ from hmrsim.gateway import (
     StatusChanged,
     Stop,
     Topic,
+    Withdraw,
 )
 from hmrsim.graph import WaypointGraph
 from hmrsim.interest import Happenings, Interest
@@ -91,6 +92,7 @@ class Simulator:
         plans: What a planner outside has been asked.
         mishaps: What goes wrong in it.
         detections: What its robots' sensors see.
+        readings: The latest of what is published.
         scripts: What its robots do by themselves.
         taken: Events taken since the beginning. What somebody listens to does not change it, nor any clock; so
             (number of events, command) says exactly when a command came.
@@ -140,12 +142,12 @@ class Simulator:
         self.roster = Roster(self.env, self.dispatcher, self.gate, plans=self.plans, happened=happened, emit=self._emit)
         self.roster.fill(world, self.graph)
         self.detections = Detections(self.roster)
-        self._readings = Readings(self.env, self.roster, self.dispatcher, self.detections)
+        self.readings = Readings(self.env, self.roster, self.dispatcher, self.detections)
         self.mishaps = Mishaps(self.env, self.roster, happened)
         self.mishaps.begin(world, self.seed)
         self.telemetry.start("odom", Topic.ODOM, 0.0, odom_rate, self._emit_odom)
         self.telemetry.start("battery_state", Topic.BATTERY_STATE, 0.0, battery_rate, self._emit_batteries)
-        self.telemetry.start("clock", Topic.CLOCK, 0.0, clock_rate, lambda: self._emit(self._readings.clock()))
+        self.telemetry.start("clock", Topic.CLOCK, 0.0, clock_rate, lambda: self._emit(self.readings.clock()))
         self.telemetry.start("detections", Topic.DETECTIONS, 0.0, detection_rate, self._emit_detections)
         self.begin_scripts()
 
@@ -215,10 +217,10 @@ class Simulator:
 
     def _apply(self, command: Command) -> None:
         match command:
-            case SendGoal() | GetResult() | CancelGoal() | ForgetResult():
+            case SendGoal() | GetResult() | CancelGoal() | Withdraw() | ForgetResult():
                 self._apply_to_goals(command)
             case Read():
-                self._emit(Answered(command.reply_to, self._readings.read(command)))
+                self._emit(Answered(command.reply_to, self.readings.read(command)))
             case CallService():
                 self._call(command)
             case InterestChanged():
@@ -237,7 +239,7 @@ class Simulator:
             case Stop(reason):
                 self._stop(reason)
 
-    def _apply_to_goals(self, command: SendGoal | GetResult | CancelGoal | ForgetResult) -> None:
+    def _apply_to_goals(self, command: SendGoal | GetResult | CancelGoal | Withdraw | ForgetResult) -> None:
         match command:
             case SendGoal():
                 self.dispatcher.send_goal(command)
@@ -246,6 +248,8 @@ class Simulator:
             case CancelGoal():
                 self.dispatcher.cancel_goal(command)
                 self.env.take_urgent()
+            case Withdraw():
+                self.dispatcher.withdraw(command)
             case ForgetResult(robot, action, goal_id):
                 self.dispatcher.forget(robot, action, goal_id)
 
@@ -288,12 +292,12 @@ class Simulator:
             self._emit(seen)
 
     def _emit_batteries(self) -> None:
-        for state in self._readings.battery_states():
+        for state in self.readings.battery_states():
             self._emit(state)
 
     def _emit_odom(self) -> None:
         for robot in self.robots.values():
-            self._emit(self._readings.odom(robot))
+            self._emit(self.readings.odom(robot))
 
     # --- time -----------------------------------------------------------------------------------------------------
 
@@ -322,7 +326,7 @@ class Simulator:
         telling = (self.generation, self.now)
         if self._told != telling and self.interest.clock:
             self._told = telling
-            self._emit(self._readings.clock())
+            self._emit(self.readings.clock())
 
     def take(self, until: float, most: int, *, idle: bool = True) -> bool:
         """Take some of what is due at *until* or before, events and samples; at one instant events come first.

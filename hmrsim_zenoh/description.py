@@ -60,7 +60,8 @@ class Description:
         """Return the handshake."""
         self._info = self._info or self._described()
         time = self._time()
-        return encoding.dump({**self._info, "clock": time.clock, "real_time_factor": time.real_time_factor})
+        now = {"clock": time.clock, "real_time_factor": time.real_time_factor}
+        return encoding.dump({**self._info, **now, "planner_present": self._simulator.plans.present})
 
     def route_graph(self) -> bytes:
         """Return the ways that are open to the robots."""
@@ -77,7 +78,13 @@ class Description:
             "hmrsim": hmrsim.__version__,
             "world": {"name": world.name, "hash": world_hash(world), "units": world.units},
             "robots": [
-                {"name": name, "type": robot.type, "components": list(robot.components), "actions": serves[name]}
+                {
+                    "name": name,
+                    "type": robot.type,
+                    "components": list(robot.components),
+                    "actions": serves[name],
+                    "planner": robot.planner,
+                }
                 for name, robot in simulator.robots.items()
             ],
             "actions": simulator.dispatcher.servers.actions_of(WORLD),

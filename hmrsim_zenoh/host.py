@@ -31,6 +31,8 @@ from hmrsim_zenoh.tokens import MOST_TOKENS, Tokens
 if TYPE_CHECKING:
     from hmrsim.gateway import Sink
     from hmrsim.world import LoadedWorld
+    from hmrsim_zenoh.ros2.server import Ros2Server
+    from hmrsim_zenoh.ros2.wires import Wire
 
 _log = logging.getLogger(__name__)
 
@@ -61,6 +63,7 @@ class HostSettings:
         result_timeout: Wall seconds that a result is kept; negative for ever.
         keep_results: Most ended goals that a robot remembers.
         max_payload: Bytes that a request may have.
+        wires: The wires of ROS 2 that are spoken, beside the JSON wire.
     """
 
     clock: str = REALTIME
@@ -81,6 +84,7 @@ class HostSettings:
     result_timeout: float = 900.0
     keep_results: int = 1000
     max_payload: int = MAX_PAYLOAD
+    wires: tuple[Wire, ...] = ()
 
 
 def _warn_of_lag(lag: float) -> None:
@@ -135,16 +139,19 @@ class Host:
         self.error: BaseException | None = None
         self._reason = "the simulation has ended"
         self._ended = threading.Event()
-        self._session, self.endpoints = open_server(options)
+        self._session, self.endpoints = open_server(options, join=bool(settings.wires))
         try:
             self._refuse_second()
             self._description = Description(self.simulator, lambda: self.pacing.state)
             self._tokens = Tokens(self._session, self._keys)
             self._server = self._serve()
+            self._ros2 = self._serve_ros2()
         except BaseException:
             self._session.close()
             raise
         self.simulator.attach(self._server)
+        for ros2 in self._ros2:
+            self.simulator.attach(ros2)
         self.pacing = Pacing(
             self.simulator,
             self._server.inbox,
@@ -168,6 +175,8 @@ class Host:
             max_payload=settings.max_payload,
         )
         self._server.on_roster = self._follow
+        for ros2 in self._ros2:
+            ros2.submit, ros2.planner = self.pacing.submit, self._server.planner
         self._participants = self._watch_participants()
         self._thread = threading.Thread(target=self._run, name="hmrsim-simulation", daemon=True)
 
@@ -186,6 +195,8 @@ class Host:
     def start(self) -> None:
         """Run the simulation in its thread, and tell the network that it is there."""
         self._tokens.declare(self.simulator.robots.keys())
+        for ros2 in self._ros2:
+            ros2.start()
         self._thread.start()
 
     def wait(self, timeout: float | None = None) -> bool:
@@ -202,7 +213,10 @@ class Host:
         self._server.close()
         if self._thread.is_alive():
             self._thread.join(_STOP_SECONDS)
+        self._server.inbox.leave()
         self._session.close()
+        for server in (self._server, *self._ros2):
+            server.join()
 
     def _run(self) -> None:
         """Run the simulation; whatever ends it, every goal gets its verdict, and the network learns of the end."""
@@ -220,7 +234,9 @@ class Host:
     def _finish(self) -> None:
         with ExitStack() as afterwards:
             afterwards.callback(self._tokens.undeclare)
-            afterwards.callback(self._server.finish, self.pacing.submit)
+            for ros2 in self._ros2:
+                afterwards.callback(ros2.close)
+            afterwards.callback(self._server.finish, self.pacing.submit, self.simulator.answer)
             self.simulator.stop(self._reason)
 
     def _refuse_second(self) -> None:
@@ -252,9 +268,26 @@ class Host:
             max_payload=self._settings.max_payload,
         )
 
+    def _serve_ros2(self) -> list[Ros2Server]:
+        if not self._settings.wires:
+            return []
+        # Nobody else needs to load it.
+        from hmrsim_zenoh.ros2.server import open_servers  # noqa: PLC0415
+
+        return open_servers(
+            self._session,
+            self._settings.wires,
+            self.simulator,
+            self._server.inbox,
+            prefix=self._keys.prefix,
+            max_payload=self._settings.max_payload,
+        )
+
     def _follow(self) -> None:
         """Serve those who are there now; in the simulation's thread."""
-        description = self._description
+        description, cut_off = self._description, self.simulator.dispatcher.cut_off
         description.forget()
-        self._tokens.follow(self.simulator.robots.keys(), self.simulator.dispatcher.cut_off)
+        self._tokens.follow(self.simulator.robots.keys(), cut_off)
         self._server.follow(description.serves, description.aliases)
+        for ros2 in self._ros2:
+            ros2.follow(self.simulator, cut_off)

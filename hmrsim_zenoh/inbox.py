@@ -3,6 +3,9 @@
 As long as time is not paced, no Python runs in Zenoh's threads for a query: the simulation's thread takes it from
 the channel, or sleeps in the channel when there is nothing to do. A channel can't be waited for with a timeout,
 so that a paced simulation has a second thread carry queries over to a condition that can.
+
+Further key expressions have a channel and a thread each, which carries their queries over always: the simulation's
+thread can sleep in one channel only. That costs a query a tenth of a millisecond where time is not paced.
 """
 
 from __future__ import annotations
@@ -10,7 +13,8 @@ from __future__ import annotations
 import logging
 import threading
 from collections import deque
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
 
 import zenoh
 
@@ -21,6 +25,8 @@ if TYPE_CHECKING:
 
     from hmrsim.gateway import AnyCommand
 
+    Channel = zenoh.handlers.Handler[zenoh.Query]
+
 _log = logging.getLogger(__name__)
 
 _CHANNEL = 16_384
@@ -30,8 +36,20 @@ _CLOSE_SECONDS = 1.0
 """Wall seconds for refusing what came too late."""
 
 
+class _Reader(NamedTuple):
+    """Who understands the queries on a key expression.
+
+    Attributes:
+        decode: Turns a query into commands, in the simulation's thread; it answers what can't be read.
+        refuse: Answers a query that there is no room for, or that came after the end; called in any thread.
+    """
+
+    decode: Callable[[zenoh.Query], list[AnyCommand]]
+    refuse: Callable[[zenoh.Query], None]
+
+
 class QueryInbox(Inbox):
-    """An inbox that is filled by the queries on one key expression.
+    """An inbox that is filled by the queries on one key expression, and on others that `serve` adds.
 
     Args:
         session: Where to declare the queryable.
@@ -54,33 +72,52 @@ class QueryInbox(Inbox):
     ) -> None:
         super().__init__()
         self._session = session
-        self._decode = decode
-        self._refuse = refuse
+        self._reader = _Reader(decode, refuse)
         self._doorbell = doorbell
         self._most_waiting = most_waiting
-        self._queries: deque[zenoh.Query] = deque()
+        self._queries: deque[tuple[_Reader, zenoh.Query]] = deque()
         self._asleep = False
         self._carrier: threading.Thread | None = None
         # Not complete: a controller answers for its trees below the same prefix, and Zenoh asks none but one that is.
         self._queryable = session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=False)
         self._channel = self._queryable.handler
+        self._further: list[tuple[zenoh.Queryable[Channel], threading.Thread]] = []
+
+    def serve(
+        self,
+        key_expr: str,
+        *,
+        decode: Callable[[zenoh.Query], list[AnyCommand]],
+        refuse: Callable[[zenoh.Query], None],
+        complete: bool = False,
+    ) -> None:
+        """Take the queries on a further key expression, too; they are answered until `leave`.
+
+        Args:
+            key_expr: What to answer.
+            decode: As above.
+            refuse: As above; also answers what comes after `close`.
+            complete: Whether we say that we have all that there is.
+        """
+        queryable = self._session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=complete)
+        self._further.append((queryable, self._start_carrier(queryable.handler, _Reader(decode, refuse))))
 
     @property
     def waiting(self) -> bool:
         """Whether something is there to be taken; it may turn out to hold no command."""
         if not self._commands and not self._queries:
-            query = self._next_in_channel()
-            if query is not None:
-                self._queries.append(query)
+            self._take_over()
         return bool(self._commands or self._queries)
 
     def poll(self) -> AnyCommand | None:
         """Return the next command; None when there is none now, and after `close` when there will be none."""
         while not self._commands:
-            query = self._queries.popleft() if self._queries else self._next_in_channel()
-            if query is None:
+            # Whatever others carry over, the channel has its turn.
+            self._take_over()
+            if not self._queries:
                 return None
-            self._commands.extend(self._decode(query))
+            reader, query = self._queries.popleft()
+            self._commands.extend(reader.decode(query))
         return super().poll()
 
     def put(self, command: AnyCommand) -> None:
@@ -92,17 +129,18 @@ class QueryInbox(Inbox):
         super().put(command)
         self._ring()
 
-    def put_query(self, query: zenoh.Query) -> None:
-        """Add a query that came on another key expression."""
+    def put_query(self, query: zenoh.Query, reader: _Reader | None = None) -> None:
+        """Add a query that came another way; it is read as those on our own key expression if nothing else is said."""
+        reader = reader or self._reader
         with self._changed:
             taken = len(self._queries) < self._most_waiting and not self._closed
             if taken:
-                self._queries.append(query)
+                self._queries.append((reader, query))
                 self._changed.notify()
         if taken:
             self._ring()
         else:
-            self._refuse(query)
+            reader.refuse(query)
 
     def wait(self, timeout: float | None) -> None:
         """Return when something is there, the inbox was closed, or *timeout* seconds of wall time have passed."""
@@ -110,9 +148,7 @@ class QueryInbox(Inbox):
             self._sleep()
             return
         if self._carrier is None:
-            carrier = threading.Thread(target=self._carry, name="hmrsim-queries", daemon=True)
-            carrier.start()
-            self._carrier = carrier
+            self._carrier = self._start_carrier(self._channel, self._reader)
         with self._changed:
             self._changed.wait_for(lambda: self.waiting or self._closed, timeout)
 
@@ -129,14 +165,23 @@ class QueryInbox(Inbox):
         if self._carrier is not None:
             self._carrier.join(_CLOSE_SECONDS)
 
+    def leave(self) -> None:
+        """Answer nobody any more, and end all threads; after `close`."""
+        for queryable, carrier in self._further:
+            try:
+                queryable.undeclare()
+            except zenoh.ZError as error:
+                _log.debug("undeclaring a queryable: %s", error)
+            carrier.join(_CLOSE_SECONDS)
+
     def _sleep(self) -> None:
         """Wait in the channel, without a timeout."""
         self._asleep = True
         try:
             if not (self.waiting or self._closed):
-                query = self._recv()
+                query = _recv(self._channel)
                 if query is not None:
-                    self._queries.append(query)
+                    self._queries.append((self._reader, query))
         finally:
             self._asleep = False
 
@@ -149,29 +194,37 @@ class QueryInbox(Inbox):
             except zenoh.ZError as error:
                 _log.debug("the session was closed: %s", error)
 
-    def _carry(self) -> None:
-        """Carry queries from the channel to the condition until the channel is closed."""
-        while (query := self._recv()) is not None:
-            self.put_query(query)
+    def _start_carrier(self, channel: Channel, reader: _Reader) -> threading.Thread:
+        carrier = threading.Thread(target=partial(self._carry, channel, reader), name="hmrsim-queries", daemon=True)
+        carrier.start()
+        return carrier
 
-    def _next_in_channel(self) -> zenoh.Query | None:
-        """Return a query from the channel, if that is for this thread to empty.
+    def _carry(self, channel: Channel, reader: _Reader) -> None:
+        """Carry queries from a channel to the condition until the channel is closed."""
+        while (query := _recv(channel)) is not None:
+            self.put_query(query, reader)
+
+    def _take_over(self) -> None:
+        """Take the next query from the channel, if there is one and that is for this thread to empty.
 
         Of two readers one could overtake the other, and a cancel its goal. Once closed, the channel's end is waited
         for, which is near.
         """
-        if self._carrier is not None:
-            return None
-        return self._recv() if self._closed else self._try_recv()
+        if self._carrier is None:
+            query = _recv(self._channel) if self._closed else _try_recv(self._channel)
+            if query is not None:
+                self._queries.append((self._reader, query))
 
-    def _recv(self) -> zenoh.Query | None:
-        try:
-            return self._channel.recv()
-        except zenoh.ZError:
-            return None
 
-    def _try_recv(self) -> zenoh.Query | None:
-        try:
-            return self._channel.try_recv()
-        except zenoh.ZError:
-            return None
+def _recv(channel: Channel) -> zenoh.Query | None:
+    try:
+        return channel.recv()
+    except zenoh.ZError:
+        return None
+
+
+def _try_recv(channel: Channel) -> zenoh.Query | None:
+    try:
+        return channel.try_recv()
+    except zenoh.ZError:
+        return None

@@ -1,4 +1,4 @@
-"""Who listens: one declared publisher a topic tells whether anybody subscribes to it on any robot.
+"""Who listens: one declared publisher for all keys of a kind tells whether anybody subscribes to one of them.
 
 Declaring one a robot would take minutes in large worlds; Zenoh matches wildcards as well.
 """
@@ -6,90 +6,125 @@ Declaring one a robot would take minutes in large worlds; Zenoh matches wildcard
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING
+import time
+from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 import zenoh
 
-from hmrsim.gateway import Topic
-from hmrsim_zenoh.keys import Verb
-
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Hashable, Mapping
 
-    from hmrsim_zenoh.keys import Keys
+K = TypeVar("K", bound="Hashable")
+
+_LOOK_SECONDS: Final = 0.05
+"""Between two looks for who has come or gone, while anybody listens to anything."""
+_JOIN_SECONDS: Final = 1.0
 
 
-class Interest:
-    """Whether anybody listens, by topic.
+class Interest(Generic[K]):
+    """Whether anybody listens, by whatever kinds of keys there are.
 
     Args:
-        session: Where to look.
-        keys: How keys are spelled.
-        changed: Called in one of Zenoh's threads after a topic got its first listener or lost its last.
+        session: Where to look; all ends when it is closed.
+        patterns: A key expression for each kind.
+        anything: A key expression that includes all others.
+        changed: Called in a thread of its own after a kind got its first listener or lost its last.
     """
 
-    def __init__(self, session: zenoh.Session, keys: Keys, changed: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        session: zenoh.Session,
+        patterns: Mapping[K, str],
+        anything: zenoh.KeyExpr | str,
+        changed: Callable[[], None],
+    ) -> None:
         self._session = session
         self._changed = changed
         self._lock = threading.Lock()
-        self._listened: dict[Topic, bool] = dict.fromkeys(Topic, False)
+        self._listened: dict[K, bool] = {}
+        self._publishers: dict[K, zenoh.Publisher] = {}
         self._changes = 0
-        patterns = {
-            Topic.STATUS: keys.any_action(Verb.STATUS),
-            Topic.FEEDBACK: keys.any_action(Verb.FEEDBACK),
-            **{topic: keys.any_topic(topic.value) for topic in (Topic.ODOM, Topic.BATTERY_STATE, Topic.DETECTIONS)},
-            Topic.CLOCK: keys.world("clock"),
-            Topic.EVENTS: keys.world("events"),
-            Topic.MOTION: keys.world("events"),
-            Topic.TIME: keys.world("time/state"),
-        }
         # Matched by whoever listens to anything: one question where nobody does.
-        self._anything = session.declare_publisher(keys.everything())
-        # The listeners live as long as the publishers do, and these as long as this object.
-        self._publishers = {topic: self._watch(session, topic, pattern) for topic, pattern in patterns.items()}
-        for topic, publisher in self._publishers.items():
-            self._update(topic, publisher)
+        self._anything = session.declare_publisher(anything)
+        for kind, pattern in patterns.items():
+            self.watch(kind, pattern)
+        self._thread = threading.Thread(target=self._run, name="hmrsim-interest", daemon=True)
+        self._thread.start()
 
-    def __getitem__(self, topic: Topic) -> bool:
-        """Return whether anybody listens to a topic."""
-        return self._listened[topic]
+    def watch(self, kind: K, pattern: str) -> None:
+        """Look for listeners to one more kind, too."""
+        publisher = self._session.declare_publisher(pattern)
+        with self._lock:
+            self._publishers[kind], self._listened[kind] = publisher, False
+            self._update(kind)
+
+    def __contains__(self, kind: object) -> bool:
+        """Return whether a kind is watched."""
+        return kind in self._publishers
+
+    def __getitem__(self, kind: K) -> bool:
+        """Return whether anybody listens to a kind of keys."""
+        return self._listened[kind]
 
     def look(self) -> int:
         """Look for listeners where there were none; return how often anything has changed.
 
-        Zenoh tells of a listener in a thread of its own, which may be after the request that the same client made
-        next: whoever subscribes and then sends a goal must see all of it.
+        Whoever subscribes and then sends a goal must see all of it.
         """
         if _matched(self._anything):
-            for topic, listened in self._listened.items():
-                if not listened:
-                    self._update(topic, self._publishers[topic])
+            with self._lock:
+                for kind, listened in self._listened.items():
+                    if not listened:
+                        self._update(kind)
         return self._changes
 
     def in_key(self, key: str) -> bool:
-        """Return whether anybody listens to a key just now; slower than to ask for a topic."""
+        """Return whether anybody listens to a key just now; slower than to ask for a kind."""
         publisher = self._session.declare_publisher(key)
         try:
             return _matched(publisher)
         finally:
             publisher.undeclare()
 
-    def _watch(self, session: zenoh.Session, topic: Topic, pattern: str) -> zenoh.Publisher:
-        publisher = session.declare_publisher(pattern)
+    def join(self) -> None:
+        """Wait for the end of the thread, after the session was closed.
 
-        def update(_status: zenoh.MatchingStatus) -> None:
-            self._update(topic, publisher)
-            self._changed()
+        One that comes back from Zenoh when Python has ended takes the process down with it.
+        """
+        self._thread.join(_JOIN_SECONDS)
 
-        publisher.declare_matching_listener(zenoh.handlers.Callback(update))
-        return publisher
+    def _run(self) -> None:
+        """Take note of who comes and goes, until the session is closed.
 
-    def _update(self, topic: Topic, publisher: zenoh.Publisher) -> None:
-        """Note what is so now: what a listener was told may be out of date already."""
+        A listener for each kind would need a thread of its own: Zenoh's, which a Python callback keeps waiting for the
+        GIL, stands still for 10 s when the session is closed meanwhile.
+        """
+        listener = self._anything.declare_matching_listener(zenoh.handlers.RingChannel(1))
+        try:
+            while not self._session.is_closed():
+                if self._anyone():
+                    time.sleep(_LOOK_SECONDS)
+                else:
+                    listener.recv()
+        except zenoh.ZError:
+            return
+
+    def _anyone(self) -> bool:
+        """Return whether anybody listens to anything, after a look at all."""
+        there = _matched(self._anything)
         with self._lock:
-            matched = _matched(publisher)
-            self._changes += matched != self._listened[topic]
-            self._listened[topic] = matched
+            before = self._changes
+            for kind in self._listened:
+                self._update(kind)
+            changed = self._changes != before
+        if changed:
+            self._changed()
+        return there
+
+    def _update(self, kind: K) -> None:
+        listened = _matched(self._publishers[kind])
+        self._changes += listened != self._listened[kind]
+        self._listened[kind] = listened
 
 
 def _matched(publisher: zenoh.Publisher) -> bool:

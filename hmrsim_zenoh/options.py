@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.command_line import ENVIRONMENT
+from hmrsim_zenoh.endpoints import check_endpoint
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.keys import DEFAULT_PREFIX, Keys
 
@@ -79,8 +80,6 @@ def session_options(args: argparse.Namespace) -> SessionOptions:
 
 
 def _endpoint(flag: str, text: str) -> str:
-    from hmrsim_zenoh.session import check_endpoint  # noqa: PLC0415 - as above
-
     try:
         check_endpoint(flag, text)
     except BadOptions as error:

@@ -7,7 +7,6 @@ but `interest` runs in the simulation's thread.
 from __future__ import annotations
 
 import logging
-import time
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -42,6 +41,7 @@ from hmrsim_zenoh.inbox import QueryInbox
 from hmrsim_zenoh.interest import Interest
 from hmrsim_zenoh.keys import WORLD, Verb
 from hmrsim_zenoh.requests import Asked, Requests
+from hmrsim_zenoh.thinning import Thinning
 from hmrsim_zenoh.time_requests import TIME_STATE, encoded
 
 if TYPE_CHECKING:
@@ -59,9 +59,6 @@ _BUSY = "too many requests are waiting; try again later"
 _ENDED = "the simulation has ended"
 
 _BLOCK, _DROP = zenoh.CongestionControl.BLOCK, zenoh.CongestionControl.DROP
-
-_LEAST_WALL_SECONDS = 1 / 20
-"""Between two feedback messages of one goal: there are never more than 20 a wall second."""
 
 
 class Server:
@@ -103,7 +100,7 @@ class Server:
         self._declares = declare
         self._keys = keys
         self._actions = actions
-        self._sent: dict[str, float] = {}
+        self._thinning = Thinning()
         # Where each is published, by the name that it is known by here.
         self._feedback_keys: dict[tuple[str, str], list[zenoh.KeyExpr | str]] = {}
         self._status_keys: dict[tuple[str, str], list[zenoh.KeyExpr | str]] = {}
@@ -130,7 +127,7 @@ class Server:
             doorbell=keys.doorbell(),
         )
         self._changes_told = 0
-        self._interest = Interest(session, keys, self._interest_changed)
+        self._interest = Interest(session, _patterns(keys), keys.everything(), self._interest_changed)
         self._history = session.declare_queryable(
             keys.history(), zenoh.handlers.Callback(self.inbox.put_query), complete=False
         )
@@ -149,15 +146,24 @@ class Server:
         """Take no more queries; the simulation's thread wakes and ends."""
         self.inbox.close()
 
-    def finish(self, submit: Callable[[AnyCommand], None]) -> None:
-        """Answer what waits still when the simulation has ended: all but new goals and services can be."""
+    def join(self) -> None:
+        """Wait until nothing of it runs any more, after the session was closed."""
+        self._interest.join()
+
+    def finish(self, submit: Callable[[AnyCommand], None], answer: Callable[[Any, Any], None]) -> None:
+        """Answer what waits still when the simulation has ended, on whichever wire it came.
+
+        Args:
+            submit: Takes all but new goals and services.
+            answer: Sends the answer to those.
+        """
         self.close()
         while (command := self.inbox.poll()) is not None:
             if isinstance(command, SendGoal):
-                answer = self._requests.not_served(command.action, command.goal_id, "not_ready", _ENDED)
-                self._emit_answer(Answered(command.reply_to, answer))
+                refusal = self._requests.not_served(command.action, command.goal_id, "not_ready", _ENDED)
+                answer(command.reply_to, refusal)
             elif isinstance(command, CallService):
-                self._emit_answer(Answered(command.reply_to, Refused("", None, _ENDED)))
+                answer(command.reply_to, Refused("", None, _ENDED))
             else:
                 submit(command)
 
@@ -225,7 +231,7 @@ class Server:
 
     def _emit_change(self, event: GoalChanged) -> None:
         if event.status.terminal:
-            self._sent.pop(event.goal_id, None)
+            self._thinning.forget(event.goal_id)
         if self._interest[Topic.EVENTS]:
             self._put_event(event)
 
@@ -243,12 +249,8 @@ class Server:
                 self._put(key, payload, encoding.STATUS, reliable=True)
 
     def _emit_feedback(self, event: FeedbackSent) -> None:
-        if not self._interest[Topic.FEEDBACK]:
+        if not (self._interest[Topic.FEEDBACK] and self._thinning.passes(event)):
             return
-        now = time.monotonic()
-        if not event.last and now - self._sent.get(event.goal_id, -1.0) < _LEAST_WALL_SECONDS:
-            return
-        self._sent[event.goal_id] = now
         payload = encoding.feedback_message(event.goal_id, event.feedback)
         mime = encoding.of_action(self._actions[event.action], "FeedbackMessage")
         for key in self._keys_of(self._feedback_keys, event, Verb.FEEDBACK):
@@ -302,3 +304,16 @@ class Server:
             # The session was closed, as whoever publishes will find out, too.
             return key
         return declared
+
+
+def _patterns(keys: Keys) -> dict[Topic, str]:
+    """Return the keys on which each topic is published."""
+    return {
+        Topic.STATUS: keys.any_action(Verb.STATUS),
+        Topic.FEEDBACK: keys.any_action(Verb.FEEDBACK),
+        **{topic: keys.any_topic(topic.value) for topic in (Topic.ODOM, Topic.BATTERY_STATE, Topic.DETECTIONS)},
+        Topic.CLOCK: keys.world("clock"),
+        Topic.EVENTS: keys.world("events"),
+        Topic.MOTION: keys.world("events"),
+        Topic.TIME: keys.world("time/state"),
+    }

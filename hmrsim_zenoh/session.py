@@ -6,30 +6,30 @@ The simulator is its own router, so no zenohd is needed. Multicast scouting is o
 from __future__ import annotations
 
 import json
+import logging
 import re
-import socket
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import zenoh
 
+from hmrsim_zenoh.endpoints import DEFAULT_ENDPOINT, check_endpoint, with_port
 from hmrsim_zenoh.errors import BadOptions, NobodyThere, PortTaken
 from hmrsim_zenoh.keys import DEFAULT_PREFIX
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
+_log = logging.getLogger(__name__)
 
 Mode = Literal["peer", "client", "router"]
 
-_PROTOCOLS: Final = ("tcp", "udp", "tls", "quic", "ws", "unixsock-stream")
-_DATAGRAMS: Final = ("udp", "quic")
-_ENDPOINT: Final = re.compile(r"(?P<protocol>[^/]+)/(?P<address>[^?#]+)(?P<rest>[?#].*)?")
-_HOST_PORT: Final = re.compile(r"(?P<host>\[[^\]]+\]|[^:\[\]]+):(?P<port>[0-9]{1,5})")
-_LAST_PORT: Final = 65535
 _PORT_TRIES: Final = 5
+
+_LOOPBACK: Final = "tcp/127.0.0.1:0"
+_JOIN_TIMEOUT: Final = 2.0
+"""Wall seconds in which another Zenoh has to answer."""
 
 # Zenoh's own retry begins at 1 s: a tool that starts along with its simulator would wait that long.
 _RETRY: Final = {"period_init_ms": 20, "period_max_ms": 200, "period_increase_factor": 1.05}
@@ -59,12 +59,14 @@ class SessionOptions:
 
     Attributes:
         connect: Endpoints to connect to, such as ``tcp/10.0.0.7:7447``, of which one has to answer; for tools
-            `DEFAULT_ENDPOINT` if none.
-        listen: Endpoints to listen on; for the simulator `DEFAULT_ENDPOINT` if none and it connects to none.
+            *default* if none.
+        listen: Endpoints to listen on; for the simulator *default* if none and it connects to none.
         mode: Zenoh's mode; None for what fits.
         config_file: A Zenoh configuration, JSON5; what the other options say comes first.
         prefix: What all keys begin with.
         timeout: Wall seconds to reach a simulator.
+        default: Where simulators and tools meet if nothing is said. Zenoh tries all addresses of a name, so that
+            ``tcp/localhost:7447`` finds it, too, where localhost is ``::1`` first.
     """
 
     connect: tuple[str, ...] = ()
@@ -73,6 +75,7 @@ class SessionOptions:
     config_file: Path | None = None
     prefix: str = DEFAULT_PREFIX
     timeout: float = 5.0
+    default: str = DEFAULT_ENDPOINT
 
 
 DEFAULT_OPTIONS: Final = SessionOptions()
@@ -90,16 +93,23 @@ def open_client(options: SessionOptions = DEFAULT_OPTIONS) -> zenoh.Session:
     """
     settings = _Settings(options)
     if not (settings.connect or settings.listen):
-        settings.connect = (DEFAULT_ENDPOINT,)
+        settings.connect = (options.default,)
     settings.mode = settings.mode or ("peer" if settings.listen else "client")
     return settings.open("start `hmrsim run WORLD` or name another endpoint with --connect")
 
 
-def open_server(options: SessionOptions = DEFAULT_OPTIONS) -> tuple[zenoh.Session, tuple[str, ...]]:
+def open_server(
+    options: SessionOptions = DEFAULT_OPTIONS, *, join: bool = False
+) -> tuple[zenoh.Session, tuple[str, ...]]:
     """Return a session for a simulator, and the endpoints that it listens on.
 
     Close it, or the process may not end. Port 0 becomes a free port. With endpoints to connect to and none to listen
     on, it doesn't listen.
+
+    Args:
+        options: Where to be found.
+        join: Whether to join, as a peer, another Zenoh that listens where we would if nothing is said: who looks for a
+            router there, such as ROS, finds us by what that one tells of us.
 
     Raises:
         PortTaken: Somebody else listens there.
@@ -107,16 +117,27 @@ def open_server(options: SessionOptions = DEFAULT_OPTIONS) -> tuple[zenoh.Sessio
         BadOptions: An endpoint or the configuration makes no sense.
     """
     settings = _Settings(options)
+    may_join = join and not (settings.connect or settings.listen) and settings.mode in {None, "peer"}
     if not (settings.connect or settings.listen):
         if settings.mode == "client":
-            settings.connect = (DEFAULT_ENDPOINT,)
+            settings.connect = (options.default,)
         else:
-            settings.listen = (DEFAULT_ENDPOINT,)
+            settings.listen = (options.default,)
     settings.mode = settings.mode or ("router" if settings.listen else "client")
+    try:
+        return _open_server(settings)
+    except PortTaken as taken:
+        if not may_join:
+            raise
+        return _join(options, taken)
+
+
+def _open_server(settings: _Settings) -> tuple[zenoh.Session, tuple[str, ...]]:
+    """Open a session that stays alive in memory, with port 0 made free ports."""
     settings.wait_before_close = _WAIT_BEFORE_CLOSE
     wanted = settings.listen
     for tries_left in reversed(range(_PORT_TRIES)):
-        settings.listen = tuple(_with_port(str(endpoint)) for endpoint in wanted)
+        settings.listen = tuple(with_port(str(endpoint)) for endpoint in wanted)
         try:
             session = settings.open("start a Zenoh router there or name another with --connect")
         except PortTaken:
@@ -127,6 +148,24 @@ def open_server(options: SessionOptions = DEFAULT_OPTIONS) -> tuple[zenoh.Sessio
             _never_deallocated.append(session)
             return session, settings.listen
     raise AssertionError
+
+
+def _join(options: SessionOptions, taken: PortTaken) -> tuple[zenoh.Session, tuple[str, ...]]:
+    """Open a session that connects to whoever has taken our endpoint.
+
+    Raises:
+        PortTaken: As before, as it is no Zenoh.
+    """
+    there = options.default
+    settings = _Settings(replace(options, mode="peer", connect=(there,), listen=(_LOOPBACK,), timeout=_JOIN_TIMEOUT))
+    settings.must_connect = True
+    try:
+        session, endpoints = _open_server(settings)
+    except NobodyThere:
+        raise taken from None
+    # A warning, as whoever runs us may not have set up any log yet, and would miss less.
+    _log.warning("%s is taken by another Zenoh, which we join; we ourselves listen on %s", there, _listed(endpoints))
+    return session, endpoints
 
 
 class _Settings:
@@ -144,6 +183,7 @@ class _Settings:
         self.connect: tuple[Any, ...] = options.connect or _endpoints(self._config, "connect", self.mode)
         self.listen: tuple[Any, ...] = options.listen or _endpoints(self._config, "listen", self.mode)
         self.wait_before_close: int | None = None
+        self.must_connect = False
 
     def open(self, advice: str) -> zenoh.Session:
         """Open the session; *advice* is what to do when nobody answers."""
@@ -198,7 +238,7 @@ class _Settings:
             # Implicit shared memory can fail under load: https://github.com/eclipse-zenoh/zenoh/issues/2628
             "transport/shared_memory/enabled": False,
         }
-        if not self.listen:
+        if self.must_connect or not self.listen:
             # Who listens, too, can do without those it connects to, a peer without some of them: Zenoh goes on trying.
             values["connect/exit_on_failure"] = not self._has_choice
             once = self._has_choice and self.mode == "client"
@@ -252,50 +292,6 @@ def _endpoints(config: zenoh.Config, side: str, mode: str | None) -> tuple[Any, 
     if isinstance(found, dict):
         found = found.get(mode or "", [])
     return tuple(found)
-
-
-def check_endpoint(flag: str, endpoint: str) -> None:
-    """Refuse what Zenoh would try in vain until the timeout.
-
-    Args:
-        flag: ``--connect`` or ``--listen``.
-        endpoint: What to connect to, or to listen on.
-
-    Raises:
-        BadOptions: It is no endpoint; the text begins with the flag.
-    """
-    expected = "expected PROTOCOL/ADDRESS, such as tcp/127.0.0.1:7447"
-    match = _ENDPOINT.fullmatch(endpoint)
-    if not match:
-        raise BadOptions(f"{flag} {endpoint!r} is no endpoint; {expected}")
-    if match["protocol"] not in _PROTOCOLS:
-        raise BadOptions(f"{flag} {endpoint!r}: no protocol {match['protocol']!r}; there are {', '.join(_PROTOCOLS)}")
-    if match["protocol"] == "unixsock-stream":
-        return
-    address = _HOST_PORT.fullmatch(match["address"])
-    lowest = 1 if flag == "--connect" else 0
-    if not address or not lowest <= int(address["port"]) <= _LAST_PORT:
-        raise BadOptions(
-            f"{flag} {endpoint!r}: {match['address']!r} is not HOST:PORT with a port of {lowest} to 65535; {expected}"
-        )
-
-
-def _with_port(endpoint: str) -> str:
-    """Return an endpoint with a free port in place of port 0; Zenoh would not tell which one it took."""
-    match = _ENDPOINT.fullmatch(endpoint)
-    address = _HOST_PORT.fullmatch(match["address"]) if match else None
-    if not match or not address or int(address["port"]) != 0:
-        return endpoint
-    host = address["host"].strip("[]")
-    kind = socket.SOCK_DGRAM if match["protocol"] in _DATAGRAMS else socket.SOCK_STREAM
-    try:
-        family = socket.getaddrinfo(host, 0, type=kind)[0][0]
-        with socket.socket(family, kind) as probe:
-            probe.bind((host, 0))
-            port = probe.getsockname()[1]
-    except OSError as error:
-        raise BadOptions(f"--listen {endpoint!r}: {error.strerror}") from None
-    return f"{match['protocol']}/{address['host']}:{port}{match['rest'] or ''}"
 
 
 def _first_line(error: zenoh.ZError) -> str:

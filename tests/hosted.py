@@ -15,11 +15,14 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
+_ANYWHERE = SessionOptions(listen=("tcp/127.0.0.1:0",))
+
+
 @contextmanager
-def hosted(world: object = None, **settings: Any) -> Iterator[SessionOptions]:
+def hosted(world: object = None, *, options: SessionOptions = _ANYWHERE, **settings: Any) -> Iterator[SessionOptions]:
     """Serve a world, the small one if none is given; yields what a client connects with."""
     model = World.model_validate(world or SMALL_WORLD)
     loaded: Any = SimpleNamespace(world=model, hash=world_hash(model), warnings=(), path=None)
-    with Host(loaded, SessionOptions(listen=("tcp/127.0.0.1:0",)), HostSettings(**settings)) as host:
+    with Host(loaded, options, HostSettings(**settings)) as host:
         host.start()
         yield SessionOptions(connect=host.endpoints)

@@ -18,6 +18,7 @@ from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.goal_summary import summary
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
+from hmrsim.cli.ros2_options import add_ros2_options, ros2_wires
 from hmrsim.cli.run_log import GoalLog, Later, LogLines
 from hmrsim.cli.time_options import TIME_STANDS, add_run_options, add_time_options
 from hmrsim.cli.tracing import traced
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from hmrsim.cli.run_table import RobotTable
     from hmrsim.interfaces.message import Message
     from hmrsim.world import LoadedWorld
+    from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.session import SessionOptions
 
 _EXAMPLES: Final = f"""\
@@ -46,6 +48,8 @@ examples:
   hmrsim run hospital --clock lockstep --participants nurses,porters --trace run.jsonl
   hmrsim run my_map.yaml --robot wall_e@3,4:fetcher --item medicine@9,2.3:0.2
   hmrsim run hospital --listen tcp/0.0.0.0:7447 --duration 600 --json
+  hmrsim run scenario1 --ros2
+  hmrsim run hospital --ros2 --ros-domain-id 7 --ros-distro jazzy --ros-distro kilted
 
 {ENVIRONMENT}"""
 
@@ -70,6 +74,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_run_options(parser)
     add_time_options(parser)
     _add_server_options(parser)
+    add_ros2_options(parser)
     add_session_options(parser)
     add_log_options(parser, default="info")
     parser.add_argument("--json", action="store_true", help="say that it is ready as one JSON object")
@@ -106,13 +111,13 @@ def _add_server_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(args: argparse.Namespace) -> int:
-    options = session_options(args)
+    options, wires = session_options(args), ros2_wires(args)
     loaded = read_world(args)
     for problem in loaded.warnings:
         warn(line_of(problem))
     if args.clock == REALTIME and args.real_time_factor == 0 and args.duration < math.inf:
         warn(f"--duration {args.duration:g}: as fast as possible, {TIME_STANDS}")
-    host = Host(loaded, options, _settings(args))
+    host = Host(loaded, options, _settings(args, wires))
     with host, traced(args.trace, host.simulator) as trace, _shown(host, loaded, log_level(args)) as table:
         if trace is not None:
             host.pacing.on_wait.append(trace.flush)
@@ -138,7 +143,7 @@ def _serve(host: Host, table: RobotTable | None, tell_ready: Callable[[], None])
         host.stop()
 
 
-def _settings(args: argparse.Namespace) -> HostSettings:
+def _settings(args: argparse.Namespace, wires: tuple[Wire, ...]) -> HostSettings:
     return HostSettings(
         clock=args.clock,
         real_time_factor=args.real_time_factor,
@@ -158,6 +163,7 @@ def _settings(args: argparse.Namespace) -> HostSettings:
         result_timeout=args.result_timeout,
         keep_results=args.keep_results,
         max_payload=args.max_payload,
+        wires=wires,
     )
 
 

@@ -88,6 +88,13 @@ class PoseWithCovariance(Message):
     covariance: Covariance = Field(default_factory=_no_covariance)
 
 
+class PoseWithCovarianceStamped(Message):
+    """A pose and how sure it is, with its frame and time."""
+
+    header: Header = Field(default_factory=Header)
+    pose: PoseWithCovariance = Field(default_factory=PoseWithCovariance)
+
+
 class Transform(Message):
     """How one frame lies in another."""
 

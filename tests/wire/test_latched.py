@@ -27,7 +27,8 @@ def test_info_tells_what_the_world_is(shared):
         info["real_time_factor"],
     )
     assert ("small", 64) == (info["world"]["name"], len(info["world"]["hash"]))
-    assert {"name": "cart", "type": "carrier", "components": [], "actions": ["navigate_to_pose", "wait"]} == {
+    cart = {"name": "cart", "type": "carrier", "components": [], "planner": "graph"}
+    assert {**cart, "actions": ["navigate_to_pose", "wait"]} == {
         **info["robots"][2],
         "actions": [name for name in info["robots"][2]["actions"] if name in ("navigate_to_pose", "wait", "pickup")],
     }

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import IntEnum
 from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Final, get_args, get_origin
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 _TYPE_IDS: Final = MappingProxyType(
     {
+        "": 1,  # nested
         "int8": 2,
         "uint8": 3,
         "int16": 4,
@@ -36,26 +38,46 @@ _TYPE_IDS: Final = MappingProxyType(
         "string": 17,
     }
 )
-_NESTED: Final = 1
-_FIXED, _BOUNDED, _UNBOUNDED = 48, 96, 144
+_OFFSET: Final = 48
+
+
+class Kind(IntEnum):
+    """How many of its type a field holds."""
+
+    SINGLE = 0
+    ARRAY = 1
+    BOUNDED = 2
+    UNBOUNDED = 3
 
 
 @dataclass(frozen=True)
-class FieldType:
-    """What a field holds.
+class Field:
+    """One field of a ROS type.
 
     Attributes:
-        type_id: The number of the type, with the offset of an array.
+        name: Its name in ROS.
+        primitive: The primitive type of what it holds; empty if that is *nested*.
+        kind: Whether it holds one, or several.
         capacity: Items of a fixed array, or the most that a bounded sequence may have; else 0.
         nested: The structure that is nested, or None for a primitive.
+        path: The names under which our message has the value, outermost first; None if it has no such value.
+            Without any, what is nested is spread: its fields are those of our message that nests it.
     """
 
-    type_id: int
+    name: str
+    primitive: str = ""
+    kind: Kind = Kind.SINGLE
     capacity: int = 0
     nested: Structure | None = None
+    path: tuple[str, ...] | None = None
+
+    @property
+    def type_id(self) -> int:
+        """The number of the type, with the offset of an array."""
+        return _TYPE_IDS[self.primitive] + _OFFSET * self.kind
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Structure:
     """A ROS type: its name, and its fields in order.
 
@@ -63,7 +85,7 @@ class Structure:
     """
 
     name: str
-    fields: tuple[tuple[str, FieldType], ...]
+    fields: tuple[Field, ...]
 
     def describe(self) -> dict[str, Any]:
         """Return the description of this type and of all that it nests, in the order that is hashed."""
@@ -82,7 +104,7 @@ class Structure:
 
 
 # C and C++ have no empty structures, so ROS puts this field into a message that has none.
-_PADDING: Final = ("structure_needs_at_least_one_member", FieldType(_TYPE_IDS["uint8"]))
+PADDING: Final = Field("structure_needs_at_least_one_member", "uint8")
 
 
 @cache
@@ -95,10 +117,10 @@ def structure(cls: type[Message]) -> Structure:
     fields = []
     for name, info in cls.model_fields.items():
         try:
-            fields.append((name, _field_type(info.annotation, info.metadata)))
+            fields.append(_field(name, info.annotation, info.metadata))
         except TypeError as error:
             raise TypeError(f"{cls.ros_type}: field {name!r}: {error}") from None
-    return Structure(cls.ros_type, tuple(fields) or (_PADDING,))
+    return Structure(cls.ros_type, tuple(fields) or (PADDING,))
 
 
 def type_description(cls: type[Message]) -> dict[str, Any]:
@@ -113,7 +135,7 @@ def rihs01(cls: type[Message]) -> str:
 
 
 def _collect(outer: Structure, found: dict[str, Structure]) -> None:
-    for _, field in outer.fields:
+    for field in outer.fields:
         if field.nested is not None and field.nested.name not in found:
             found[field.nested.name] = field.nested
             _collect(field.nested, found)
@@ -124,7 +146,7 @@ def _individual(described: Structure) -> dict[str, Any]:
         "type_name": described.name,
         "fields": [
             {
-                "name": name,
+                "name": field.name,
                 "type": {
                     "type_id": field.type_id,
                     "capacity": field.capacity,
@@ -132,27 +154,27 @@ def _individual(described: Structure) -> dict[str, Any]:
                     "nested_type_name": field.nested.name if field.nested else "",
                 },
             }
-            for name, field in described.fields
+            for field in described.fields
         ],
     }
 
 
-def _field_type(annotation: object, metadata: Iterable[object]) -> FieldType:
+def _field(name: str, annotation: object, metadata: Iterable[object]) -> Field:
     if get_origin(annotation) is Annotated:
         annotation, *metadata = get_args(annotation)
     if get_origin(annotation) is not list:
-        return _item_type(annotation, metadata)
-    item = _field_type(get_args(annotation)[0], ())
+        return _single(name, annotation, metadata)
+    item = _field(name, get_args(annotation)[0], ())
     array = next((mark for mark in metadata if isinstance(mark, Array)), None)
     if array is None:
-        return FieldType(item.type_id + _UNBOUNDED, nested=item.nested)
-    return FieldType(item.type_id + (_BOUNDED if array.bounded else _FIXED), array.size, item.nested)
+        return replace(item, kind=Kind.UNBOUNDED)
+    return replace(item, kind=Kind.BOUNDED if array.bounded else Kind.ARRAY, capacity=array.size)
 
 
-def _item_type(annotation: object, metadata: Iterable[object]) -> FieldType:
+def _single(name: str, annotation: object, metadata: Iterable[object]) -> Field:
     if isinstance(annotation, type) and issubclass(annotation, Message):
-        return FieldType(_NESTED, nested=structure(annotation))
+        return Field(name, nested=structure(annotation), path=(name,))
     for mark in metadata:
         if isinstance(mark, Primitive):
-            return FieldType(_TYPE_IDS[mark.name])
+            return Field(name, mark.name, path=(name,))
     raise TypeError(f"{annotation!r} has no ROS type; a Message or a primitive of interfaces.message has")

@@ -1,0 +1,61 @@
+"""Endpoints: whether a text is one, and which port a free one gets."""
+
+from __future__ import annotations
+
+import re
+import socket
+from typing import Final
+
+from hmrsim_zenoh.errors import BadOptions
+
+DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
+
+_PROTOCOLS: Final = ("tcp", "udp", "tls", "quic", "ws", "unixsock-stream")
+_DATAGRAMS: Final = ("udp", "quic")
+_ENDPOINT: Final = re.compile(r"(?P<protocol>[^/]+)/(?P<address>[^?#]+)(?P<rest>[?#].*)?")
+_HOST_PORT: Final = re.compile(r"(?P<host>\[[^\]]+\]|[^:\[\]]+):(?P<port>[0-9]{1,5})")
+_LAST_PORT: Final = 65535
+
+
+def check_endpoint(flag: str, endpoint: str) -> None:
+    """Refuse what Zenoh would try in vain until the timeout.
+
+    Args:
+        flag: ``--connect`` or ``--listen``.
+        endpoint: What to connect to, or to listen on.
+
+    Raises:
+        BadOptions: It is no endpoint; the text begins with the flag.
+    """
+    expected = "expected PROTOCOL/ADDRESS, such as tcp/127.0.0.1:7447"
+    match = _ENDPOINT.fullmatch(endpoint)
+    if not match:
+        raise BadOptions(f"{flag} {endpoint!r} is no endpoint; {expected}")
+    if match["protocol"] not in _PROTOCOLS:
+        raise BadOptions(f"{flag} {endpoint!r}: no protocol {match['protocol']!r}; there are {', '.join(_PROTOCOLS)}")
+    if match["protocol"] == "unixsock-stream":
+        return
+    address = _HOST_PORT.fullmatch(match["address"])
+    lowest = 1 if flag == "--connect" else 0
+    if not address or not lowest <= int(address["port"]) <= _LAST_PORT:
+        raise BadOptions(
+            f"{flag} {endpoint!r}: {match['address']!r} is not HOST:PORT with a port of {lowest} to 65535; {expected}"
+        )
+
+
+def with_port(endpoint: str) -> str:
+    """Return an endpoint with a free port in place of port 0; Zenoh would not tell which one it took."""
+    match = _ENDPOINT.fullmatch(endpoint)
+    address = _HOST_PORT.fullmatch(match["address"]) if match else None
+    if not match or not address or int(address["port"]) != 0:
+        return endpoint
+    host = address["host"].strip("[]")
+    kind = socket.SOCK_DGRAM if match["protocol"] in _DATAGRAMS else socket.SOCK_STREAM
+    try:
+        family = socket.getaddrinfo(host, 0, type=kind)[0][0]
+        with socket.socket(family, kind) as probe:
+            probe.bind((host, 0))
+            port = probe.getsockname()[1]
+    except OSError as error:
+        raise BadOptions(f"--listen {endpoint!r}: {error.strerror}") from None
+    return f"{match['protocol']}/{address['host']}:{port}{match['rest'] or ''}"

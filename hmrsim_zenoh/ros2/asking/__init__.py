@@ -1,0 +1,1 @@
+"""What ROS clients ask: requests in, replies out."""

@@ -1,0 +1,187 @@
+"""Functions that read messages in CDR, made for one type each: the counterparts of `encoders`.
+
+They read little-endian bytes, and what they raise says little: `careful` knows better.
+"""
+
+from __future__ import annotations
+
+import struct
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from hmrsim_zenoh.ros2.codec.layout import FORMATS, HEADER, Leaf, Run, containers, least_size, leaves, size_of
+from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_PRELUDE = {"unpack": struct.unpack_from, "flags": (False, True)}
+
+
+@cache
+def decoder(described: Structure) -> Callable[[bytes], dict[str, Any]]:
+    """Return what makes plain values of a message's bytes; it raises anything if it can't."""
+    read = _reader(described, HEADER)
+    return lambda data: read(data, HEADER, len(data))[0]
+
+
+@cache
+def _reader(described: Structure, start: int | None = None) -> Callable[[bytes, int, int], tuple[dict[str, Any], int]]:
+    """Return a function that takes bytes, where in them a message begins, and their end; returns it and its end.
+
+    Args:
+        described: The message's type.
+        start: Where it always begins; None if here and there.
+    """
+    code = _Code(start)
+    for leaf in leaves(described):
+        code.add(leaf)
+    for path in containers(described):
+        code.nest(path)
+    return code.function(described.name)
+
+
+class _Code:
+    def __init__(self, start: int | None) -> None:
+        self._lines: list[str] = []
+        self._names: dict[str, Any] = dict(_PRELUDE)
+        self._at = start
+        self._count = 0
+        self._codes: list[str] = []
+        self._targets: list[str] = []
+        self._values: dict[str, Any] = {}
+
+    def function(self, name: str) -> Callable[[bytes, int, int], tuple[dict[str, Any], int]]:
+        """Return what was added, as a function."""
+        self._flush()
+        body = "\n    ".join([*self._lines, f"return {_literal(self._values)}, pos"])
+        source = f"def read(data, pos, end):\n    {body}\n"
+        exec(compile(source, f"<reader of {name}>", "exec"), self._names)  # noqa: S102 - made of nothing but field names
+        read: Callable[[bytes, int, int], tuple[dict[str, Any], int]] = self._names["read"]
+        return read
+
+    def nest(self, path: tuple[str, ...]) -> dict[str, Any]:
+        """Return the dict of a nested message in what is returned; there is one even if nothing is in it."""
+        within = self._values
+        for name in path:
+            within = within.setdefault(name, {})
+        return within
+
+    def add(self, leaf: Leaf) -> None:
+        """Read one leaf's value after what was read before."""
+        field = leaf.field
+        if field.kind is Kind.SINGLE:
+            value = self._single(field)
+        elif field.kind is Kind.ARRAY and field.primitive in FORMATS:
+            value = self._numbers(field)
+        else:
+            value = self._list(field)
+        if leaf.path is not None:
+            *outer, name = leaf.path
+            self.nest(tuple(outer))[name] = value
+
+    def _name(self) -> str:
+        self._count += 1
+        return f"v{self._count}"
+
+    def _number(self, code: str) -> str:
+        name = self._name()
+        self._codes.append(code)
+        self._targets.append(name)
+        return name
+
+    def _single(self, field: Field) -> str:
+        if field.primitive == "boolean":
+            return f"flags[{self._number('B')}]"
+        if field.primitive != "string":
+            return self._number(FORMATS[field.primitive])
+        length = self._number("I")
+        self._flush()
+        self._at = None
+        text = self._name()
+        self._lines += _text(length, text)
+        return text
+
+    def _numbers(self, field: Field) -> str:
+        code = FORMATS[field.primitive]
+        if code == "B":
+            return f"list({self._number(f'{field.capacity}s')})"
+        names = [self._name() for _ in range(field.capacity)]
+        self._codes.append(f"{field.capacity}{code.replace('?', 'B')}")
+        self._targets += names
+        return f"[{', '.join(f'flags[{name}]' if code == '?' else name for name in names)}]"
+
+    def _list(self, field: Field) -> str:
+        count = str(field.capacity) if field.kind is Kind.ARRAY else self._number("I")
+        self._flush()
+        self._at = None
+        items = self._name()
+        if field.kind is Kind.BOUNDED:
+            self._lines.append(f"if {count} > {field.capacity}: raise ValueError")
+        if field.primitive in FORMATS:
+            self._lines += _block(FORMATS[field.primitive], items, count)
+            return items
+        if field.nested is not None:
+            read = f"read{len(self._names)}"
+            self._names[read] = _reader(field.nested)
+            item = [f"item, pos = {read}(data, pos, end)"]
+        else:
+            item = ["pos += -pos & 3", "(size,) = unpack('<I', data, pos)", "pos += 4", *_text("size", "item")]
+        # No room is made for more than there can be.
+        self._lines.append(f"if {count} * {least_size(field)} > end - pos: raise ValueError")
+        self._lines += [f"{items} = []", f"for _ in range({count}):"]
+        self._lines += [f"    {line}" for line in [*item, f"{items}.append(item)"]]
+        return items
+
+    def _flush(self) -> None:
+        """Read the numbers that wait."""
+        if not self._codes:
+            return
+        run, name = Run(tuple(self._codes)), f"run{len(self._names)}"
+        targets = f"({', '.join(self._targets)},)"
+        if self._at is not None:
+            packed = run.packed(self._at)
+            self._at += packed.size
+            self._lines += [f"{targets} = {name}(data, pos)", f"pos = {self._at}"]
+            self._names[name] = packed.unpack_from
+        elif run.shifts:
+            self._lines += [f"{targets} = {name}[pos & 7](data, pos)", f"pos += {name}_size[pos & 7]"]
+            self._names[name] = run.each(lambda packed: packed.unpack_from)
+            self._names[f"{name}_size"] = run.each(lambda packed: packed.size)
+        else:
+            packed = run.packed(0)
+            self._lines += [f"{targets} = {name}(data, pos)", f"pos += {packed.size}"]
+            self._names[name] = packed.unpack_from
+        self._codes, self._targets = [], []
+
+
+def _text(length: str, target: str) -> list[str]:
+    """Return lines that read a text of so many bytes; of none, the byte before it, which is zero, is its last."""
+    return [
+        f"pos += {length}",
+        "if pos > end: raise ValueError",
+        f"{target} = (data[pos - {length}:pos - 1] if not data[pos - 1] else data[pos - {length}:pos]).decode()",
+    ]
+
+
+def _block(code: str, items: str, count: str) -> list[str]:
+    """Return lines that read numbers one after the other."""
+    size = size_of(code)
+    read = {
+        "B": "list(data[start:pos])",
+        "?": "[flags[byte] for byte in data[start:pos]]",
+    }.get(code, f"list(unpack(f'<{{{count}}}{code}', data, start))")
+    return [
+        f"{items} = []",
+        f"if {count}:",
+        f"    start = pos + ({HEADER} - pos & {size - 1})",
+        f"    pos = start + {size} * {count}",
+        "    if pos > end: raise ValueError",
+        f"    {items} = {read}",
+    ]
+
+
+def _literal(values: Any) -> str:
+    if isinstance(values, str):
+        return values
+    return f"{{{', '.join(f'{name!r}: {_literal(value)}' for name, value in values.items())}}}"

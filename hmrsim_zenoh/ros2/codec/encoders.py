@@ -1,0 +1,185 @@
+"""Functions that write messages as CDR, made for one type each: a hundred times as fast as field by field.
+
+They take messages and dicts and nothing else, and what they raise says little: `careful` knows better.
+"""
+
+from __future__ import annotations
+
+import struct
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from hmrsim_zenoh.ros2.codec.layout import FORMATS, HEADER, LITTLE_ENDIAN, Leaf, Run, leaves, size_of
+from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_PRELUDE = {
+    "pack": struct.pack,
+    "zeros": [bytes(n) for n in range(8)],
+    "lengths": [struct.Struct(f"<{n}xI").pack for n in range(4)],
+}
+
+
+@cache
+def encoder(described: Structure) -> Callable[[Any], bytes]:
+    """Return what makes bytes of a message; it raises anything if it can't."""
+    write = _writer(described, HEADER)
+
+    def encode(values: Any) -> bytes:
+        parts = [LITTLE_ENDIAN]
+        write(values, parts.append, HEADER)
+        return b"".join(parts)
+
+    return encode
+
+
+@cache
+def _writer(described: Structure, start: int | None = None) -> Callable[[Any, Callable[[bytes], None], int], int]:
+    """Return a function that puts out the parts of a message that begins at its last argument; returns the end.
+
+    Args:
+        described: The message's type.
+        start: Where it always begins; None if here and there.
+    """
+    code = _Code(start)
+    for leaf in leaves(described):
+        code.add(leaf)
+    return code.function(described.name)
+
+
+class _Code:
+    def __init__(self, start: int | None) -> None:
+        self._lines: list[str] = []
+        self._names: dict[str, Any] = dict(_PRELUDE)
+        self._at = start
+        self._opened: dict[tuple[str, ...], str] = {}
+        self._codes: list[str] = []
+        self._arguments: list[str] = []
+
+    def function(self, name: str) -> Callable[[Any, Callable[[bytes], None], int], int]:
+        """Return what was added, as a function."""
+        self._flush()
+        body = "\n    ".join([*self._lines, "return pos"])
+        source = f"def write(m, out, pos):\n    {body}\n"
+        exec(compile(source, f"<writer of {name}>", "exec"), self._names)  # noqa: S102 - made of nothing but field names
+        written: Callable[[Any, Callable[[bytes], None], int], int] = self._names["write"]
+        return written
+
+    def add(self, leaf: Leaf) -> None:
+        """Write one leaf's value after what was written before."""
+        field, value = leaf.field, self._value(leaf)
+        if field.kind is Kind.SINGLE:
+            self._single(field, value)
+        elif field.kind is Kind.ARRAY and field.primitive in FORMATS:
+            self._numbers(field, value)
+        else:
+            self._list(field, value)
+
+    def _value(self, leaf: Leaf) -> str:
+        """Return a name that has a leaf's value; a literal if there is none."""
+        if leaf.path is None:
+            if leaf.field.kind is Kind.SINGLE:
+                return '""' if leaf.field.primitive == "string" else "0"
+            return f"(0,) * {leaf.field.capacity}" if leaf.field.kind is Kind.ARRAY else "()"
+        *outer, name = leaf.path
+        return f"{self._container(tuple(outer))}[{name!r}]"
+
+    def _container(self, path: tuple[str, ...]) -> str:
+        """Return the name of the dict of a nested message."""
+        if path not in self._opened:
+            got = f"{self._container(path[:-1])}[{path[-1]!r}]" if path else "m"
+            name = self._opened[path] = f"d{len(self._opened)}"
+            self._lines += [f"{name} = {got}", f"if type({name}) is not dict: {name} = {name}.__dict__"]
+        return self._opened[path]
+
+    def _name(self, value: str) -> str:
+        name = f"v{len(self._lines)}"
+        self._lines.append(f"{name} = {value}")
+        return name
+
+    def _number(self, code: str, *arguments: str) -> None:
+        self._codes.append(code)
+        self._arguments += arguments
+
+    def _single(self, field: Field, value: str) -> None:
+        if field.primitive != "string":
+            self._number(FORMATS[field.primitive], value)
+            return
+        text = self._name(f"{value}.encode()")
+        self._number("I", f"len({text}) + 1")
+        self._flush()
+        self._lines += [f"out({text})", f"pos += len({text})"]
+        self._at = None
+        self._number("x")
+
+    def _numbers(self, field: Field, value: str) -> None:
+        code = FORMATS[field.primitive]
+        numbers = self._name(value)
+        self._lines.append(f"if len({numbers}) != {field.capacity}: raise ValueError")
+        if code == "B":
+            self._number(f"{field.capacity}s", f"bytes({numbers})")
+        else:
+            self._number(f"{field.capacity}{code}", f"*{numbers}")
+
+    def _list(self, field: Field, value: str) -> None:
+        items = self._name(value)
+        if field.kind is Kind.ARRAY:
+            self._lines.append(f"if len({items}) != {field.capacity}: raise ValueError")
+        else:
+            self._number("I", f"len({items})")
+        if field.kind is Kind.BOUNDED:
+            self._lines.append(f"if len({items}) > {field.capacity}: raise ValueError")
+        self._flush()
+        self._at = None
+        if field.nested is not None:
+            write = f"write{len(self._names)}"
+            self._names[write] = _writer(field.nested)
+            self._lines.append(f"for item in {items}: pos = {write}(item, out, pos)")
+        elif field.primitive == "string":
+            self._texts(items)
+        else:
+            self._block(FORMATS[field.primitive], items)
+
+    def _texts(self, items: str) -> None:
+        self._lines += [
+            f"for text in {items}:",
+            "    text = text.encode() + b'\\0'",
+            "    pad = -pos & 3",
+            "    out(lengths[pad](len(text)))",
+            "    out(text)",
+            "    pos += pad + 4 + len(text)",
+        ]
+
+    def _block(self, code: str, items: str) -> None:
+        size = size_of(code)
+        block = f"bytes({items})" if code == "B" else f"pack(f'<{{len({items})}}{code}', *{items})"
+        self._lines += [
+            f"if len({items}):",
+            f"    pad = {HEADER} - pos & {size - 1}",
+            "    if pad: out(zeros[pad])",
+            f"    out({block})",
+            f"    pos += pad + {size} * len({items})",
+        ]
+
+    def _flush(self) -> None:
+        """Write the numbers that wait."""
+        if not self._codes:
+            return
+        run, name = Run(tuple(self._codes)), f"run{len(self._names)}"
+        arguments = ", ".join(self._arguments)
+        if self._at is not None:
+            packed = run.packed(self._at)
+            self._at += packed.size
+            self._lines += [f"out({name}({arguments}))", f"pos = {self._at}"]
+            self._names[name] = packed.pack
+        elif run.shifts:
+            self._lines += [f"out({name}[pos & 7]({arguments}))", f"pos += {name}_size[pos & 7]"]
+            self._names[name] = run.each(lambda packed: packed.pack)
+            self._names[f"{name}_size"] = run.each(lambda packed: packed.size)
+        else:
+            packed = run.packed(0)
+            self._lines += [f"out({name}({arguments}))", f"pos += {packed.size}"]
+            self._names[name] = packed.pack
+        self._codes, self._arguments = [], []

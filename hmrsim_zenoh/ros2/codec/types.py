@@ -1,0 +1,143 @@
+"""Types of messages, services and actions as one distribution of ROS 2 has them: names, hashes and codecs.
+
+All comes from our models. A hash or a codec is made when it is first asked for, once for all who have the type.
+Where two distributions have the same type, they get the same object.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
+from hmrsim_zenoh.ros2.codec import derived
+from hmrsim_zenoh.ros2.codec.cdr import decoder, encoder
+from hmrsim_zenoh.ros2.codec.distros import OURS, structure_in
+from hmrsim_zenoh.ros2.codec.rihs01 import Structure, structure
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from hmrsim.interfaces.message import Message
+
+
+@dataclass(frozen=True, eq=False)
+class MessageType:
+    """A message type as one distribution has it."""
+
+    structure: Structure
+
+    @property
+    def name(self) -> str:
+        """The name, such as ``nav2_msgs/action/NavigateToPose_FeedbackMessage``."""
+        return self.structure.name
+
+    @cached_property
+    def dds_name(self) -> str:
+        """The name as it is in keys: ``nav2_msgs::action::dds_::NavigateToPose_FeedbackMessage_``."""
+        return dds_name(self.name)
+
+    @cached_property
+    def hash(self) -> str:
+        """``RIHS01_`` and the hash in hex."""
+        return self.structure.hash()
+
+    @cached_property
+    def encode(self) -> Callable[[Message | Mapping[str, Any]], bytes]:
+        """What makes bytes of a message, or of its plain values; raises `CdrError` where that can't be done."""
+        return encoder(self.structure)
+
+    @cached_property
+    def decode(self) -> Callable[[bytes], dict[str, Any]]:
+        """What makes plain values of bytes, as a model validates them; raises `CdrError` where that can't be done."""
+        return decoder(self.structure)
+
+
+@dataclass(frozen=True, eq=False)
+class ServiceType:
+    """A service type as one distribution has it."""
+
+    structure: Structure
+    request: MessageType
+    response: MessageType
+
+    @property
+    def name(self) -> str:
+        """The name, such as ``nav2_msgs/action/NavigateToPose_SendGoal``."""
+        return self.structure.name
+
+    @cached_property
+    def dds_name(self) -> str:
+        """The name as it is in keys."""
+        return dds_name(self.name)
+
+    @cached_property
+    def hash(self) -> str:
+        """The service's hash, which is in keys."""
+        return self.structure.hash()
+
+
+@dataclass(frozen=True)
+class ActionType:
+    """An action type as one distribution has it."""
+
+    name: str
+    send_goal: ServiceType
+    cancel_goal: ServiceType
+    get_result: ServiceType
+    feedback: MessageType
+    status: MessageType
+
+
+def message_type(cls: type[Message], distro: str = OURS) -> MessageType:
+    """Return the type of a message.
+
+    Raises:
+        ValueError: No such distribution is known.
+    """
+    return _message(structure_in(distro, structure(cls)))
+
+
+def service_type(name: str, request: type[Message], response: type[Message], distro: str = OURS) -> ServiceType:
+    """Return the type of a service, such as ``simulation_interfaces/srv/SpawnEntity``.
+
+    Raises:
+        ValueError: No such distribution is known.
+    """
+    return _service(distro, name, structure(request), structure(response))
+
+
+def action_type(
+    name: str, goal: type[Message], result: type[Message], feedback: type[Message], distro: str = OURS
+) -> ActionType:
+    """Return the type of an action, such as ``nav2_msgs/action/NavigateToPose``.
+
+    Raises:
+        ValueError: No such distribution is known.
+    """
+    return _action(
+        name,
+        _service(distro, f"{name}_SendGoal", *derived.send_goal(name, structure(goal))),
+        service_type("action_msgs/srv/CancelGoal", CancelGoal.Request, CancelGoal.Response, distro),
+        _service(distro, f"{name}_GetResult", *derived.get_result(name, structure(result))),
+        _message(structure_in(distro, derived.feedback_message(name, structure(feedback)))),
+        message_type(GoalStatusArray, distro),
+    )
+
+
+def dds_name(name: str) -> str:
+    """Return a type's name as it is in keys."""
+    package, kind, short = name.split("/")
+    return f"{package}::{kind}::dds_::{short}_"
+
+
+def _service(distro: str, name: str, request: Structure, response: Structure) -> ServiceType:
+    whole, *parts = (structure_in(distro, one) for one in (derived.service(name, request, response), request, response))
+    return _one_service(whole, *map(_message, parts))
+
+
+# What is made of the same is the same, whoever asks and for whichever distribution.
+_message = cache(MessageType)
+_one_service = cache(ServiceType)
+_action = cache(ActionType)

@@ -1,0 +1,123 @@
+"""Whether two sides mean the same type: which hashes the distributions have, and what to do where they differ."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from functools import cache
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from hmrsim.actions import registry as all_actions
+from hmrsim.services import registry as all_services
+from hmrsim_zenoh.keys import WORLD
+from hmrsim_zenoh.ros2.codec.distros import DISTROS
+from hmrsim_zenoh.ros2.keys import NO_HASH
+from hmrsim_zenoh.ros2.names import WORLD_NODE
+from hmrsim_zenoh.ros2.publishing.endpoints import (
+    AMCL_POSE,
+    BATTERY_STATE,
+    CLOCK,
+    DETECTIONS,
+    ODOM,
+    TF,
+    Endpoints,
+    Part,
+)
+from hmrsim_zenoh.ros2.wires import RmwZenoh
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Iterator, Mapping
+
+_TOPICS: Final = (CLOCK, TF, ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE)
+
+Spoken = tuple[str, str]
+"""A type as keys have it, and its hash."""
+
+
+class Difference(NamedTuple):
+    """Why two sides don't understand each other.
+
+    Attributes:
+        what: What both have.
+        remedy: What to do.
+    """
+
+    what: str
+    remedy: str
+
+
+@cache
+def known() -> Mapping[str, Mapping[str, tuple[str, ...]]]:
+    """Return the distributions that have a type with a hash: by the type's name in keys, and by the hash."""
+    found: defaultdict[str, dict[str, tuple[str, ...]]] = defaultdict(dict)
+    for distro in DISTROS:
+        for type_, hash_ in _all_of(distro):
+            found[type_][hash_] = (*found[type_].get(hash_, ()), distro)
+    return dict(found)
+
+
+def distros_of(spoken: Collection[Spoken]) -> tuple[str, ...]:
+    """Return the distributions whose types are all there, as far as there is a type of that name."""
+    names = {type_ for type_, _ in spoken} & known().keys()
+    return tuple(
+        distro
+        for distro in DISTROS
+        if names and all(any((type_, hash_) in spoken for hash_ in _hashes(type_, distro)) for type_ in names)
+    )
+
+
+def difference(theirs: Spoken, ours: Collection[Spoken], *, simulator: bool = True) -> Difference:
+    """Return why a client does not understand a server, and what to do.
+
+    Args:
+        theirs: What the client speaks.
+        ours: What the server speaks on the same name.
+        simulator: Whether the server is a simulator.
+    """
+    type_, hash_ = theirs
+    by_hash = known().get(type_, {})
+    # In order of the distributions.
+    hashes = sorted({each for name, each in ours if name == type_}, key=lambda each: (by_hash.get(each, ("~",)), each))
+    if not hashes:
+        types = " or ".join(sorted({ros_name(name) for name, _ in ours}))
+        return Difference(f"its type is {ros_name(type_)}, the server's {types}", f"use {types}")
+    what = f"its hash is {_told(type_, hash_)}, the server's {', '.join(_told(type_, each) for each in hashes)}"
+    if hash_ == NO_HASH:
+        return Difference(what, f"humble is not served; use {_or(DISTROS)}")
+    package = type_.partition("::")[0]
+    distros = by_hash.get(hash_, ())
+    if not simulator:
+        return Difference(what, f"have client and server built against the same {package}")
+    if distros:
+        return Difference(what, f"start `hmrsim run --ros2` with --ros-distro {distros[0]}, or without --ros-distro")
+    served = [distro for each in hashes for distro in by_hash.get(each, ())]
+    return Difference(what, f"build the client's workspace against {package} of {_or(served or DISTROS)}")
+
+
+def ros_name(type_: str) -> str:
+    """Return a type's name as ROS's tools show it: ``nav2_msgs/action/NavigateToPose_SendGoal``."""
+    package, _, rest = type_.partition("::")
+    kind, _, short = rest.partition("::dds_::")
+    return f"{package}/{kind}/{short.removesuffix('_')}" if short else type_
+
+
+def _hashes(type_: str, distro: str) -> Iterator[str]:
+    return (hash_ for hash_, distros in known()[type_].items() if distro in distros)
+
+
+def _told(type_: str, hash_: str) -> str:
+    if hash_ == NO_HASH:
+        return f"{hash_} (humble)"
+    return f"{hash_} ({', '.join(known().get(type_, {}).get(hash_, ())) or 'of no distribution known here'})"
+
+
+def _or(words: Iterable[str]) -> str:
+    *most, last = dict.fromkeys(words)
+    return f"{', '.join(most)} or {last}" if most else last
+
+
+def _all_of(distro: str) -> set[Spoken]:
+    """Return all that a simulator may have in a distribution."""
+    actions, services = all_actions(), all_services()
+    everything = Part(WORLD, tuple((f"/{name}", name) for name in actions), _TOPICS, (("/get_state", WORLD_NODE),))
+    owned = Endpoints(RmwZenoh(distros=(distro,)), actions, services).of(everything)
+    return {(endpoint.type, endpoint.hash) for _, endpoint in owned}

@@ -1,0 +1,1 @@
+"""What ROS hears of us: nodes and endpoints, messages on topics."""

@@ -1,0 +1,199 @@
+"""What we have on a wire, as data: which node has which publishers and services, and of which types."""
+
+from __future__ import annotations
+
+from functools import cache, cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
+
+from hmrsim.interfaces.action_msgs import GoalStatusArray
+from hmrsim.interfaces.geometry_msgs import PoseWithCovarianceStamped
+from hmrsim.interfaces.lifecycle_msgs import GetState
+from hmrsim.interfaces.nav_msgs import Odometry
+from hmrsim.interfaces.rosgraph_msgs import Clock
+from hmrsim.interfaces.sensor_msgs import BatteryState
+from hmrsim.interfaces.tf2_msgs import TFMessage
+from hmrsim.interfaces.vision_msgs import Detection3DArray
+from hmrsim_zenoh.keys import WORLD
+from hmrsim_zenoh.ros2.codec.types import MessageType, ServiceType, action_type, message_type, service_type
+from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, TF_QOS, Endpoint, Kind, Node
+from hmrsim_zenoh.ros2.names import LOCALIZATION, OTHER_NODE, WORLD_NODE, node_of, ros_services
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Iterator, Mapping
+
+    from hmrsim.actions import AnyAction
+    from hmrsim.interfaces.message import Message
+    from hmrsim.services import AnyService
+    from hmrsim_zenoh.ros2.codec.types import ActionType
+    from hmrsim_zenoh.ros2.names import Names
+    from hmrsim_zenoh.ros2.wires import Wire
+
+FIRST: Final = "navigate_to_pose"
+"""What all robots have before any of them has all else."""
+
+ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE = "odom", "battery_state", "detections", "amcl_pose"
+CLOCK, TF = "clock", "tf"
+
+_MESSAGES: Final[Mapping[str, type[Message]]] = MappingProxyType(
+    {
+        ODOM: Odometry,
+        BATTERY_STATE: BatteryState,
+        DETECTIONS: Detection3DArray,
+        AMCL_POSE: PoseWithCovarianceStamped,
+        CLOCK: Clock,
+        TF: TFMessage,
+    }
+)
+_QOS: Final = MappingProxyType({AMCL_POSE: LATCHED_QOS, TF: TF_QOS})
+
+T = TypeVar("T", MessageType, ServiceType)
+
+
+class Owned(NamedTuple):
+    """An endpoint, and the node that has it."""
+
+    node: Node
+    endpoint: Endpoint
+
+
+class Part(NamedTuple):
+    """Some of what is there, which comes and goes as a whole.
+
+    Attributes:
+        robot: Whose it is; `WORLD` for the world's.
+        actions: The names of actions, and the actions that they stand for.
+        topics: The topics.
+        states: The services that tell nodes' states, and the nodes.
+    """
+
+    robot: str
+    actions: tuple[tuple[str, str], ...]
+    topics: tuple[str, ...] = ()
+    states: tuple[tuple[str, Node], ...] = ()
+
+
+def parts(names: Names, lost: Collection[str] = ()) -> list[Part]:
+    """Return what is there, what is needed first first; nothing of robots to which the connection is lost."""
+    actions: dict[str, list[tuple[str, str]]] = {robot: [] for robot in names.serves}
+    for name, (robot, action) in names.actions.items():
+        actions[robot].append((name, action))
+    states: dict[str, list[tuple[str, Node]]] = {f"/{robot}": [] for robot in names.serves}
+    for name, node in names.lifecycle.items():
+        states[node.namespace].append((name, node))
+    robots = [robot for robot in names.serves if robot not in lost and robot != WORLD]
+    return [
+        Part(WORLD, tuple(actions.get(WORLD, ())), (CLOCK, TF)),
+        *(Part(robot, tuple(one for one in actions[robot] if one[1] == FIRST)) for robot in robots),
+        *(
+            Part(
+                robot,
+                tuple(one for one in actions[robot] if one[1] != FIRST),
+                tuple(_topics(names, robot)),
+                tuple(states[f"/{robot}"]),
+            )
+            for robot in robots
+        ),
+    ]
+
+
+def _topics(names: Names, robot: str) -> Iterator[str]:
+    yield from (ODOM, TF, AMCL_POSE)
+    if robot in names.powered:
+        yield BATTERY_STATE
+    if robot in names.seeing:
+        yield DETECTIONS
+
+
+def topic_name(robot: str, topic: str) -> str:
+    """Return the name of a robot's topic, or of the world's."""
+    return f"/{topic}" if robot in ("", WORLD) else f"/{robot}/{topic}"
+
+
+class Endpoints:
+    """The endpoints of all that can be there, on one wire.
+
+    Args:
+        wire: How keys are spelled, and whose types are spoken.
+        actions: All actions by name.
+        services: The world's services by name.
+    """
+
+    def __init__(self, wire: Wire, actions: Mapping[str, AnyAction], services: Mapping[str, AnyService]) -> None:
+        self._wire = wire
+        self._actions = actions
+        self._services = ros_services(services)
+        self._action_types = cache(self._made_action_types)
+        self._roles = cache(self._made_roles)
+        self.feedback_types = cache(self._made_feedback_types)
+        self.message_type = cache(self._made_message_type)
+
+    @cached_property
+    def status_type(self) -> MessageType:
+        """The type of status lists."""
+        return message_type(GoalStatusArray, self._wire.distros[0])
+
+    def of(self, part: Part) -> Iterator[Owned]:
+        """Yield the endpoints of a part."""
+        for name, action in part.actions:
+            node = node_of(part.robot, action)
+            for kind, role, type_, qos in self._roles(action):
+                yield Owned(node, Endpoint(kind, f"{name}/_action/{role}", type_.dds_name, type_.hash, qos))
+        for topic in part.topics:
+            yield self._topic(part.robot, topic)
+        for name, node in part.states:
+            yield from self._service(node, name, "lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response)
+        for name, service in self._services.items() if part.robot == WORLD else ():
+            yield from self._service(WORLD_NODE, name, service.ros_type, service.request, service.response)
+
+    def topic(self, robot: str, topic: str) -> Endpoint:
+        """Return the publisher of a topic."""
+        return self._topic(robot, topic).endpoint
+
+    def _topic(self, robot: str, topic: str) -> Owned:
+        type_ = self.message_type(topic)
+        endpoint = Endpoint(
+            Kind.PUBLISHER, topic_name(robot, topic), type_.dds_name, type_.hash, _QOS.get(topic, DEFAULT_QOS)
+        )
+        if robot == WORLD:
+            return Owned(WORLD_NODE, endpoint)
+        return Owned(Node(f"/{robot}", LOCALIZATION if topic == AMCL_POSE else OTHER_NODE), endpoint)
+
+    def _service(self, node: Node, name: str, ros_type: str, request: type, response: type) -> Iterator[Owned]:
+        types = (service_type(ros_type, request, response, distro) for distro in self._wire.distros)
+        for type_ in self._distinct(types):
+            yield Owned(node, Endpoint(Kind.SERVICE, name, type_.dds_name, type_.hash))
+
+    def _distinct(self, types: Iterable[T]) -> list[T]:
+        """Return the types that have keys of their own; the first of those that share one."""
+        found: dict[str, T] = {}
+        for one in types:
+            found.setdefault(self._wire.key("/any", one.dds_name, one.hash), one)
+        return list(found.values())
+
+    def _made_action_types(self, name: str) -> list[ActionType]:
+        action = self._actions[name]
+        kinds = (action.ros_type, action.goal, action.result, action.feedback)
+        return [action_type(*kinds, distro) for distro in self._wire.distros]
+
+    def _made_feedback_types(self, action: str) -> list[MessageType]:
+        return self._distinct(one.feedback for one in self._action_types(action))
+
+    def _made_message_type(self, topic: str) -> MessageType:
+        return message_type(_MESSAGES[topic], self._wire.distros[0])
+
+    def _made_roles(self, action: str) -> list[tuple[Kind, str, MessageType | ServiceType, str]]:
+        types = self._action_types(action)
+        return [
+            *((Kind.SERVICE, "send_goal", one, DEFAULT_QOS) for one in self._distinct(one.send_goal for one in types)),
+            *(
+                (Kind.SERVICE, "cancel_goal", one, DEFAULT_QOS)
+                for one in self._distinct(one.cancel_goal for one in types)
+            ),
+            *(
+                (Kind.SERVICE, "get_result", one, DEFAULT_QOS)
+                for one in self._distinct(one.get_result for one in types)
+            ),
+            *((Kind.PUBLISHER, "feedback", one, DEFAULT_QOS) for one in self.feedback_types(action)),
+            (Kind.PUBLISHER, "status", self.status_type, LATCHED_QOS),
+        ]

@@ -1,0 +1,137 @@
+"""The topics of actions: the statuses of their goals, and feedback."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from hmrsim.gateway import Topic
+from hmrsim_zenoh.keys import WORLD
+from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, Endpoint, Kind
+from hmrsim_zenoh.ros2.publishing.statuses import Statuses
+from hmrsim_zenoh.thinning import Thinning
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from hmrsim.gateway import FeedbackSent, StatusChanged
+    from hmrsim_zenoh.interest import Interest
+    from hmrsim_zenoh.ros2.codec.types import MessageType
+    from hmrsim_zenoh.ros2.names import Names
+    from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
+    from hmrsim_zenoh.ros2.publishing.outlets import Outlet, Outlets
+    from hmrsim_zenoh.ros2.wires import Wire
+
+_OF_ROBOTS, _OF_WORLD = "/*/*/_action/feedback", "/*/_action/feedback"
+"""The names of all feedback."""
+_KINDS: Final = (_OF_ROBOTS, _OF_WORLD)
+
+
+class _Layout(NamedTuple):
+    """Feedback as some distributions have it."""
+
+    type: MessageType
+    listened: str
+    """What says in `Interest` whether anybody listens to it, on any robot."""
+    outlets: list[Outlet]
+
+
+class _Goals(NamedTuple):
+    """Where it is published how the goals of one action of one robot fare."""
+
+    statuses: Statuses
+    status: list[Outlet]
+    feedback: list[_Layout]
+
+
+def patterns(wire: Wire) -> dict[str, str]:
+    """Return the keys on which feedback is published."""
+    return {kind: wire.key(kind) for kind in _KINDS}
+
+
+class GoalTopics:
+    """Publishes statuses always, as the last is for those who come later, and feedback for those who listen.
+
+    Args:
+        wire: How keys are spelled.
+        endpoints: The publishers' types.
+        outlets: Where to publish.
+        interest: Who listens.
+    """
+
+    def __init__(self, wire: Wire, endpoints: Endpoints, outlets: Outlets, interest: Interest[str]) -> None:
+        self._wire = wire
+        self._endpoints = endpoints
+        self._outlets = outlets
+        self._interest = interest
+        self._thinning = Thinning()
+        # What is latched must be held until the network knows of its publishers.
+        self._there: dict[str, dict[str, _Goals]] = {}
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether statuses or feedback are needed."""
+        if topic is Topic.FEEDBACK:
+            return any(self._interest[kind] for kind in _KINDS)
+        return topic is Topic.STATUS
+
+    def begin(self, robot: str, names: Names) -> None:
+        """Say of all actions of a robot that there are no goals yet."""
+        type_ = self._endpoints.status_type
+        there = self._there[robot] = {}
+        for action in names.serves[robot]:
+            outlets = self._of(names.of_actions.get((robot, action), ()), "status", type_, LATCHED_QOS)
+            there[action] = _Goals(Statuses(type_), outlets, [])
+            for outlet in outlets:
+                outlet.send(type_.encode({"status_list": []}))
+
+    def knows(self, robot: str) -> bool:
+        """Return whether a robot's goals are published."""
+        return robot in self._there
+
+    def end(self, robot: str) -> None:
+        """Publish nothing of a robot any more."""
+        self._there.pop(robot, None)
+
+    def forget(self, goal_id: str) -> None:
+        """Drop what is known of a goal, as it has ended."""
+        self._thinning.forget(goal_id)
+
+    def emit_status(self, event: StatusChanged) -> None:
+        """Publish the statuses of an action's goals."""
+        goals = self._goals(event)
+        if goals is not None:
+            payload = goals.statuses.encode(event.goals)
+            for outlet in goals.status:
+                outlet.send(payload)
+
+    def emit_feedback(self, event: FeedbackSent, names: Names) -> None:
+        """Publish feedback, in those layouts that somebody listens to."""
+        goals = self._goals(event)
+        if goals is None or not self.wants(Topic.FEEDBACK) or not self._thinning.passes(event):
+            return
+        if not goals.feedback:
+            goals.feedback.extend(self._layouts(event, names))
+        for layout in goals.feedback:
+            if self._interest[layout.listened] and any(layout.outlets):
+                goal_id = {"uuid": bytes.fromhex(event.goal_id)}
+                payload = layout.type.encode({"goal_id": goal_id, "feedback": event.feedback})
+                for outlet in layout.outlets:
+                    outlet.send(payload)
+
+    def _goals(self, event: StatusChanged | FeedbackSent) -> _Goals | None:
+        there = self._there.get(event.robot)
+        return there.get(event.action) if there else None
+
+    def _layouts(self, event: FeedbackSent, names: Names) -> Iterator[_Layout]:
+        called = names.of_actions.get((event.robot, event.action), ())
+        for type_ in self._endpoints.feedback_types(event.action):
+            kind = _OF_WORLD if event.robot == WORLD else _OF_ROBOTS
+            pattern = self._wire.key(kind, type_.dds_name, type_.hash)
+            if pattern not in self._interest:
+                self._interest.watch(pattern, pattern)
+            yield _Layout(type_, pattern, self._of(called, "feedback", type_, DEFAULT_QOS))
+
+    def _of(self, names: Iterable[str], role: str, type_: MessageType, qos: str) -> list[Outlet]:
+        return [
+            self._outlets.of(Endpoint(Kind.PUBLISHER, f"{name}/_action/{role}", type_.dds_name, type_.hash, qos))
+            for name in names
+        ]

@@ -1,0 +1,165 @@
+"""Where publishers put what they say: at first they are shut, and open once the network knows of them."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+import weakref
+from typing import TYPE_CHECKING, Any, Final
+
+import zenoh
+from zenoh import ext
+
+from hmrsim_zenoh.ros2.attachment import Attachment
+from hmrsim_zenoh.ros2.keys import LATCHED_QOS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim_zenoh.ros2.keys import Endpoint
+    from hmrsim_zenoh.ros2.wires import Wire
+
+_log = logging.getLogger(__name__)
+
+_DROP: Final = zenoh.CongestionControl.DROP
+_HEARTBEAT: Final = 0.5
+"""Seconds after which whoever missed the last message learns that there was one, as in rmw_zenoh."""
+
+
+class Outlet:
+    """What one publisher says, numbered from 1; nothing while it is shut."""
+
+    def __init__(self) -> None:
+        self._put: Callable[..., None] | None = None
+        self._gid: bytes | None = None
+        self._count = 0
+
+    def __bool__(self) -> bool:
+        """Return whether it is open."""
+        return self._put is not None
+
+    def open(self, put: Callable[..., None], gid: bytes | None) -> None:
+        """Begin; *put* takes what is said, and an attachment with the publisher's id unless that is None."""
+        self._gid, self._count = gid, 0
+        self._put = put
+
+    def shut(self) -> None:
+        """End."""
+        self._put = None
+
+    def send(self, payload: bytes) -> None:
+        """Say something; it is lost if the network does not take it at once."""
+        put = self._put
+        if put is None:
+            return
+        self._count += 1
+        said: dict[str, Any] = {}
+        if self._gid is not None:
+            said["attachment"] = Attachment(self._count, time.time_ns(), self._gid).to_bytes()
+        try:
+            put(payload, **said)
+        except zenoh.ZError as error:
+            _log.debug("publishing: %s", error)
+
+
+class Latched(Outlet):
+    """Likewise, of which the last is said again when it opens; from any thread."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._lock = threading.Lock()
+        self._last: bytes | None = None
+
+    def open(self, put: Callable[..., None], gid: bytes | None) -> None:
+        """Begin with what was said last."""
+        with self._lock:
+            super().open(put, gid)
+            if self._last is not None:
+                super().send(self._last)
+
+    def send(self, payload: bytes) -> None:
+        """Say something, and keep it."""
+        with self._lock:
+            self._last = payload
+            super().send(payload)
+
+
+class _Key:
+    """A key to publish on; Zenoh is told of it with the first message, as most keys never have one."""
+
+    def __init__(self, session: zenoh.Session, key: str) -> None:
+        self._session = session
+        self._key = key
+        self._declared: zenoh.KeyExpr | None = None
+
+    def put(self, payload: bytes, **said: Any) -> None:
+        # Zenoh compares a key that it does not know with all that it does.
+        if self._declared is None:
+            self._declared = self._session.declare_keyexpr(self._key)
+        self._session.put(self._declared, payload, congestion_control=_DROP, **said)
+
+    def undeclare(self) -> None:
+        if self._declared is not None:
+            self._session.undeclare(self._declared)
+
+
+class Outlets:
+    """All of one wire, by their keys.
+
+    Args:
+        session: Where they publish.
+        wire: How keys are spelled.
+    """
+
+    def __init__(self, session: zenoh.Session, wire: Wire) -> None:
+        self._session = session
+        self._wire = wire
+        self._lock = threading.Lock()
+        # Those that somebody holds, and the open ones by these.
+        self._all: weakref.WeakValueDictionary[str, Outlet] = weakref.WeakValueDictionary()
+        self._publishers: dict[str, tuple[Outlet, ext.AdvancedPublisher | _Key]] = {}
+
+    def of(self, endpoint: Endpoint) -> Outlet:
+        """Return the outlet of a publisher: always the same, as long as somebody holds it."""
+        key = self._key_of(endpoint)
+        with self._lock:
+            found = self._all.get(key)
+            if found is None:
+                found = self._all[key] = Latched() if endpoint.qos == LATCHED_QOS else Outlet()
+        return found
+
+    def open(self, endpoint: Endpoint, gid: bytes | None) -> None:
+        """Declare a publisher, and let it speak.
+
+        Raises:
+            ZError: The session is closed.
+        """
+        key = self._key_of(endpoint)
+        publisher = self._advanced(key) if endpoint.qos == LATCHED_QOS else _Key(self._session, key)
+        outlet = self.of(endpoint)
+        self._publishers[key] = outlet, publisher
+        outlet.open(publisher.put, gid)
+
+    def shut(self, endpoint: Endpoint) -> None:
+        """Let a publisher speak no more, and undeclare it.
+
+        Raises:
+            ZError: The session is closed.
+        """
+        outlet, publisher = self._publishers.pop(self._key_of(endpoint))
+        outlet.shut()
+        publisher.undeclare()
+
+    def _key_of(self, endpoint: Endpoint) -> str:
+        return self._wire.key(endpoint.name, endpoint.type, endpoint.hash)
+
+    def _advanced(self, key: str) -> ext.AdvancedPublisher:
+        return ext.declare_advanced_publisher(
+            self._session,
+            key,
+            congestion_control=_DROP,
+            cache=ext.CacheConfig(1),
+            publisher_detection=True,
+            sample_miss_detection=ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=_HEARTBEAT),
+        )

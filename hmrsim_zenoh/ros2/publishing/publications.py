@@ -1,0 +1,160 @@
+"""What a simulation publishes in ROS, and what the network is told of it."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from hmrsim.gateway import FeedbackSent, GoalChanged, Sampled, StatusChanged, Topic
+from hmrsim_zenoh.interest import Interest
+from hmrsim_zenoh.keys import WORLD
+from hmrsim_zenoh.ros2.codec.cdr import CdrError
+from hmrsim_zenoh.ros2.publishing import goal_topics, topics
+from hmrsim_zenoh.ros2.publishing.declarations import Declarations
+from hmrsim_zenoh.ros2.publishing.endpoints import AMCL_POSE, Endpoints, parts
+from hmrsim_zenoh.ros2.publishing.goal_topics import GoalTopics
+from hmrsim_zenoh.ros2.publishing.outlets import Outlets
+from hmrsim_zenoh.ros2.publishing.topics import Topics
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Mapping
+
+    from hmrsim.actions import AnyAction
+    from hmrsim.gateway import Event
+    from hmrsim.services import AnyService
+    from hmrsim_zenoh.ros2.names import Names
+    from hmrsim_zenoh.ros2.publishing.outlets import Outlet
+    from hmrsim_zenoh.ros2.wires import Wire
+
+_log = logging.getLogger(__name__)
+
+
+class Publications:
+    """Publishes on one wire. All of it but `served` and `close` is for the simulation's thread.
+
+    Args:
+        session: Where to publish; it stays the caller's to close.
+        wire: How keys are spelled.
+        names: What is served at first.
+        actions: All actions by name.
+        services: The world's services by name.
+        odom: Gives where a robot is.
+        changed: Called in another thread after a kind of topic got its first listener or lost its last.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        wire: Wire,
+        names: Names,
+        *,
+        actions: Mapping[str, AnyAction],
+        services: Mapping[str, AnyService],
+        odom: Callable[[str], Sampled],
+        changed: Callable[[], None],
+    ) -> None:
+        self._names = names
+        self._lost: frozenset[str] = frozenset()
+        self._actions = actions
+        self._odom = odom
+        self._endpoints = Endpoints(wire, actions, services)
+        self._outlets = Outlets(session, wire)
+        self._declarations = Declarations(session, wire, self._endpoints.of, self._outlets)
+        patterns = goal_topics.patterns(wire) | topics.patterns(wire)
+        self._interest = Interest(session, patterns, zenoh.KeyExpr.autocanonize(wire.key("/**")), changed)
+        self._goals = GoalTopics(wire, self._endpoints, self._outlets, self._interest)
+        self._topics = Topics(self._endpoints, self._outlets, self._interest)
+        # What is latched must be held until the network knows of its publishers.
+        self._poses: dict[str, Outlet] = {}
+        self._poses_wanted = False
+        self._served: Mapping[str, set[tuple[str, str]]] | None = None
+        self._emitters: dict[type, Callable[[Any], None]] = {
+            GoalChanged: self._emit_change,
+            StatusChanged: self._goals.emit_status,
+            FeedbackSent: lambda event: self._goals.emit_feedback(event, self._names),
+            Sampled: self._topics.emit,
+        }
+
+    def start(self) -> None:
+        """Begin to tell the network who is there, in the background."""
+        self._begin()
+
+    def follow(self, names: Names, lost: Collection[str] = ()) -> None:
+        """Publish of these robots from now on; nothing is heard of who is *lost*."""
+        gone = frozenset(lost)
+        if names == self._names and gone == self._lost:
+            return
+        before, self._names, self._lost = self._names, names, gone
+        for robot, actions in before.serves.items():
+            if robot in gone or names.serves.get(robot) != actions or names.aliases != before.aliases:
+                self._goals.end(robot)
+                self._poses.pop(robot, None)
+        self._begin()
+
+    def close(self) -> None:
+        """Have the network forget us; returns at once."""
+        self._declarations.close()
+
+    def join(self) -> None:
+        """Wait until nothing runs any more, after the session was closed."""
+        self._interest.join()
+
+    def served(self) -> Mapping[str, set[tuple[str, str]]]:
+        """Return types and hashes of all endpoints by their names; from any thread."""
+        served = self._served
+        if served is None:
+            found: dict[str, set[tuple[str, str]]] = {}
+            for part in parts(self._names, self._lost):
+                for _, endpoint in self._endpoints.of(part):
+                    found.setdefault(endpoint.name, set()).add((endpoint.type, endpoint.hash))
+            served = self._served = found
+        return served
+
+    def look(self) -> int:
+        """Look for listeners where there were none; return how often anything has changed."""
+        return self._interest.look()
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether a topic is needed for what somebody listens to; statuses always are."""
+        if topic is Topic.ODOM:
+            self._tell_poses()
+        return self._goals.wants(topic) or self._topics.wants(topic)
+
+    def emit(self, event: Event) -> None:
+        """Publish an event, if ROS has a topic for it."""
+        emit = self._emitters.get(type(event))
+        if emit is not None:
+            try:
+                emit(event)
+            except CdrError as error:
+                _log.warning("not published in ROS: %s", error)
+
+    def _begin(self) -> None:
+        """Have who was not there say how he is, and let the network know of all."""
+        self._topics.forget()
+        for robot in self._names.serves:
+            if robot not in self._lost and not self._goals.knows(robot):
+                self._goals.begin(robot, self._names)
+                if robot != WORLD:
+                    self._poses[robot] = self._outlets.of(self._endpoints.topic(robot, AMCL_POSE))
+                    self._tell_pose(robot)
+        self._served = None
+        self._declarations.want(parts(self._names, self._lost))
+
+    def _emit_change(self, event: GoalChanged) -> None:
+        if event.status.terminal:
+            self._goals.forget(event.goal_id)
+            if event.robot in self._poses and self._actions[event.action].holds_base:
+                self._tell_pose(event.robot)
+
+    def _tell_poses(self) -> None:
+        """Have all robots say where they are when somebody begins to listen: one may have been set elsewhere."""
+        before, self._poses_wanted = self._poses_wanted, self._interest[AMCL_POSE]
+        if self._poses_wanted and not before:
+            for robot in self._poses:
+                self._tell_pose(robot)
+
+    def _tell_pose(self, robot: str) -> None:
+        self._topics.tell_pose(self._odom(robot))

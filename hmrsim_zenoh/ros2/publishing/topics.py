@@ -1,0 +1,123 @@
+"""What our topics say in ROS: odometry, and all that follows from it, batteries, what sensors see, and the time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.gateway import Topic
+from hmrsim.interfaces.geometry_msgs import (
+    PoseWithCovarianceStamped,
+    Quaternion,
+    Transform,
+    TransformStamped,
+    Vector3,
+)
+from hmrsim.interfaces.nav_msgs import Odometry
+from hmrsim.interfaces.std_msgs import Header
+from hmrsim.interfaces.tf2_msgs import TFMessage
+from hmrsim_zenoh.keys import WORLD
+from hmrsim_zenoh.ros2.publishing.endpoints import AMCL_POSE, BATTERY_STATE, CLOCK, DETECTIONS, ODOM, TF
+
+if TYPE_CHECKING:
+    from hmrsim.gateway import Sampled
+    from hmrsim.interfaces.message import Message
+    from hmrsim_zenoh.interest import Interest
+    from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
+    from hmrsim_zenoh.ros2.publishing.outlets import Outlet, Outlets
+    from hmrsim_zenoh.ros2.wires import Wire
+
+ROBOT_TF: Final = "robot's tf"
+"""A robot's own transforms, as Nav2 has them where there are several robots; `TF` is those of all of them."""
+
+_PLAIN: Final = {Topic.CLOCK: CLOCK, Topic.BATTERY_STATE: BATTERY_STATE, Topic.DETECTIONS: DETECTIONS}
+OF_ODOM: Final = (ODOM, TF, ROBOT_TF, AMCL_POSE)
+"""What is made of odometry."""
+
+_BASE, _FOOTPRINT = "base_link", "base_footprint"
+_NONE: Final = Transform(translation=Vector3(), rotation=Quaternion())
+
+
+def patterns(wire: Wire) -> dict[str, str]:
+    """Return the keys on which each kind of topic is published."""
+    of_robots = {topic: wire.key(f"/*/{topic}") for topic in (ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE)}
+    return of_robots | {ROBOT_TF: wire.key(f"/*/{TF}"), TF: wire.key(f"/{TF}"), CLOCK: wire.key(f"/{CLOCK}")}
+
+
+def amcl_pose(odom: Odometry) -> PoseWithCovarianceStamped:
+    """Return where a robot believes to be."""
+    return PoseWithCovarianceStamped.model_construct(header=odom.header, pose=odom.pose)
+
+
+def tf_of_all(odom: Odometry) -> TFMessage:
+    """Return where a robot is among all others: the frame is its own."""
+    return TFMessage.model_construct(transforms=[_base(odom, odom.child_frame_id)])
+
+
+def tf_of_robot(odom: Odometry) -> TFMessage:
+    """Return the same for those who look at one robot alone: the frames are as in Nav2, without the robot's name."""
+    held = Header.model_construct(stamp=odom.header.stamp, frame_id=_FOOTPRINT)
+    base = TransformStamped.model_construct(header=held, child_frame_id=_BASE, transform=_NONE)
+    return TFMessage.model_construct(transforms=[_base(odom, _FOOTPRINT), base])
+
+
+def _base(odom: Odometry, child: str) -> TransformStamped:
+    pose = odom.pose.pose
+    at = Vector3.model_construct(x=pose.position.x, y=pose.position.y, z=pose.position.z)
+    transform = Transform.model_construct(translation=at, rotation=pose.orientation)
+    return TransformStamped.model_construct(header=odom.header, child_frame_id=child, transform=transform)
+
+
+class Topics:
+    """Publishes samples, and only what somebody listens to.
+
+    Args:
+        endpoints: The publishers' types.
+        outlets: Where to publish.
+        interest: Who listens.
+    """
+
+    def __init__(self, endpoints: Endpoints, outlets: Outlets, interest: Interest[str]) -> None:
+        self._endpoints = endpoints
+        self._outlets = outlets
+        self._interest = interest
+        self._known: dict[tuple[str, str], Outlet] = {}
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether anybody listens to what is made of a topic."""
+        if topic is Topic.ODOM:
+            return any(self._interest[kind] for kind in OF_ODOM)
+        return topic in _PLAIN and self._interest[_PLAIN[topic]]
+
+    def forget(self) -> None:
+        """Look anew at who is there."""
+        self._known.clear()
+
+    def emit(self, sample: Sampled) -> None:
+        """Publish a sample."""
+        if isinstance(sample.message, Odometry):
+            self._emit_odom(sample.robot, sample.message)
+        elif sample.topic in _PLAIN and self._interest[_PLAIN[sample.topic]]:
+            self._say(sample.robot or WORLD, _PLAIN[sample.topic], sample.message)
+
+    def _emit_odom(self, robot: str, odom: Odometry) -> None:
+        if self._interest[ODOM]:
+            self._say(robot, ODOM, odom)
+        if self._interest[TF]:
+            self._say(WORLD, TF, tf_of_all(odom))
+        if self._interest[ROBOT_TF]:
+            self._say(robot, TF, tf_of_robot(odom))
+        if self._interest[AMCL_POSE]:
+            self._say(robot, AMCL_POSE, amcl_pose(odom))
+
+    def tell_pose(self, sample: Sampled) -> None:
+        """Publish where a robot is, from its odometry, whether anybody listens or not."""
+        if isinstance(sample.message, Odometry):
+            self._say(sample.robot, AMCL_POSE, amcl_pose(sample.message))
+
+    def _say(self, robot: str, topic: str, message: Message) -> None:
+        """Publish a message; what is latched also before the network knows of the publisher."""
+        outlet = self._known.get((robot, topic))
+        if outlet is None:
+            outlet = self._known[robot, topic] = self._outlets.of(self._endpoints.topic(robot, topic))
+        if outlet or topic == AMCL_POSE:
+            outlet.send(self._endpoints.message_type(topic).encode(message))

@@ -1,0 +1,210 @@
+"""A wire of ROS 2: a query becomes a command, an event becomes a reply or a publication.
+
+It is another sink beside the JSON wire's server, and feeds the same inbox. All of it but what is told of others runs
+in the simulation's thread.
+"""
+
+from __future__ import annotations
+
+import logging
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from hmrsim.actions import registry as all_actions
+from hmrsim.errors import SimulationStopped
+from hmrsim.gateway import Answered, CallService, CancelGoal, GoalResponse, InterestChanged, SendGoal, Topic
+from hmrsim.services import registry as all_services
+from hmrsim_zenoh.errors import BadOptions
+from hmrsim_zenoh.ros2.asking.asked import Asked
+from hmrsim_zenoh.ros2.asking.catalog import Catalog
+from hmrsim_zenoh.ros2.asking.complaints import Complaints
+from hmrsim_zenoh.ros2.asking.requests import Requests
+from hmrsim_zenoh.ros2.asking.waiting import Waiting
+from hmrsim_zenoh.ros2.names import names_of
+from hmrsim_zenoh.ros2.peers import Peers
+from hmrsim_zenoh.ros2.publishing.publications import Publications
+from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterable, Mapping
+
+    import zenoh
+
+    from hmrsim.actions import AnyAction
+    from hmrsim.gateway import AnyCommand, Event, Sampled
+    from hmrsim.services import AnyService
+    from hmrsim.simulator import Simulator
+    from hmrsim_zenoh.inbox import QueryInbox
+    from hmrsim_zenoh.planner import Planner
+    from hmrsim_zenoh.ros2.keys import Address
+    from hmrsim_zenoh.ros2.names import Names
+    from hmrsim_zenoh.ros2.wires import Wire
+
+_log = logging.getLogger(__name__)
+
+def open_servers(
+    session: zenoh.Session,
+    wires: Iterable[Wire],
+    simulator: Simulator,
+    inbox: QueryInbox,
+    *,
+    prefix: str,
+    max_payload: int,
+) -> list[Ros2Server]:
+    """Return what serves a simulation, for each of some wires.
+
+    Raises:
+        BadOptions: The keys of a domain, or of a robot, begin as those of the JSON wire do.
+    """
+    begin = prefix.partition("/")[0]
+    for wire in wires:
+        if isinstance(wire, RmwZenoh) and begin == str(wire.domain):
+            raise BadOptions(f"--prefix {prefix!r} begins as the keys of ROS domain {wire.domain} do; name another")
+        if isinstance(wire, Ros2Dds) and begin in simulator.robots:
+            raise BadOptions(f"--prefix {prefix!r} begins as the keys of robot {begin!r} do; name another")
+    return [
+        Ros2Server(
+            session,
+            wire,
+            names_of(simulator),
+            inbox=inbox,
+            actions=all_actions(),
+            services=all_services(),
+            odom=lambda robot: simulator.readings.odom(simulator.robots[robot]),
+            max_payload=max_payload,
+        )
+        for wire in wires
+    ]
+
+
+class Ros2Server:
+    """Serves one simulation on one wire.
+
+    Args:
+        session: An open session; it stays the caller's to close.
+        wire: How names are spelled.
+        names: What is served.
+        inbox: Where commands go.
+        actions: All actions by name.
+        services: The world's services by name.
+        odom: Gives where a robot is.
+        max_payload: Bytes that a request may have.
+
+    Attributes:
+        submit: Takes commands at once, in the simulation's thread; to be set before it runs.
+        planner: The one outside; likewise.
+    """
+
+    submit: Callable[[AnyCommand], None]
+    planner: Planner
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        wire: Wire,
+        names: Names,
+        *,
+        inbox: QueryInbox,
+        actions: Mapping[str, AnyAction],
+        services: Mapping[str, AnyService],
+        odom: Callable[[str], Sampled],
+        max_payload: int,
+    ) -> None:
+        self._wire = wire
+        self._inbox = inbox
+        self._changes_told = 0
+        self._catalog = Catalog(names, wire.distros, actions=actions, services=services)
+        self._waiting = Waiting()
+        self._complaints = Complaints()
+        self._publications = Publications(
+            session, wire, names, actions=actions, services=services, odom=odom, changed=self._interest_changed
+        )
+        self._peers: Peers | None = None
+        if isinstance(wire, RmwZenoh):
+            self._peers = Peers(session, wire.domain, served=self._publications.served, gone=self._gone)
+        self._requests = Requests(
+            wire,
+            self._catalog,
+            waiting=self._waiting,
+            complaints=self._complaints,
+            wrong_hash=self._wrong_hash,
+            max_payload=max_payload,
+        )
+        for key_expr in wire.asked:
+            inbox.serve(key_expr, decode=self._decode, refuse=self._refuse, complete=wire.tells_types)
+
+    def start(self) -> None:
+        """Tell the network what is served, in the background."""
+        spelled = f"domain {self._wire.domain}" if isinstance(self._wire, RmwZenoh) else "as zenoh-bridge-ros2dds"
+        _log.info("ROS 2: %s, %s", spelled, ", ".join(self._wire.distros))
+        self._publications.start()
+
+    def follow(self, simulator: Simulator, lost: Collection[str]) -> None:
+        """Serve those who are there now; nothing is heard of who is lost."""
+        names = names_of(simulator)
+        self._catalog.follow(names)
+        self._publications.follow(names, lost)
+        if self._peers is not None:
+            self._peers.look()
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether anybody subscribes to a topic."""
+        return self._publications.wants(topic)
+
+    def emit(self, event: Event) -> None:
+        """Send an event to whom it concerns."""
+        if type(event) is not Answered:
+            self._publications.emit(event)
+        elif isinstance(event.reply_to, Asked) and event.reply_to.wire is self._wire:
+            self._answer(event.reply_to, event.answer)
+
+    def close(self) -> None:
+        """Declare nothing more, before the session is closed; whoever asks nevertheless is refused."""
+        self._publications.close()
+        if self._peers is not None:
+            self._peers.close()
+
+    def join(self) -> None:
+        """Wait until nothing of it runs any more, after the session was closed."""
+        self._publications.join()
+
+    def _answer(self, asked: Asked, answer: object) -> None:
+        self._waiting.answered(asked)
+        if isinstance(answer, GoalResponse) and not answer.accepted:
+            self._complaints.say(asked.client, asked.offer.name, f"rejected: {answer.error_msg}", answer.reason)
+        asked.answer(answer)
+        if isinstance(answer, GoalResponse):
+            # Who subscribes and then sends a goal must see all of it; what is to be seen comes after this answer.
+            self._look()
+
+    def _decode(self, query: zenoh.Query) -> list[AnyCommand]:
+        commands = self._requests.decode(query)
+        if commands and isinstance(commands[0], (CancelGoal, CallService)):
+            self._look()
+        if commands and isinstance(commands[0], SendGoal):
+            return [*self.planner.look(), *commands]
+        return commands
+
+    def _refuse(self, query: zenoh.Query) -> None:
+        self._requests.refuse(query, "the simulation has ended" if self._inbox.closed else "too many requests wait")
+
+    def _look(self) -> None:
+        """Tell the simulation at once if somebody has come to listen."""
+        changes = self._publications.look()
+        if changes != self._changes_told:
+            self._changes_told = changes
+            self.submit(InterestChanged())
+
+    def _interest_changed(self) -> None:
+        with suppress(SimulationStopped):
+            self._inbox.put(InterestChanged())
+
+    def _gone(self, gid: bytes) -> None:
+        """Let nobody wait for a client that has gone; in a thread of Zenoh's."""
+        with suppress(SimulationStopped):
+            for command in self._waiting.gone(gid.hex()):
+                self._inbox.put(command)
+
+    def _wrong_hash(self, address: Address, client: str) -> None:
+        if self._peers is not None:
+            self._peers.wrong_hash(address, client)

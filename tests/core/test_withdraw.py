@@ -1,0 +1,51 @@
+"""Requests for results whose senders have gone."""
+
+from __future__ import annotations
+
+import json
+
+from hmrsim.gateway import GetResult, SendGoal, Withdraw
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.trace import Trace
+from tests.simulation import simulate
+
+GOAL = "a" * 32
+SEND = SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=10)), GOAL)
+
+
+def ask(reply_to):
+    """Return the request for the result."""
+    return GetResult("wall_e", "wait", GOAL, reply_to)
+
+
+def test_who_has_gone_is_not_answered():
+    """Others who wait for the same goal are."""
+    gone, there = "gone", "there"
+    log = simulate()((0, SEND), (1, ask(gone)), (1, ask(there)), (2, Withdraw("wall_e", "wait", GOAL, gone)))
+
+    assert [] == log.answers(gone)
+    assert 1 == len(log.answers(there))
+
+
+def test_too_late():
+    """Who was answered already, or asked for a goal that there is not, is nobody."""
+    log = simulate()(
+        (0, SEND),
+        (1, ask("there")),
+        (11, Withdraw("wall_e", "wait", GOAL, "there")),
+        (12, Withdraw("wall_e", "spin", GOAL, "there")),
+    )
+
+    assert 1 == len(log.answers("there"))
+
+
+def test_no_trace():
+    """It is no command that a replay would need."""
+    run, lines = simulate(), []
+    trace = Trace(run.simulator, lines.append)
+    run((0, SEND), (1, Withdraw("wall_e", "wait", GOAL, "there")))
+    trace.close()
+
+    written = [json.loads(line) for line in "".join(lines).splitlines()]
+    assert ["send_goal"] == [line["command"] for line in written if line["kind"] == "command"]

@@ -1,0 +1,90 @@
+"""``hmrsim run WORLD --ros2`` as a process, as users start it."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+HMRSIM = Path(sys.executable).with_name("hmrsim")
+PATIENCE = 60.0
+"""Wall seconds after which a process that should have ended is a failure."""
+
+
+@dataclass(frozen=True)
+class Running:
+    """A simulator that runs.
+
+    Attributes:
+        process: The process.
+        endpoint: Where to connect.
+        log: Where its log goes.
+    """
+
+    process: subprocess.Popen[str]
+    endpoint: str
+    log: Path
+
+    @property
+    def port(self) -> str:
+        """Of the endpoint."""
+        return self.endpoint.rpartition(":")[2]
+
+    @property
+    def threads(self) -> int:
+        """How many it has; Linux tells."""
+        status = Path(f"/proc/{self.process.pid}/status").read_text()
+        return int(status.partition("Threads:")[2].split()[0])
+
+    @property
+    def resident(self) -> float:
+        """Its memory in MB; Linux tells."""
+        status = Path(f"/proc/{self.process.pid}/status").read_text()
+        return int(status.partition("VmRSS:")[2].split()[0]) / 1000
+
+    def end(self, number: int = signal.SIGTERM) -> int:
+        """Send a signal and return the exit code."""
+        self.process.send_signal(number)
+        return self.process.wait(PATIENCE)
+
+
+@contextmanager
+def simulator(world: Any, *arguments: object, endpoint: str = "tcp/127.0.0.1:0") -> Iterator[Running]:
+    """Start a simulator; *world* is a shipped one's name, or what is in a world file."""
+    with tempfile.TemporaryDirectory() as folder, (Path(folder) / "log").open("w") as log:
+        if not isinstance(world, str):
+            file = Path(folder) / "world.yaml"
+            file.write_text(yaml.safe_dump(world))
+            world = str(file)
+        process = subprocess.Popen(
+            [HMRSIM, "run", world, "--ros2", "--listen", endpoint, *map(str, arguments)],
+            stdout=subprocess.PIPE,
+            stderr=log,
+            text=True,
+        )
+        assert process.stdout is not None
+        try:
+            ready = process.stdout.readline().split()
+            assert ready[:1] == ["ready"], Path(log.name).read_text()
+            yield Running(process, ready[1], Path(log.name))
+        finally:
+            process.kill()
+            process.communicate()
+
+
+def free_endpoint() -> str:
+    """Return an endpoint with a free port that can be listened on again and again."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"

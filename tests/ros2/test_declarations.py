@@ -1,0 +1,234 @@
+"""What the network is told of us, in which order, and when no more."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from hmrsim.actions import registry as actions
+from hmrsim.services import registry as services
+from hmrsim_zenoh.ros2.keys import Endpoint, gid, read_token
+from hmrsim_zenoh.ros2.names import Names
+from hmrsim_zenoh.ros2.publishing.declarations import Declarations
+from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints, parts
+from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
+
+if TYPE_CHECKING:
+    import pytest
+
+BOTH = Names({"wall_e": ["navigate_to_pose", "wait"], "eve": ["navigate_to_pose"]})
+ONE = Names({"wall_e": ["navigate_to_pose", "wait"]})
+
+
+class Network:
+    """A session, and the outlets on it, that note what is done to them in order.
+
+    Attributes:
+        said: Pairs of what was done and to what.
+        there: The tokens that are declared.
+        gids: The ids with which outlets were opened, by name.
+        refused: Part of tokens that can't be declared.
+        closed: Whether the session is.
+    """
+
+    def __init__(self) -> None:
+        self.said: list[tuple[str, str]] = []
+        self.there: list[str] = []
+        self.gids: dict[str, bytes | None] = {}
+        self.refused = "nothing"
+        self.closed = False
+        self.info = SimpleNamespace(zid=lambda: "abc")
+
+    def liveliness(self) -> Network:
+        """Return what tokens are declared with."""
+        return self
+
+    def is_closed(self) -> bool:
+        """Return whether the session is closed."""
+        return self.closed
+
+    def declare_token(self, token: str) -> Any:
+        """Note a token."""
+        if self.closed or self.refused in token:
+            raise zenoh.ZError("no")
+        self.said.append(("token", token))
+        self.there.append(token)
+        return SimpleNamespace(undeclare=lambda: self._undeclare(token))
+
+    def open(self, endpoint: Endpoint, gid: bytes | None) -> None:
+        """Note an outlet that is opened."""
+        self.said.append(("open", endpoint.name))
+        self.gids[endpoint.name] = gid
+
+    def shut(self, endpoint: Endpoint) -> None:
+        """Note an outlet that is shut."""
+        self.said.append(("shut", endpoint.name))
+
+    def _undeclare(self, token: str) -> None:
+        self.said.append(("gone", token))
+        self.there.remove(token)
+
+    def names(self) -> list[str]:
+        """Return the names of what has tokens, of nodes and endpoints."""
+        read = [read_token(token) for token in self.there]
+        return [each.endpoint.name if each.endpoint else each.node.full_name for each in read if each]
+
+
+def declared(network: Network, *followed: Names, wire: Wire | None = None) -> Declarations:
+    """Return declarations that have followed some names, one after the other."""
+    wire = wire or RmwZenoh(distros=("jazzy",))
+    session: Any = network
+    declarations = Declarations(session, wire, Endpoints(wire, actions(), services()).of, session)
+    for names in followed:
+        declarations._follow(parts(names))
+    return declarations
+
+
+def token_of(network: Network, name: str) -> str:
+    """Return the token of an endpoint."""
+    (found,) = [
+        token for token in network.there if (read := read_token(token)) and read.endpoint and read.endpoint.name == name
+    ]
+    return found
+
+
+def test_publisher_before_its_token() -> None:
+    """Who learns of a publisher may ask it for the last message at once."""
+    network = Network()
+    declared(network, ONE)
+
+    status = "/wall_e/navigate_to_pose/_action/status"
+    order = network.said.index(("open", status)), network.said.index(("token", token_of(network, status)))
+    assert order[0] + 1 == order[1]
+
+
+def test_publisher_s_id_is_that_of_its_token() -> None:
+    """What is published has the id by which ROS's tools know the publisher."""
+    network = Network()
+    declared(network, ONE)
+
+    assert gid(token_of(network, "/wall_e/odom")) == network.gids["/wall_e/odom"]
+
+
+def test_node_before_what_it_has() -> None:
+    """A node has one token, which comes before those of its endpoints."""
+    network = Network()
+    declared(network, BOTH)
+
+    assert 1 == network.names().count("/wall_e/bt_navigator")
+    found = [name for name in network.names() if name.startswith("/wall_e/")]
+    assert ["/wall_e/bt_navigator", "/wall_e/navigate_to_pose/_action/send_goal"] == found[:2]
+
+
+def test_all_can_be_driven_first() -> None:
+    """Whatever else a robot has comes after the goals to drive of all others."""
+    network = Network()
+    declared(network, BOTH)
+
+    names = network.names()
+    assert names.index("/eve/navigate_to_pose/_action/status") < names.index("/wall_e/wait/_action/send_goal")
+
+
+def test_tokens_are_the_same_in_each_run() -> None:
+    """Ids are counted, so two runs of the same world have the same tokens."""
+    first, second = Network(), Network()
+    declared(first, BOTH)
+    declared(second, BOTH)
+
+    assert first.there == second.there
+
+
+def test_ids_are_counted_once() -> None:
+    """No two endpoints have the same number."""
+    network = Network()
+    declared(network, BOTH)
+
+    numbers = [token.split("/")[4] for token in network.there if "/NN/" not in token]
+    assert len(numbers) == len(set(numbers))
+
+
+def test_nodes_of_a_robot_share_a_number() -> None:
+    """Tokens of one robot branch off together, which is what Zenoh takes its time by."""
+    network = Network()
+    declared(network, BOTH)
+
+    numbers = {token.split("/")[7]: token.split("/")[3] for token in network.there}
+    assert {(token.split("/")[7], token.split("/")[3]) for token in network.there} == set(numbers.items())
+    assert len(set(numbers.values())) == len(numbers)
+
+
+def test_robot_that_goes() -> None:
+    """Of a robot that has gone nothing is left, and of the others nothing is touched."""
+    network = Network()
+    declared(network, BOTH, ONE)
+
+    assert not [name for name in network.names() if name.startswith("/eve")]
+    assert not [token for what, token in network.said if what == "gone" and "wall_e" in token]
+    assert ("shut", "/eve/odom") in network.said
+
+
+def test_robot_that_comes() -> None:
+    """A robot that comes later is told of without a word on those that are there."""
+    network = Network()
+    declarations = declared(network, ONE)
+    before = len(network.said)
+    declarations._follow(parts(BOTH))
+
+    told = [token for what, token in network.said[before:] if what != "open"]
+    assert {"%eve"} == {token.split("/")[7] for token in told}
+
+
+def test_no_tokens_where_the_wire_has_none() -> None:
+    """Of zenoh-bridge-ros2dds nobody expects tokens; what is published has no sender."""
+    network = Network()
+    declared(network, ONE, wire=Ros2Dds())
+
+    assert [] == network.there
+    assert network.gids["/wall_e/odom"] is None
+
+
+def test_one_that_fails(caplog: pytest.LogCaptureFixture) -> None:
+    """What can't be declared is said, and keeps nothing else from being declared."""
+    network = Network()
+    network.refused = "%wall_e%odom/"
+    declared(network, ONE)
+
+    assert "/wall_e/odom" not in network.names()
+    assert "/wall_e/amcl_pose" in network.names()
+    assert "ROS will not hear of /wall_e/odom: no" in caplog.text
+
+
+def test_end() -> None:
+    """When all ends, the thread has ended before the session is closed, whose tokens go with it."""
+    network = Network()
+    declarations = declared(network)
+    declarations.want(parts(BOTH))
+    declarations.close()
+
+    assert declarations._thread is not None
+    assert not declarations._thread.is_alive()
+
+
+def test_closed_session() -> None:
+    """A session that was closed meanwhile ends the thread."""
+    network = Network()
+    network.closed = True
+    declarations = declared(network)
+    declarations.want(parts(ONE))
+    assert declarations._thread is not None
+    declarations._thread.join(20)
+
+    assert not declarations._thread.is_alive()
+
+
+def test_what_is_wanted_by_now() -> None:
+    """Something else that is wanted meanwhile takes effect at once, and not after all of the old is declared."""
+    network = Network()
+    declarations = declared(network)
+    declarations._wanted = parts(ONE)
+
+    declarations._follow(parts(BOTH))
+
+    assert [] == network.there

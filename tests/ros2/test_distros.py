@@ -1,0 +1,165 @@
+"""What other distributions have other than kilted: what we send them, and what we read of what they send."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from hmrsim.interfaces.geometry_msgs import PoseStamped
+from hmrsim.interfaces.nav2_msgs import (
+    BackUp,
+    ComputePathToPose,
+    DriveOnHeading,
+    FollowPath,
+    FollowWaypoints,
+    NavigateThroughPoses,
+    NavigateToPose,
+    Spin,
+    WaypointStatus,
+)
+from hmrsim.interfaces.nav_msgs import Goals
+from hmrsim.interfaces.simulation_interfaces import LoadWorld, SetEntityState, Spawnable, SpawnEntity
+from hmrsim.interfaces.std_msgs import Header
+from hmrsim_zenoh.ros2.codec.cdr import encoder
+from hmrsim_zenoh.ros2.codec.rihs01 import Structure
+from hmrsim_zenoh.ros2.codec.types import message_type
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.message import Message
+
+THERE = PoseStamped(header=Header(frame_id="there"))
+
+
+def trip(message: Message, distro: str) -> Message:
+    """Return what is left of a message after a trip through a distribution's bytes."""
+    type_ = message_type(type(message), distro)
+    return type(message).model_validate(type_.decode(type_.encode(message)))
+
+
+@pytest.mark.parametrize("cls", [BackUp.Goal, DriveOnHeading.Goal, Spin.Goal])
+def test_jazzy_has_no_word_for_collision_checks(cls: Any) -> None:
+    """Jazzy's behaviours always check for collisions: the field is left out, and false."""
+    sent = message_type(cls, "jazzy").encode(cls())
+
+    assert len(message_type(cls, "kilted").encode(cls())) - 1 == len(sent)
+    assert not trip(cls(disable_collision_checks=True), "jazzy").disable_collision_checks
+
+
+def test_jazzy_has_poses_without_a_header() -> None:
+    """Jazzy's poses to drive through are a list: what kilted's header says is not said."""
+    goal = NavigateThroughPoses.Goal(poses=Goals(header=Header(frame_id="map"), goals=[THERE]))
+
+    assert NavigateThroughPoses.Goal(poses=Goals(goals=[THERE])) == trip(goal, "jazzy")
+
+
+def test_poses_of_jazzy() -> None:
+    """What jazzy sends as a list of poses is read as the goals of kilted."""
+    data = bytes.fromhex("00010000" + "00000000" + "01000000" + "00")
+
+    assert message_type(NavigateThroughPoses.Goal, "jazzy").decode(data) == {
+        "poses": {"goals": []},
+        "behavior_tree": "",
+    }
+
+
+@pytest.mark.parametrize("cls", [NavigateThroughPoses.Result, NavigateThroughPoses.Feedback])
+def test_jazzy_is_not_told_of_waypoints(cls: Any) -> None:
+    """Jazzy's drive through poses says nothing of each."""
+    assert cls() == trip(cls(waypoint_statuses=[WaypointStatus(waypoint_index=1)]), "jazzy")
+
+
+def test_jazzy_has_missed_waypoints() -> None:
+    """Jazzy tells which waypoint was missed, where it was, and the code."""
+    missed = WaypointStatus(
+        waypoint_status=3, waypoint_index=7, waypoint_pose=THERE, error_code=208, error_msg="no path"
+    )
+
+    assert FollowWaypoints.Result(
+        missed_waypoints=[WaypointStatus(waypoint_index=7, waypoint_pose=THERE, error_code=208)]
+    ) == trip(FollowWaypoints.Result(missed_waypoints=[missed]), "jazzy")
+
+
+def test_missed_waypoint_has_another_name() -> None:
+    """Jazzy's type of a missed waypoint has a name of its own, and names of its own in it."""
+    described = message_type(WaypointStatus, "jazzy").structure
+
+    assert (described.name, [field.name for field in described.fields]) == (
+        "nav2_msgs/msg/MissedWaypoint",
+        ["index", "goal", "error_code"],
+    )
+
+
+def test_lyrical_is_told_that_the_robot_is_on_its_path() -> None:
+    """Lyrical's feedback ends in two errors more, which are zero: our robots keep to their paths."""
+    feedback = NavigateToPose.Feedback(distance_remaining=2.0)
+    kilted = message_type(NavigateToPose.Feedback, "kilted").encode(feedback)
+
+    assert kilted + bytes(8) == message_type(NavigateToPose.Feedback, "lyrical").encode(feedback)
+
+
+def test_errors_of_lyrical_come_before_the_poses() -> None:
+    """Lyrical's feedback on the drive through poses has the errors before the poses that remain."""
+    fields = message_type(NavigateThroughPoses.Feedback, "lyrical").structure.fields
+
+    assert [field.name for field in fields][4:] == [
+        "distance_remaining",
+        "position_tracking_error",
+        "heading_tracking_error",
+        "number_of_poses_remaining",
+        "waypoint_statuses",
+    ]
+
+
+def test_lyrical_is_told_the_rest_of_the_path_twice() -> None:
+    """Lyrical's feedback on a path is a message of its own; our distance is along the path, and so the rest of it."""
+    sent = message_type(FollowPath.Feedback, "lyrical").encode(FollowPath.Feedback(distance_to_goal=1.0, speed=0.5))
+
+    assert sent[-12:] == bytes.fromhex("0000803f" + "0000003f" + "0000803f")
+
+
+def test_feedback_of_lyrical() -> None:
+    """What lyrical nests in its feedback on a path is read as ours has it."""
+    feedback = FollowPath.Feedback(distance_to_goal=1.0, speed=0.5)
+
+    assert feedback == trip(feedback, "lyrical")
+
+
+@pytest.mark.parametrize(
+    ("goal", "more"),
+    [
+        (ComputePathToPose.Goal(goal=THERE, planner_id="grid"), {"viapoints": [THERE, THERE]}),
+        (FollowPath.Goal(controller_id="FollowPath"), {"path_handler_id": "another"}),
+    ],
+)
+def test_what_only_lyrical_says(goal: Message, more: dict[str, Any]) -> None:
+    """What lyrical says of via points and path handlers is read over."""
+    type_ = message_type(type(goal), "lyrical")
+    fields = (replace(field, path=(field.name,)) for field in type_.structure.fields)
+    sent = encoder(Structure(type_.name, tuple(fields)))({**goal.__dict__, **more})
+
+    assert goal.model_dump() == type_.decode(sent)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        SpawnEntity.Request(name="r2", uri="robot", resource_string="{}", entity_namespace="r2", initial_pose=THERE),
+        LoadWorld.Request(uri="office", resource_string="{}", ignore_missing_or_unsupported_assets=True),
+        Spawnable(uri="robot", description="drives"),
+        SetEntityState.Request(entity="r2"),
+    ],
+    ids=lambda message: message.ros_type,
+)
+def test_resources_of_lyrical(message: Message) -> None:
+    """Where lyrical nests a resource, our messages have its fields, and nothing is lost."""
+    assert message == trip(message, "lyrical")
+
+
+def test_resource_is_nested() -> None:
+    """A resource is where lyrical has it, among the other fields."""
+    request = SpawnEntity.Request(name="r", uri="u", resource_string="s")
+    sent = message_type(SpawnEntity.Request, "lyrical").encode(request)
+
+    assert sent.hex().startswith("00010000" + "0200000072000000" + "0200000075000000" + "0200000073000000" + "01000000")

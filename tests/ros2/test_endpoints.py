@@ -1,0 +1,164 @@
+"""Which node has which publishers and services, and what the tokens of these say to others."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from zenoh_ros2_sdk.discovery import _parse_liveliness_keyexpr
+
+from hmrsim.actions import registry as actions
+from hmrsim.services import registry as services
+from hmrsim.simulator import Simulator
+from hmrsim.world.model import World
+from hmrsim_zenoh.ros2.keys import LATCHED_QOS, Kind, Node, endpoint_token
+from hmrsim_zenoh.ros2.names import Names, names_of
+from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints, Owned, Part, parts
+from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
+
+from tests.simulation import SMALL_WORLD  # isort: skip
+
+NAVIGATE = Names({"wall_e": ["navigate_to_pose"]})
+JAZZY = RmwZenoh(distros=("jazzy",))
+
+
+def owned(names: Names, wire: Wire = JAZZY) -> list[Owned]:
+    """Return all that there is on a wire."""
+    endpoints = Endpoints(wire, actions(), services())
+    return [one for part in parts(names) for one in endpoints.of(part)]
+
+
+def nodes_of(names: Names, robot: str) -> set[str]:
+    """Return the names of a robot's nodes."""
+    return {node.name for node, _ in owned(names) if node.namespace == f"/{robot}"}
+
+
+@pytest.fixture(scope="module")
+def small() -> Names:
+    """Return what the small world serves."""
+    return names_of(Simulator(World.model_validate(SMALL_WORLD)))
+
+
+def test_endpoints_of_an_action() -> None:
+    """An action is three services and two publishers of the node that Nav2 has it in, with the official hashes."""
+    expected = [
+        (Kind.SERVICE, "send_goal", "RIHS01_a4fcb3bee1bf32e21a0e541a943b221aa0826996e2c98f079b47022b256f48b5"),
+        (Kind.SERVICE, "cancel_goal", "RIHS01_573d8b0a534451d7bc2ac8c5ffde8ac14b8593b7001175d0cd6516dcbeb8689a"),
+        (Kind.SERVICE, "get_result", "RIHS01_c407920357d566771e8882b4ef4d1f1a84ee922d609920ccd57faa6d6e391dc5"),
+        (Kind.PUBLISHER, "feedback", "RIHS01_9d1f6fa2eb975ce733b419ac2e97b134d8ff92b6478b6559feed9a50bdfd82b3"),
+        (Kind.PUBLISHER, "status", "RIHS01_6c1684b00f177d37438febe6e709fc4e2b0d4248dca4854946f9ed8b30cda83e"),
+    ]
+
+    found = [
+        (one.kind, one.name.removeprefix("/wall_e/navigate_to_pose/_action/"), one.hash)
+        for node, one in owned(NAVIGATE)
+        if node == Node("/wall_e", "bt_navigator") and "_action" in one.name
+    ]
+
+    assert expected == found
+
+
+def test_each_layout_has_a_publisher_of_its_own() -> None:
+    """Feedback that lyrical has otherwise is published twice; what all have the same, once."""
+    found = [one.name for _, one in owned(NAVIGATE, RmwZenoh())]
+
+    assert 2 == found.count("/wall_e/navigate_to_pose/_action/feedback")
+    assert 1 == found.count("/wall_e/navigate_to_pose/_action/send_goal")
+
+
+def test_one_layout_where_keys_have_no_hash() -> None:
+    """Where the key is the name alone there is one endpoint of each name."""
+    found = [one.name for _, one in owned(NAVIGATE, Ros2Dds())]
+
+    assert len(found) == len(set(found))
+
+
+def test_status_is_latched() -> None:
+    """The token of a status says that the last list is sent to whoever comes later."""
+    (status,) = [one for _, one in owned(NAVIGATE) if one.name.endswith("status")]
+
+    assert LATCHED_QOS == status.qos
+
+
+def test_nodes_have_something(small: Names) -> None:
+    """A robot without a claw has no node for it."""
+    assert "move_group" in nodes_of(small, "wall_e")
+    assert "move_group" not in nodes_of(small, "cart")
+
+
+def test_active_nodes() -> None:
+    """Those of Nav2's nodes that are there say that they are active, and so does the localisation."""
+    found = {one.name for _, one in owned(NAVIGATE) if one.type == "lifecycle_msgs::srv::dds_::GetState_"}
+
+    assert {"/wall_e/bt_navigator/get_state", "/wall_e/amcl/get_state"} == found
+
+
+@pytest.mark.parametrize("topic", ["battery_state", "detections"])
+def test_topics_that_some_have(topic: str) -> None:
+    """A battery's topic is published by who has a battery, and so with sensors."""
+    names = Names({"wall_e": [], "eve": []}, powered=frozenset({"eve"}), seeing=frozenset({"eve"}))
+
+    assert [f"/eve/{topic}"] == [one.name for _, one in owned(names) if one.name.endswith(topic)]
+
+
+def test_pose_is_localisation_s() -> None:
+    """Where a robot is, is published by amcl, and latched."""
+    (found,) = [one for one in owned(NAVIGATE) if one.endpoint.name == "/wall_e/amcl_pose"]
+
+    assert (Node("/wall_e", "amcl"), LATCHED_QOS) == (found.node, found.endpoint.qos)
+
+
+def test_further_names(small: Names) -> None:
+    """A further name of an action has all that the action has, in the node of the robot."""
+    found = [node for node, one in owned(small) if one.name == "/navigate_to_pose/wall_e/_action/send_goal"]
+
+    assert [Node("/wall_e", "bt_navigator")] == found
+
+
+def test_nav2_s_name_of_backing_up(small: Names) -> None:
+    """Backing up has the name of its type and that of Nav2's server."""
+    found = {one.name for _, one in owned(small) if one.name.startswith("/eve/back") and one.name.endswith("status")}
+
+    assert {"/eve/back_up/_action/status", "/eve/backup/_action/status"} == found
+
+
+def test_world_has_what_ros_knows(small: Names) -> None:
+    """The services of simulation_interfaces are there under their usual names, and those that ROS lacks are not."""
+    found = {one.name: one.type for node, one in owned(small) if node == Node("/", "hmrsim")}
+
+    assert "simulation_interfaces::srv::dds_::SpawnEntity_" == found["/spawn_entity"]
+    assert "rosgraph_msgs::msg::dds_::Clock_" == found["/clock"]
+    assert "/inject_fault" not in found
+    assert "/simulate_steps/_action/send_goal" in found
+
+
+def test_what_is_needed_first_comes_first(small: Names) -> None:
+    """After the world come the goals to drive of all robots, and then the rest of each."""
+    found = [(part.robot, bool(part.topics)) for part in parts(small)]
+
+    robots = ["wall_e", "eve", "cart"]
+    assert [("_world", True), *((name, False) for name in robots), *((name, True) for name in robots)] == found
+
+
+def test_nothing_of_who_is_lost(small: Names) -> None:
+    """A robot to which the connection is lost has no endpoints."""
+    assert "eve" not in {part.robot for part in parts(small, {"eve"})}
+
+
+@given(
+    st.from_regex(r"\A[A-Za-z][A-Za-z0-9_]{0,20}\Z"),
+    st.sampled_from(sorted(name for name, action in actions().items() if not action.of_world)),
+    st.integers(0, 232),
+)
+def test_others_read_our_tokens(robot: str, action: str, domain: int) -> None:
+    """A parser that is not ours reads of our tokens what we have put in, whatever a robot is called."""
+    endpoints = Endpoints(RmwZenoh(domain), actions(), services())
+    part = Part(robot, ((f"/{robot}/{action}", action),), ("odom", "amcl_pose"))
+
+    for node, endpoint in endpoints.of(part):
+        read = _parse_liveliness_keyexpr(endpoint_token(domain, "5e65be91", (3, 4), node, endpoint))
+        assert read is not None
+        told = (read["domain_id"], read["node_id"], read["entity_id"], read["kind"], read["qualified_name"])
+        assert (domain, 3, 4, endpoint.kind.value, endpoint.name) == told
+        assert (endpoint.type, endpoint.hash, endpoint.qos) == (read["dds_type"], read["type_hash"], read["qos"])
+        assert (f"/{robot}", node.name) == (read["namespace"], read["node_name"].lstrip("/"))

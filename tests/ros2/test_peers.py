@@ -1,0 +1,238 @@
+"""Who else is on our domain, and what they are told."""
+
+from __future__ import annotations
+
+import logging
+import queue
+
+import pytest
+
+from hmrsim_zenoh.ros2 import keys
+from hmrsim_zenoh.ros2.hashes import difference, distros_of, known, ros_name
+from hmrsim_zenoh.ros2.keys import NO_HASH, Address, Endpoint, Kind, Node
+from hmrsim_zenoh.ros2.peers import Peers
+from hmrsim_zenoh.session import SessionOptions, open_client, open_server
+
+PATIENCE = 10.0
+DOMAIN = 7
+NAME = "/wall_e/navigate_through_poses/_action/send_goal"
+TYPE = "nav2_msgs::action::dds_::NavigateThroughPoses_SendGoal_"
+JAZZY = "RIHS01_5a590fa8e9a32b7b9c838fdf5939a2fb8858d6cfd25bdf2f2e5f0f7bbb25f52b"
+KILTED = "RIHS01_0fb14135a40c3900a9a184f95b2ed6966a0ffd298739cc9de7903ebc6dc06a25"
+OTHER = f"RIHS01_{'ab' * 32}"
+NODE = Node("/", "nav_client")
+
+
+class Network:
+    """Our session with peers watched on it, and another's that declares tokens."""
+
+    def __init__(self, ours, theirs, caplog):
+        self.gone = queue.Queue()
+        self.served = {NAME: {(TYPE, KILTED)}}
+        self.peers = Peers(ours, DOMAIN, served=lambda: self.served, gone=self.gone.put)
+        self.ours = ours
+        self._session = theirs
+        self._caplog = caplog
+        self._tokens = []
+
+    def declare(self, kind=Kind.CLIENT, name=NAME, type_=TYPE, hash_=KILTED, session=None):
+        """Declare an endpoint in the other's session, or in another one; return its text and its token."""
+        session = session or self._session
+        ids = (0, len(self._tokens) + 1)
+        text = keys.endpoint_token(DOMAIN, str(session.info.zid()), ids, NODE, Endpoint(kind, name, type_, hash_))
+        return text, self.token(text, session)
+
+    def token(self, text, session=None):
+        """Declare any token, which is there until it is undeclared."""
+        token = (session or self._session).liveliness().declare_token(text)
+        self._tokens.append(token)
+        return token
+
+    def told(self):
+        """Return what was logged by the time that a token, declared now, has come and gone."""
+        text, token = self.declare(name="/last")
+        token.undeclare()
+        while self.gone.get(timeout=PATIENCE) != keys.gid(text):
+            pass
+        return [record.getMessage() for record in self._caplog.records]
+
+
+@pytest.fixture
+def network(caplog):
+    """Return a network of two sessions."""
+    caplog.set_level(logging.WARNING, "hmrsim_zenoh")
+    ours, endpoints = open_server(SessionOptions(listen=("tcp/127.0.0.1:0",)))
+    with ours, open_client(SessionOptions(connect=endpoints)) as theirs:
+        made = Network(ours, theirs, caplog)
+        yield made
+        made.peers.close()
+
+
+def test_client_of_the_same_type_is_nothing_to_tell(network):
+    """Who speaks as we do is not mentioned."""
+    network.declare()
+
+    assert [] == network.told()
+
+
+def test_client_of_another_distribution(network):
+    """It is told both hashes, who has them, and how to serve it."""
+    network.declare(hash_=JAZZY)
+
+    (told,) = network.told()
+    assert (
+        f"ROS domain 7: client /nav_client does not understand {NAME}: its hash is {JAZZY} (jazzy), the server's "
+        f"{KILTED} (kilted, lyrical); start `hmrsim run --ros2` with --ros-distro jazzy, or without --ros-distro"
+    ) == told
+
+
+def test_the_same_is_told_once(network):
+    """A program that has many clients of a type is told once."""
+    network.served["/eve/x"] = {(TYPE, KILTED)}
+    network.declare(hash_=JAZZY)
+    network.declare(hash_=JAZZY)
+    network.declare(name="/eve/x", hash_=JAZZY)
+    network.peers.look()
+
+    assert 1 == len(network.told())
+
+
+def test_who_was_there_before_the_name_is_told_on_a_second_look(network):
+    """A client may have waited for a server before that was there."""
+    network.served.clear()
+    network.declare(hash_=JAZZY)
+    before = network.told()
+    network.served[NAME] = {(TYPE, KILTED)}
+    network.peers.look()
+
+    assert (0, 1) == (len(before), len(network.told()))
+
+
+def test_subscriber_of_another_type(network):
+    """A subscriber is told likewise; another type is named as ROS names it."""
+    network.served["/wall_e/odom"] = {("nav_msgs::msg::dds_::Odometry_", OTHER)}
+    network.declare(Kind.SUBSCRIBER, "/wall_e/odom", "geometry_msgs::msg::dds_::Pose_", OTHER)
+
+    (told,) = network.told()
+    assert (
+        "ROS domain 7: subscriber /nav_client does not understand /wall_e/odom: its type is geometry_msgs/msg/Pose, "
+        "the server's nav_msgs/msg/Odometry; use nav_msgs/msg/Odometry"
+    ) == told
+
+
+def test_second_server_of_a_name(network):
+    """Two simulators on one domain, or a simulator and a robot, get in each other's way."""
+    network.declare(Kind.SERVICE)
+    network.declare(Kind.SERVICE)
+
+    (told,) = network.told()
+    assert told.startswith(f"ROS domain 7: node /nav_client serves {NAME}, too")
+
+
+def test_request_of_a_known_client_is_not_told_again(network):
+    """Who was told by its token is not told when it asks."""
+    text, _ = network.declare(hash_=JAZZY)
+    network.told()
+    network.peers.wrong_hash(Address(NAME, TYPE, JAZZY), keys.gid(text).hex())
+
+    assert 1 == len(network.told())
+
+
+def test_request_of_a_client_without_a_token(network):
+    """Who has declared nothing is told once when it asks."""
+    network.peers.wrong_hash(Address(NAME, TYPE, OTHER), "10.0.0.7")
+    network.peers.wrong_hash(Address(NAME, TYPE, OTHER), "10.0.0.7")
+
+    (told,) = network.told()
+    assert f"{OTHER} (of no distribution known here)" in told
+    assert told.endswith("build the client's workspace against nav2_msgs of kilted or lyrical")
+
+
+def test_id_of_a_client_that_goes(network):
+    """It is the hash of the token as it was declared, chunk 14 and all."""
+    text, token = network.declare()
+    token.undeclare()
+    with_memory = network.token(f"{text}/backends:cpu:")
+    with_memory.undeclare()
+
+    assert [keys.gid(text), keys.gid(f"{text}/backends:cpu:")] == [network.gone.get(timeout=PATIENCE) for _ in range(2)]
+
+
+def test_other_endpoints_go_unnoticed(network):
+    """Subscribers and servers, and clients of our own, wait for no result."""
+    for kind, session in ((Kind.SUBSCRIBER, None), (Kind.SERVICE, None), (Kind.CLIENT, network.ours)):
+        network.declare(kind, name="/x", session=session)[1].undeclare()
+    text, token = network.declare()
+    token.undeclare()
+
+    assert keys.gid(text) == network.gone.get(timeout=PATIENCE)
+
+
+def test_who_was_there_first_is_seen(network):
+    """Tokens that are older than the watch count, too."""
+    network.declare(hash_=JAZZY)
+    gone = queue.Queue()
+    later = Peers(network.ours, DOMAIN, served=lambda: network.served, gone=gone.put)
+    text, token = network.declare()
+    token.undeclare()
+
+    assert keys.gid(text) == gone.get(timeout=PATIENCE)
+    assert 2 == len(network.told())
+    later.close()
+
+
+def test_own_tokens_are_overlooked(network):
+    """Nobody is warned of himself."""
+    network.declare(hash_=JAZZY, session=network.ours)
+
+    assert [] == network.told()
+
+
+@pytest.mark.parametrize(
+    "tail", ["", "/x", "/1/2/3/SC", "/1/2/3/XX/%/%/n", "/s/0/0/NN/%/%/n/more", "/s/0/1/SC/%/%/n/%a/t/h", "/ü" * 300]
+)
+def test_garbage_is_told_and_overlooked(network, tail):
+    """One bad token is told in one line, and the next good one is read."""
+    text = f"@ros2_lv/{DOMAIN}{tail}"
+    network.token(text)
+    (told,) = network.told()
+
+    assert f"ROS domain 7: {text[:200]!r} is no token of rmw_zenoh's; overlooked" == told
+
+
+def test_much_garbage_is_not_told(network):
+    """Whoever declares thousands of them does not fill the log."""
+    for number in range(50):
+        network.token(f"@ros2_lv/{DOMAIN}/{number}")
+
+    told = network.told()
+    assert 20 == len(told)
+    assert told[-1].endswith("more of them are not told")
+
+
+def test_hashes_of_a_type():
+    """Two distributions may have the same type."""
+    assert {JAZZY: ("jazzy",), KILTED: ("kilted", "lyrical")} == known()[TYPE]
+
+
+def test_distributions_that_are_spoken():
+    """A distribution is spoken where all its types are."""
+    feedback = "nav2_msgs::action::dds_::NavigateThroughPoses_FeedbackMessage_"
+    (kilteds,) = (hash_ for hash_, distros in known()[feedback].items() if distros == ("kilted",))
+
+    assert ("kilted", "lyrical") == distros_of({(TYPE, KILTED)})
+    assert ("kilted",) == distros_of({(TYPE, KILTED), (feedback, kilteds), ("x", "y")})
+    assert () == distros_of({("x", "y")})
+
+
+def test_humble_is_not_served():
+    """Its keys have no hash at all."""
+    assert "humble is not served; use jazzy, kilted or lyrical" == difference((TYPE, NO_HASH), [(TYPE, JAZZY)]).remedy
+
+
+@pytest.mark.parametrize(
+    ("type_", "name"), [(TYPE, "nav2_msgs/action/NavigateThroughPoses_SendGoal"), ("", ""), ("a::b", "a::b")]
+)
+def test_type_as_ros_names_it(type_, name):
+    """A type is shown as ROS's tools do; what is none is shown as it is."""
+    assert name == ros_name(type_)

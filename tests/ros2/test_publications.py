@@ -1,0 +1,341 @@
+"""What a simulation publishes in ROS, as others on the network hear it."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import zenoh
+from zenoh.ext import HistoryConfig, RecoveryConfig, declare_advanced_subscriber
+
+from hmrsim.actions import registry as actions
+from hmrsim.gateway import FeedbackSent, GoalEntry, Sampled, StatusChanged, Topic
+from hmrsim.goal import GoalStatus, made_goal_id
+from hmrsim.services import registry as services
+from hmrsim.simulator import Simulator
+from hmrsim.world.model import World
+from hmrsim_zenoh.ros2.attachment import read_attachment
+from hmrsim_zenoh.ros2.keys import gid, read_token
+from hmrsim_zenoh.ros2.names import names_of
+from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
+from hmrsim_zenoh.ros2.publishing.outlets import Latched
+from hmrsim_zenoh.ros2.publishing.publications import Publications
+from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
+from hmrsim_zenoh.session import SessionOptions, open_client, open_server
+
+from tests.simulation import SMALL_WORLD  # isort: skip
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from hmrsim_zenoh.ros2.codec.types import MessageType
+
+PATIENCE = 20.0
+GOAL = made_goal_id("test", 1)
+ACCEPTED = StatusChanged("wall_e", "navigate_to_pose", (GoalEntry(GOAL, 10**9, GoalStatus.ACCEPTED),))
+FEEDBACK = actions()["navigate_to_pose"].feedback().model_dump()
+
+
+class Heard:
+    """What somebody hears of a topic, in order."""
+
+    def __init__(self, type_: MessageType) -> None:
+        self._type = type_
+        self._samples: queue.Queue[zenoh.Sample] = queue.Queue()
+        self.put = zenoh.handlers.Callback(self._samples.put, indirect=False)
+
+    def next(self) -> Any:
+        """Return the next message; waits for it."""
+        return self._type.decode(self.sample().payload.to_bytes())
+
+    def sample(self) -> zenoh.Sample:
+        """Return the next as it came."""
+        return self._samples.get(timeout=PATIENCE)
+
+    def until(self, wanted: Callable[[Any], bool]) -> Any:
+        """Return the first message of some kind."""
+        while not wanted(message := self.next()):
+            pass
+        return message
+
+
+class Stage:
+    """Publications of the small world, and somebody else on the network.
+
+    Args:
+        wire: How they are spelled.
+    """
+
+    def __init__(self, wire: Wire) -> None:
+        self.wire = wire
+        self.changed = threading.Semaphore(0)
+        self.simulator = Simulator(World.model_validate(SMALL_WORLD))
+        self.session, endpoints = open_server(SessionOptions(listen=("tcp/127.0.0.1:0",)))
+        self.other = open_client(SessionOptions(connect=endpoints, listen=("tcp/127.0.0.1:0",)))
+        self.endpoints = Endpoints(wire, actions(), services())
+        self.publications = Publications(
+            self.session,
+            wire,
+            names_of(self.simulator),
+            actions=actions(),
+            services=services(),
+            odom=self.odom,
+            changed=self.changed.release,
+        )
+        self._tokens: queue.Queue[zenoh.Sample] = queue.Queue()
+        handler = zenoh.handlers.Callback(self._tokens.put, indirect=False)
+        self._watched = self.other.liveliness().declare_subscriber("@ros2_lv/**", handler, history=True)
+        self._subscribers: list[Any] = []
+
+    def odom(self, robot: str) -> Sampled:
+        """Return where a robot is."""
+        return self.simulator.readings.odom(self.simulator.robots[robot])
+
+    def start(self) -> None:
+        """Have everything declared."""
+        self.publications.start()
+        thread = self.publications._declarations._thread
+        assert thread is not None
+        self.token("/cart/amcl/get_state")
+
+    def token(self, name: str, kind: zenoh.SampleKind = zenoh.SampleKind.PUT) -> str:
+        """Return the token of an endpoint, once it is there; or once it is gone."""
+        while True:
+            sample = self._tokens.get(timeout=PATIENCE)
+            read = read_token(str(sample.key_expr))
+            if sample.kind == kind and read and read.endpoint and read.endpoint.name == name:
+                return str(sample.key_expr)
+
+    def hear(self, name: str, type_: MessageType) -> Heard:
+        """Subscribe as rmw_zenoh does to what may be lost; returns once we know of it."""
+        heard = Heard(type_)
+        key = self.wire.key(name, type_.dds_name, type_.hash)
+        self._subscribers.append(self.other.declare_subscriber(key, heard.put))
+        while not self.publications._interest.in_key(key):
+            assert self.changed.acquire(timeout=PATIENCE)
+        self.publications.look()
+        return heard
+
+    def hear_latched(self, name: str, type_: MessageType) -> Heard:
+        """Subscribe as rmw_zenoh does to what is latched."""
+        heard = Heard(type_)
+        self._subscribers.append(
+            declare_advanced_subscriber(
+                self.other,
+                self.wire.key(name, type_.dds_name, type_.hash),
+                heard.put,
+                history=HistoryConfig(detect_late_publishers=True, max_samples=1),
+                subscriber_detection=True,
+                recovery=RecoveryConfig(heartbeat=True),
+            )
+        )
+        return heard
+
+    def close(self) -> None:
+        """End."""
+        self.publications.close()
+        self.other.close()
+        self.session.close()
+
+
+@pytest.fixture
+def stage() -> Iterator[Stage]:
+    """Return publications on rmw_zenoh's wire that have not begun."""
+    made = Stage(RmwZenoh())
+    yield made
+    made.close()
+
+
+def statuses(message: Any) -> list[int]:
+    """Return the statuses of a list."""
+    return [each["status"] for each in message["status_list"]]
+
+
+STATUS = "/wall_e/navigate_to_pose/_action/status"
+
+
+def test_subscriber_that_was_there_before(stage):
+    """Who subscribes before there is a publisher hears the list, which is empty, and what comes then."""
+    heard = stage.hear_latched(STATUS, stage.endpoints.status_type)
+    stage.start()
+    first = heard.next()
+    stage.publications.emit(ACCEPTED)
+
+    assert [[], [1]] == [statuses(first), statuses(heard.until(statuses))]
+
+
+def test_subscriber_that_comes_later(stage):
+    """Who subscribes later hears the last list, though nothing is published any more."""
+    stage.start()
+    stage.publications.emit(ACCEPTED)
+
+    assert [1] == statuses(stage.hear_latched(STATUS, stage.endpoints.status_type).next())
+
+
+def test_status_before_the_publisher_is_there(stage):
+    """A goal that begins before ROS knows of the action is in the first list that ROS hears."""
+    stage.publications._declarations.want = lambda _parts: None
+    stage.publications.start()
+    stage.publications.emit(ACCEPTED)
+    del stage.publications._declarations.want
+    stage.start()
+
+    assert [1] == statuses(stage.hear_latched(STATUS, stage.endpoints.status_type).next())
+
+
+def test_attachment(stage):
+    """A message has its publisher's id, which is that of the token, and a number from 1."""
+    heard = stage.hear_latched(STATUS, stage.endpoints.status_type)
+    stage.publications.start()
+    token = stage.token(STATUS)
+    attached = heard.sample().attachment
+
+    assert attached is not None
+    assert (1, gid(token)) == (read_attachment(attached.to_bytes()).sequence, read_attachment(attached.to_bytes()).gid)
+
+
+def test_pose_is_latched(stage):
+    """Who comes later hears where a robot was when all began, without anybody having listened before."""
+    stage.start()
+    pose = stage.hear_latched("/eve/amcl_pose", stage.endpoints.message_type("amcl_pose")).next()
+
+    assert {"x": 9.0, "y": 2.0, "z": 0.0} == pose["pose"]["pose"]["position"]
+
+
+def test_pose_needs_odometry(stage):
+    """Where somebody listens to poses, the simulation has to sample odometry."""
+    stage.start()
+    before = stage.publications.wants(Topic.ODOM)
+    stage.hear("/eve/amcl_pose", stage.endpoints.message_type("amcl_pose"))
+
+    assert (False, True) == (before, stage.publications.wants(Topic.ODOM))
+
+
+def test_layouts_apart(stage):
+    """Each layout that somebody listens to is published on its own key, in its own bytes."""
+    stage.start()
+    kilted, lyrical = stage.endpoints.feedback_types("navigate_to_pose")
+    name = "/wall_e/navigate_to_pose/_action/feedback"
+    first = stage.hear(name, kilted)
+    stage.publications.emit(FeedbackSent("wall_e", "navigate_to_pose", GOAL, FEEDBACK))
+    second = stage.hear(name, lyrical)
+    stage.publications.look()
+    stage.publications.emit(FeedbackSent("wall_e", "navigate_to_pose", GOAL, FEEDBACK, last=True))
+
+    short, long = first.sample(), second.sample()
+    assert 8 == len(long.payload.to_bytes()) - len(short.payload.to_bytes())
+
+
+def test_layout_that_nobody_hears_is_not_encoded(stage, monkeypatch):
+    """Where only one layout is listened to, no other is made."""
+    stage.start()
+    kilted, lyrical = stage.endpoints.feedback_types("navigate_to_pose")
+    monkeypatch.setitem(vars(lyrical), "encode", lambda _values: pytest.fail("encoded"))
+    heard = stage.hear("/wall_e/navigate_to_pose/_action/feedback", kilted)
+    stage.publications.emit(FeedbackSent("wall_e", "navigate_to_pose", GOAL, FEEDBACK))
+
+    assert list(bytes.fromhex(GOAL)) == list(heard.next()["goal_id"]["uuid"])
+
+
+def test_feedback_that_nobody_hears_is_not_encoded(stage, monkeypatch):
+    """Where nobody listens, nothing is made at all."""
+    stage.start()
+    for type_ in stage.endpoints.feedback_types("navigate_to_pose"):
+        monkeypatch.setitem(vars(type_), "encode", lambda _values: pytest.fail("encoded"))
+    wanted = stage.publications.wants(Topic.FEEDBACK)
+    stage.publications.emit(FeedbackSent("wall_e", "navigate_to_pose", GOAL, FEEDBACK))
+
+    assert wanted is False
+
+
+def test_feedback_that_can_not_be_put_in_bytes(stage, caplog):
+    """What has no bytes in ROS is said, and the simulation goes on."""
+    stage.start()
+    stage.hear("/wall_e/navigate_to_pose/_action/feedback", stage.endpoints.feedback_types("navigate_to_pose")[0])
+    stage.publications.emit(FeedbackSent("wall_e", "navigate_to_pose", GOAL, {}))
+
+    assert "not published in ROS" in caplog.text
+
+
+def test_transforms_of_all(stage):
+    """Among all robots a robot's frame has the robot's name, as its odometry says."""
+    stage.start()
+    heard = stage.hear("/tf", stage.endpoints.message_type("tf"))
+    stage.publications.emit(stage.odom("eve"))
+
+    (transform,) = heard.next()["transforms"]
+    assert ("map", "eve/base_link") == (transform["header"]["frame_id"], transform["child_frame_id"])
+    assert {"x": 9.0, "y": 2.0, "z": 0.0} == transform["transform"]["translation"]
+
+
+def test_transforms_of_one(stage):
+    """A robot's own transforms lead from the map to its base without its name, as Nav2's do."""
+    stage.start()
+    heard = stage.hear("/eve/tf", stage.endpoints.message_type("tf"))
+    stage.publications.emit(stage.odom("eve"))
+
+    found = [(one["header"]["frame_id"], one["child_frame_id"]) for one in heard.next()["transforms"]]
+    assert [("map", "base_footprint"), ("base_footprint", "base_link")] == found
+
+
+@pytest.mark.parametrize(("topic", "robot"), [(Topic.CLOCK, ""), (Topic.ODOM, "eve")])
+def test_sample(stage, topic, robot):
+    """A sample is published as it is, under its usual name."""
+    stage.start()
+    sample = stage.odom("eve") if robot else stage.simulator.readings.clock()
+    type_ = stage.endpoints.message_type(topic.value)
+    heard = stage.hear(f"/{robot}/{topic.value}" if robot else "/clock", type_)
+    stage.publications.emit(sample)
+
+    assert type_.decode(type_.encode(sample.message)) == heard.next()
+
+
+def test_lost_robot(stage):
+    """A robot to which the connection is lost is not there in ROS, and is again when it is back."""
+    stage.start()
+    stage.publications.follow(names_of(stage.simulator), {"eve"})
+    stage.token("/eve/navigate_to_pose/_action/status", zenoh.SampleKind.DELETE)
+    stage.publications.follow(names_of(stage.simulator))
+
+    assert stage.token("/eve/navigate_to_pose/_action/status")
+
+
+def test_served(stage):
+    """All types and hashes of a name are known, also before the network knows of it."""
+    served = stage.publications.served()["/wall_e/navigate_to_pose/_action/feedback"]
+
+    assert {"9d1f6fa2", "2c1b4ec1"} == {hash_.removeprefix("RIHS01_")[:8] for _, hash_ in served}
+
+
+def test_bridge_s_wire():
+    """On zenoh-bridge-ros2dds's wire the key is the name, and nothing goes with a message."""
+    stage = Stage(Ros2Dds())
+    try:
+        stage.publications.start()
+        heard = stage.hear_latched(STATUS, stage.endpoints.status_type)
+        stage.publications.emit(ACCEPTED)
+        sample = heard.sample()
+    finally:
+        stage.close()
+
+    assert ("wall_e/navigate_to_pose/_action/status", None) == (str(sample.key_expr), sample.attachment)
+
+
+def test_latched_that_opens_again():
+    """Who is there again begins to count anew, with what was said last."""
+    said: list[tuple[bytes, int]] = []
+
+    def put(payload: bytes, attachment: bytes) -> None:
+        said.append((payload, read_attachment(attachment).sequence))
+
+    outlet = Latched()
+    outlet.send(b"a")
+    outlet.open(put, bytes(16))
+    outlet.send(b"b")
+    outlet.shut()
+    outlet.send(b"c")
+    outlet.open(put, bytes(16))
+
+    assert [(b"a", 1), (b"b", 2), (b"c", 1)] == said

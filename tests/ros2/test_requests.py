@@ -1,0 +1,512 @@
+"""Queries of ROS clients as commands, and answers as their replies: the rules, without a network."""
+
+from __future__ import annotations
+
+import logging
+import struct
+from dataclasses import dataclass, field
+
+import pytest
+import zenoh
+
+from hmrsim.actions import WORLD
+from hmrsim.actions import registry as all_actions
+from hmrsim.gateway import (
+    CallService,
+    CancelGoal,
+    CancelResponse,
+    GetResult,
+    GoalEntry,
+    GoalResponse,
+    Refused,
+    ResultResponse,
+    SendGoal,
+)
+from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.lifecycle_msgs import GetState
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.interfaces.simulation_interfaces import GetEntities, Result
+from hmrsim.services import registry as all_services
+from hmrsim_zenoh.ros2.asking import waiting as waiting_module
+from hmrsim_zenoh.ros2.asking.catalog import Catalog
+from hmrsim_zenoh.ros2.asking.complaints import Complaints
+from hmrsim_zenoh.ros2.asking.requests import Requests
+from hmrsim_zenoh.ros2.asking.waiting import Waiting
+from hmrsim_zenoh.ros2.codec.distros import DISTROS
+from hmrsim_zenoh.ros2.codec.types import action_type, service_type
+from hmrsim_zenoh.ros2.names import Names
+from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
+
+ID = bytes(range(16))
+GID = bytes(range(100, 116))
+CDR = bytes((0, 1, 0, 0))
+NAMES = Names({"wall_e": ["wait", "spin", "back_up", "navigate_to_pose"], WORLD: ["simulate_steps"]})
+SECOND = 1_000_000_000
+
+
+def wait_type(distro="jazzy", action="wait"):
+    """Return the type of an action."""
+    found = all_actions()[action]
+    return action_type(found.ros_type, found.goal, found.result, found.feedback, distro)
+
+
+@dataclass
+class Query:
+    """A query, and what was done with it."""
+
+    key_expr: str
+    payload: zenoh.ZBytes | None
+    attachment: zenoh.ZBytes | None
+    replies: list = field(default_factory=list)
+    drops: int = 0
+
+    def reply(self, key, payload, *, attachment):
+        """Keep a reply."""
+        assert not self.drops
+        self.replies.append((key, payload, attachment))
+
+    def drop(self):
+        """Count."""
+        self.drops += 1
+
+
+def key(verb, distro="jazzy", action="wait", robot="wall_e"):
+    """Return the key of a service of an action."""
+    type_ = getattr(wait_type(distro, action), verb)
+    return f"0/{robot}/{action}/_action/{verb}/{type_.dds_name}/{type_.hash}"
+
+
+def query(key_, payload=b"", attachment=None):
+    """Return a query as rmw_zenoh makes it."""
+    attached = struct.pack("<qqB16s", 7, 1, 16, GID) if attachment is None else attachment
+    return Query(key_, zenoh.ZBytes(payload), zenoh.ZBytes(attached) if attached else None)
+
+
+class Desk:
+    """Requests, and what they tell of."""
+
+    def __init__(self, wire=RmwZenoh(), names=NAMES):  # noqa: B008 - frozen
+        self.waiting = Waiting()
+        self.wrong = []
+        catalog = Catalog(names, wire.distros, actions=all_actions(), services=all_services())
+        self.catalog = catalog
+        self.requests = Requests(
+            wire,
+            catalog,
+            waiting=self.waiting,
+            complaints=Complaints(),
+            wrong_hash=lambda address, who: self.wrong.append((address, who)),
+            max_payload=1000,
+        )
+
+    def one(self, query_):
+        """Return the one command of a query."""
+        (command,) = self.requests.decode(query_)
+        assert not query_.replies
+        assert not query_.drops
+        return command
+
+
+def reply_of(query_, type_):
+    """Return the one reply, read; and nothing comes after it."""
+    ((_, payload, _),) = query_.replies
+    assert 1 == query_.drops
+    return type_.response.decode(payload)
+
+
+SEND = CDR + ID + struct.pack("<iI", 3, 500)
+
+
+class TestGoals:
+    """send_goal."""
+
+    def test_a_goal(self):
+        """Its bytes become a message, and its id 32 hex digits."""
+        command = Desk().one(query(key("send_goal"), SEND))
+
+        goal = Wait.Goal(time=Duration(sec=3, nanosec=500))
+        assert ("wall_e", "wait", goal, "000102030405060708090a0b0c0d0e0f") == command[:4]
+        assert isinstance(command, SendGoal)
+
+    def test_the_answer(self):
+        """It has our stamp, the request's sequence and id, and the wall clock's time."""
+        asked = query(key("send_goal"), SEND)
+        command = Desk().one(asked)
+        command.reply_to.answer(GoalResponse(accepted=True, goal_id=ID.hex(), stamp=9 * SECOND + 10))
+
+        ((key_, payload, attachment),) = asked.replies
+        sequence, stamp, length, gid = struct.unpack("<qqB16s", attachment)
+        assert bytes.fromhex("0001000001000000090000000a000000") == payload
+        assert asked.key_expr == key_
+        assert (7, 16, GID) == (sequence, length, gid)
+        assert stamp > 1_700_000_000 * SECOND
+
+    def test_each_distribution_is_answered_in_its_layout(self):
+        """Jazzy's Spin goal lacks a field that kilted's has."""
+        jazzy, kilted = (
+            Desk().one(query(key("send_goal", distro, "spin"), CDR + ID + tail))
+            for distro, tail in (
+                ("jazzy", struct.pack("<f4xI", 1.5, 0)[:4] + struct.pack("<iI", 10, 0)),
+                ("kilted", struct.pack("<f", 1.5) + struct.pack("<iI", 10, 0) + b"\1"),
+            )
+        )
+
+        assert (1.5, False) == (jazzy.goal.target_yaw, jazzy.goal.disable_collision_checks)
+        assert (1.5, True) == (kilted.goal.target_yaw, kilted.goal.disable_collision_checks)
+
+    def test_a_truncated_goal_is_not_accepted(self, caplog):
+        """It is answered, and the log says once which field is missing, however often it comes."""
+        desk, asked = Desk(), [query(key("send_goal"), SEND[:-2]) for _ in range(3)]
+        found = [desk.requests.decode(each) for each in asked]
+
+        assert [[], [], []] == found
+        assert {"accepted": False, "stamp": {"sec": 0, "nanosec": 0}} == reply_of(asked[2], wait_type().send_goal)
+        (said,) = caplog.messages
+        assert said.startswith(f"ROS 2: client {GID.hex()}: /wall_e/wait/_action/send_goal: ")
+        assert "goal.time.nanosec" in said
+
+    def test_not_a_number(self, caplog):
+        """A goal that makes no sense is not accepted, and the log says why."""
+        type_ = wait_type(action="navigate_to_pose").send_goal
+        pose = {"position": {"x": float("nan"), "y": 0.0, "z": 0.0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}
+        header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"}
+        goal = {"pose": {"header": header, "pose": pose}, "behavior_tree": ""}
+        asked = query(
+            key("send_goal", action="navigate_to_pose"), type_.request.encode({"goal_id": {"uuid": ID}, "goal": goal})
+        )
+        found = Desk().requests.decode(asked)
+
+        assert [] == found
+        assert not reply_of(asked, type_)["accepted"]
+        assert caplog.messages[0].endswith("pose.pose.position.x: Input should be a finite number")
+
+    @pytest.mark.parametrize("payload", [bytes(1001), b"\xff" * 300, b""])
+    def test_what_is_no_goal(self, payload, caplog):
+        """Too much, rubbish and nothing are answered, too."""
+        asked = query(key("send_goal"), payload)
+        found = Desk().requests.decode(asked)
+
+        assert [] == found
+        assert not reply_of(asked, wait_type().send_goal)["accepted"]
+        assert 1 == len(caplog.messages)
+
+    def test_too_large(self, caplog):
+        """The log says how much is taken."""
+        Desk().requests.decode(query(key("send_goal"), bytes(1001)))
+
+        assert "payload of 1001 bytes; 1 to 1000 are taken" in caplog.text
+
+    def test_without_an_attachment(self, caplog):
+        """A goal that nobody signed is taken all the same, and answered with zeros."""
+        asked = query(key("send_goal"), SEND, attachment=b"")
+        command = Desk().one(asked)
+        command.reply_to.answer(GoalResponse(accepted=True, goal_id=ID.hex(), stamp=1))
+
+        sequence, _, length, gid = struct.unpack("<qqB16s", asked.replies[0][2])
+        assert (0, 16, bytes(16)) == (sequence, length, gid)
+        assert "nothing is attached" in caplog.text
+
+    def test_an_attachment_that_is_none(self, caplog):
+        """Likewise."""
+        asked = query(key("send_goal"), SEND, attachment=b"rubbish")
+        Desk().one(asked)
+
+        assert "an attachment of 7 bytes; rmw_zenoh's has 33" in caplog.text
+
+
+class TestOthersKeys:
+    """What is on the domain and is not ours."""
+
+    @pytest.mark.parametrize(
+        "key_",
+        [
+            "0/r2d2/wait/_action/send_goal/nav2_msgs::action::dds_::Wait_SendGoal_/RIHS01_0",
+            "0/wall_e/wait/_action/other/x/y",
+            "0/wall_e/nothing/x/y",
+            "0/*/wait/_action/send_goal/*/*",
+            "0/x",
+            "1/wall_e/wait/_action/send_goal/x/y",
+        ],
+    )
+    def test_a_name_that_is_not_ours(self, key_):
+        """It is for others to answer: the query is dropped, without a reply and without a word."""
+        asked = query(key_, SEND)
+        found = Desk().requests.decode(asked)
+
+        assert ([], [], 1) == (found, asked.replies, asked.drops)
+
+    def test_a_wrong_hash(self):
+        """It is told of, and answered as not accepted, so that nobody waits for ever."""
+        desk = Desk()
+        asked = query(f"0/wall_e/wait/_action/send_goal/{wait_type().send_goal.dds_name}/RIHS01_0", SEND)
+        found = desk.requests.decode(asked)
+
+        ((address, who),) = desk.wrong
+        assert [] == found
+        assert ("/wall_e/wait/_action/send_goal", "RIHS01_0", GID.hex()) == (address.name, address.hash, who)
+        assert not reply_of(asked, wait_type().send_goal)["accepted"]
+
+
+class TestCancels:
+    """cancel_goal."""
+
+    @pytest.mark.parametrize(
+        ("goal_id", "stamp", "expected"),
+        [
+            (ID, (0, 0), (ID.hex(), 0)),
+            (bytes(16), (2, 5), ("0" * 32, 2 * SECOND + 5)),
+            (ID, (1, 0), (ID.hex(), SECOND)),
+        ],
+    )
+    def test_a_request(self, goal_id, stamp, expected):
+        """Id and stamp are the command's."""
+        command = Desk().one(query(key("cancel_goal"), CDR + goal_id + struct.pack("<iI", *stamp)))
+
+        assert isinstance(command, CancelGoal)
+        assert ("wall_e", "wait", *expected) == command[:4]
+
+    def test_the_answer(self):
+        """It lists who is canceled."""
+        asked = query(key("cancel_goal"), CDR + bytes(24))
+        Desk().one(asked).reply_to.answer(CancelResponse(0, (GoalEntry(ID.hex(), SECOND, GoalStatus.CANCELING),)))
+
+        reply = reply_of(asked, wait_type().cancel_goal)
+        assert 0 == reply["return_code"]
+        assert [(list(ID), 1)] == [(list(g["goal_id"]["uuid"]), g["stamp"]["sec"]) for g in reply["goals_canceling"]]
+
+    def test_unreadable(self):
+        """Nothing is canceled: 1."""
+        asked = query(key("cancel_goal"), CDR + bytes(5))
+        Desk().requests.decode(asked)
+
+        assert {"return_code": 1, "goals_canceling": []} == reply_of(asked, wait_type().cancel_goal)
+
+    def test_refused(self):
+        """A robot that can't be reached cancels nothing: 1."""
+        asked = query(key("cancel_goal"), CDR + bytes(24))
+        Desk().one(asked).reply_to.answer(Refused("robot", "wall_e", "no connection"))
+
+        assert 1 == reply_of(asked, wait_type().cancel_goal)["return_code"]
+
+
+class TestResults:
+    """get_result."""
+
+    def test_a_request(self):
+        """It waits for the answer."""
+        command = Desk().one(query(key("get_result"), CDR + ID))
+
+        assert isinstance(command, GetResult)
+        assert ("wall_e", "wait", ID.hex()) == command[:3]
+
+    def test_the_answer(self):
+        """Status and result."""
+        asked = query(key("get_result"), CDR + ID)
+        result = Wait.Result(total_elapsed_time=Duration(sec=3))
+        Desk().one(asked).reply_to.answer(ResultResponse(GoalStatus.SUCCEEDED, result))
+
+        reply = reply_of(asked, wait_type().get_result)
+        assert (4, 3) == (reply["status"], reply["result"]["total_elapsed_time"]["sec"])
+
+    def test_unreadable(self):
+        """The goal is unknown: 0, with an empty result."""
+        asked = query(key("get_result"), CDR + ID[:7])
+        Desk().requests.decode(asked)
+
+        assert 0 == reply_of(asked, wait_type().get_result)["status"]
+
+    def test_those_of_a_client_that_has_gone(self):
+        """They are taken back, and no others."""
+        desk = Desk()
+        mine = desk.one(query(key("get_result"), CDR + ID))
+        other = struct.pack("<qqB16s", 1, 1, 16, bytes(15) + b"\1")
+        desk.one(query(key("get_result"), CDR + ID, attachment=other))
+
+        (withdraw,) = desk.waiting.gone(GID.hex())
+        assert ("wall_e", "wait", ID.hex()) == withdraw[:3]
+        assert mine.reply_to is withdraw.reply_to
+        assert [] == desk.waiting.gone(GID.hex())
+
+    def test_what_was_answered_is_not_taken_back(self):
+        """It is forgotten."""
+        desk = Desk()
+        command = desk.one(query(key("get_result"), CDR + ID))
+        desk.waiting.answered(command.reply_to)
+
+        assert [] == desk.waiting.gone(GID.hex())
+
+    def test_no_more_than_so_many_wait(self, monkeypatch, caplog):
+        """One more is answered at once, as if nothing were known of the goal."""
+        monkeypatch.setattr(waiting_module, "MOST", 1)
+        desk, asked = Desk(), query(key("get_result"), CDR + ID)
+        desk.one(query(key("get_result"), CDR + ID))
+        found = desk.requests.decode(asked)
+
+        assert [] == found
+        assert 0 == reply_of(asked, wait_type().get_result)["status"]
+        assert "too many requests for results are waiting" in caplog.text
+
+
+class TestServices:
+    """The world's, and those of Nav2's nodes."""
+
+    ENTITIES = all_services()["get_entities"]
+
+    def _type(self):
+        return service_type(self.ENTITIES.ros_type, self.ENTITIES.request, self.ENTITIES.response, "jazzy")
+
+    def _query(self, payload):
+        return query(f"0/get_entities/{self._type().dds_name}/{self._type().hash}", payload)
+
+    def test_a_request(self):
+        """It is a call."""
+        command = Desk().one(self._query(self._type().request.encode(GetEntities.Request())))
+
+        assert isinstance(command, CallService)
+        assert ("get_entities", GetEntities.Request()) == command[:2]
+
+    def test_the_answer(self):
+        """It is the service's own."""
+        asked = self._query(self._type().request.encode(GetEntities.Request()))
+        Desk().one(asked).reply_to.answer(GetEntities.Response(result=Result(result=1), entities=["wall_e"]))
+
+        assert ["wall_e"] == reply_of(asked, self._type())["entities"]
+
+    @pytest.mark.parametrize("refuse", [True, False])
+    def test_refused_or_unreadable(self, refuse):
+        """The result says that it failed, and why."""
+        asked = self._query(self._type().request.encode(GetEntities.Request()) if refuse else b"\0\1\0\0\1")
+        commands = Desk().requests.decode(asked)
+        for command in commands:
+            command.reply_to.answer(Refused("", None, "the simulation has ended"))
+
+        result = reply_of(asked, self._type())["result"]
+        assert Result.RESULT_OPERATION_FAILED == result["result"]
+        assert ("the simulation has ended" if refuse else "filters") in result["error_message"]
+
+    def test_what_ros_does_not_have(self):
+        """Services of our own types are on the JSON wire alone."""
+        assert Desk().catalog.find("/inject_fault") is None
+
+    @pytest.mark.parametrize(
+        ("node", "there"),
+        [("bt_navigator", True), ("amcl", True), ("behavior_server", True), ("move_group", False), ("nobody", False)],
+    )
+    def test_nodes_of_nav2_are_active(self, node, there):
+        """3, active: Nav2's clients wait for that."""
+        offer = Desk().catalog.find(f"/wall_e/{node}/get_state")
+
+        assert there == (offer is not None)
+
+    def test_the_state(self):
+        """Its number and its label."""
+        desk = Desk()
+        type_ = service_type("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response, "jazzy")
+        asked = query(f"0/wall_e/amcl/get_state/{type_.dds_name}/{type_.hash}", CDR + b"\0")
+        found = desk.requests.decode(asked)
+
+        assert [] == found
+        assert {"current_state": {"id": 3, "label": "active"}} == reply_of(asked, type_)
+
+
+class TestNames:
+    """Further names."""
+
+    def test_backup(self):
+        """Nav2's name of back_up is served as that."""
+        offer = Desk().catalog.find("/wall_e/backup/_action/send_goal")
+
+        assert ("wall_e", "back_up") == (offer.robot, offer.action.name)
+
+    def test_an_alias_of_the_world_file(self):
+        """It is served as what it stands for."""
+        names = Names({"wall_e": ["wait"]}, {"rest/wall_e": "wall_e/wait"})
+        offer = Desk(names=names).catalog.find("/rest/wall_e/_action/get_result")
+
+        assert ("wall_e", "wait") == (offer.robot, offer.action.name)
+
+    def test_who_has_gone(self):
+        """Nothing is on offer of a robot that has left."""
+        catalog = Desk().catalog
+        catalog.find("/wall_e/wait/_action/send_goal")
+        catalog.follow(Names({"eve": ["wait"]}))
+
+        assert catalog.find("/wall_e/wait/_action/send_goal") is None
+        assert catalog.find("/eve/wait/_action/send_goal") is not None
+
+
+class TestRos2Dds:
+    """The wire of zenoh-bridge-ros2dds: keys are names."""
+
+    def test_a_goal(self):
+        """It needs no attachment, and its answer has none."""
+        asked = query("wall_e/wait/_action/send_goal", SEND, attachment=b"")
+        Desk(Ros2Dds()).one(asked).reply_to.answer(GoalResponse(accepted=True, goal_id=ID.hex(), stamp=1))
+
+        assert [None] == [attachment for _, _, attachment in asked.replies]
+
+    def test_an_attachment(self):
+        """What came goes back."""
+        asked = query("wall_e/wait/_action/send_goal", SEND, attachment=b"who knows")
+        Desk(Ros2Dds()).one(asked).reply_to.answer(GoalResponse(accepted=True, goal_id=ID.hex(), stamp=1))
+
+        assert [b"who knows"] == [attachment.to_bytes() for _, _, attachment in asked.replies]
+
+
+class TestAnswers:
+    """Exactly one reply, whatever happens."""
+
+    def test_a_session_that_was_closed(self):
+        """The query is dropped all the same."""
+
+        class Closed(Query):
+            def reply(self, *_args, **_options):
+                raise zenoh.ZError
+
+        asked = Closed(key("get_result"), zenoh.ZBytes(CDR + ID), None)
+        Desk().requests.refuse(asked, "the simulation has ended")
+
+        assert 1 == asked.drops
+
+    def test_an_answer_that_can_not_be_encoded(self, caplog):
+        """A bug of ours is told, and the client gets what it can read."""
+        asked = query(key("cancel_goal"), CDR + bytes(24))
+        Desk().one(asked).reply_to.answer(CancelResponse(1000))
+
+        assert 1 == reply_of(asked, wait_type().cancel_goal)["return_code"]
+        assert logging.ERROR == caplog.records[-1].levelno
+
+    def test_a_bug_while_reading(self, monkeypatch):
+        """It is answered, too."""
+        asked = query(key("send_goal"), SEND)
+        monkeypatch.setattr("hmrsim_zenoh.ros2.asking.offers._goal_id", lambda _request: 1 / 0)
+        found = Desk().requests.decode(asked)
+
+        assert [] == found
+        assert not reply_of(asked, wait_type().send_goal)["accepted"]
+
+    def test_complaints_end(self, caplog):
+        """Whoever invents a thousand ids fills no disk."""
+        complaints = Complaints()
+        for number in range(1100):
+            complaints.say(f"{number:032x}", "/wall_e/wait", "rubbish")
+
+        assert 1000 == len(caplog.messages)
+        assert caplog.messages[-1].endswith("; no more is said")
+
+    @pytest.mark.parametrize("distro", DISTROS)
+    def test_every_service_of_every_action_can_be_refused(self, distro):
+        """Each layout can say that it came to nothing."""
+        actions = {action.name for action in all_actions().values()}
+        catalog = Desk(names=Names({"wall_e": sorted(actions)})).catalog
+        offers = [
+            catalog.find(f"/wall_e/{action}/_action/{verb}")
+            for action in sorted(actions)
+            for verb in ("send_goal", "cancel_goal", "get_result")
+        ] + [offer for name in all_services() if (offer := catalog.find(f"/{name}"))]
+        layouts = [offer.layouts.types[DISTROS.index(distro)] for offer in offers]
+        replies = [layout.response.encode(offer.refusal("why")) for layout, offer in zip(layouts, offers, strict=True)]
+
+        assert all(reply.startswith(CDR) for reply in replies)
+        assert len(replies) > 3 * len(actions)

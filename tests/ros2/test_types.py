@@ -1,0 +1,164 @@
+"""Types of messages, services and actions: what they are called, what they have in common, and when they are made."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import hmrsim
+from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
+from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.interfaces.lifecycle_msgs import GetState
+from hmrsim.interfaces.moveit_msgs import Pickup
+from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses, NavigateToPose
+from hmrsim_zenoh.ros2.codec.distros import DISTROS
+from hmrsim_zenoh.ros2.codec.types import ActionType, ServiceType, action_type, message_type, service_type
+
+MAKE_ALL = """
+from hmrsim_zenoh.ros2.codec import decoders, encoders
+from hmrsim_zenoh.ros2.codec.types import action_type
+from hmrsim.interfaces.moveit_msgs import Pickup
+action = action_type("moveit_msgs/action/Pickup", Pickup.Goal, Pickup.Result, Pickup.Feedback)
+print(action.send_goal.hash, encoders.encoder.cache_info().currsize, decoders.decoder.cache_info().currsize)
+"""
+
+
+def navigate_to_pose(distro: str = "kilted") -> ActionType:
+    """Return the type of the action that is used most."""
+    parts = (NavigateToPose.Goal, NavigateToPose.Result, NavigateToPose.Feedback)
+    return action_type("nav2_msgs/action/NavigateToPose", *parts, distro)
+
+
+def navigate_through_poses(distro: str) -> ActionType:
+    """Return the type of the action that is another in each distribution."""
+    parts = (NavigateThroughPoses.Goal, NavigateThroughPoses.Result, NavigateThroughPoses.Feedback)
+    return action_type("nav2_msgs/action/NavigateThroughPoses", *parts, distro)
+
+
+def get_state() -> ServiceType:
+    """Return the type of the service that nodes with a life have."""
+    return service_type("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response)
+
+
+def test_message() -> None:
+    """A message has its name, the one for keys, and its hash."""
+    type_ = message_type(GoalStatusArray)
+
+    assert (type_.name, type_.dds_name, type_.hash) == (
+        "action_msgs/msg/GoalStatusArray",
+        "action_msgs::msg::dds_::GoalStatusArray_",
+        "RIHS01_6c1684b00f177d37438febe6e709fc4e2b0d4248dca4854946f9ed8b30cda83e",
+    )
+
+
+def test_service() -> None:
+    """A service has the hash of the service, which is neither its request's nor its response's."""
+    type_ = get_state()
+
+    assert (type_.name, type_.dds_name, type_.hash) == (
+        "lifecycle_msgs/srv/GetState",
+        "lifecycle_msgs::srv::dds_::GetState_",
+        "RIHS01_800a0a5aae599782b02932de0caf563f6dc4e7e94b794eadde075ba2cbef9795",
+    )
+
+
+def test_service_has_request_and_response() -> None:
+    """A service's request and response are messages of their own."""
+    type_ = get_state()
+
+    assert (type_.request.name, type_.response.name) == (
+        "lifecycle_msgs/srv/GetState_Request",
+        "lifecycle_msgs/srv/GetState_Response",
+    )
+
+
+def test_action() -> None:
+    """An action is three services and two topics."""
+    type_ = navigate_to_pose()
+    parts = (type_.send_goal, type_.cancel_goal, type_.get_result, type_.feedback, type_.status)
+
+    assert [part.dds_name for part in parts] == [
+        "nav2_msgs::action::dds_::NavigateToPose_SendGoal_",
+        "action_msgs::srv::dds_::CancelGoal_",
+        "nav2_msgs::action::dds_::NavigateToPose_GetResult_",
+        "nav2_msgs::action::dds_::NavigateToPose_FeedbackMessage_",
+        "action_msgs::msg::dds_::GoalStatusArray_",
+    ]
+
+
+def test_hashes_of_an_action() -> None:
+    """An action's services have the hashes that ROS gives them."""
+    type_ = navigate_to_pose()
+
+    assert (type_.send_goal.hash, type_.cancel_goal.hash, type_.get_result.hash) == (
+        "RIHS01_a4fcb3bee1bf32e21a0e541a943b221aa0826996e2c98f079b47022b256f48b5",
+        "RIHS01_573d8b0a534451d7bc2ac8c5ffde8ac14b8593b7001175d0cd6516dcbeb8689a",
+        "RIHS01_c407920357d566771e8882b4ef4d1f1a84ee922d609920ccd57faa6d6e391dc5",
+    )
+
+
+def test_same_for_all_who_ask() -> None:
+    """A type is made once."""
+    assert navigate_to_pose() is navigate_to_pose()
+
+
+def test_same_in_distributions_that_agree() -> None:
+    """Distributions that have the same types have the same objects."""
+    assert navigate_to_pose("jazzy") is navigate_to_pose("kilted")
+
+
+def test_parts_are_the_same_where_they_agree() -> None:
+    """Where one part of an action differs, the others are the same objects."""
+    kilted, lyrical = navigate_to_pose("kilted"), navigate_to_pose("lyrical")
+
+    assert [
+        kilted.send_goal is lyrical.send_goal,
+        kilted.get_result is lyrical.get_result,
+        kilted.feedback is lyrical.feedback,
+    ] == [True, True, False]
+
+
+def test_cancellation_is_the_same_for_all() -> None:
+    """All actions are canceled in the same way."""
+    cancel = service_type("action_msgs/srv/CancelGoal", CancelGoal.Request, CancelGoal.Response)
+
+    assert navigate_to_pose().cancel_goal is cancel
+
+
+@pytest.mark.parametrize(("part", "expected"), [("send_goal", 2), ("get_result", 2), ("feedback", 3)])
+def test_distinct_types(part: str, expected: int) -> None:
+    """A server that serves all distributions needs as many of a part as there are hashes."""
+    parts = {getattr(navigate_through_poses(distro), part) for distro in DISTROS}
+
+    assert expected == len(parts) == len({each.hash for each in parts})
+
+
+def test_unknown_distribution() -> None:
+    """The error names the distributions that there are."""
+    with pytest.raises(ValueError, match="no distribution 'humble'; there are jazzy, kilted, lyrical"):
+        message_type(Time, "humble")
+
+
+def test_codec_is_made_once() -> None:
+    """Whoever asks gets the same function."""
+    assert message_type(Time).encode is message_type(Time).encode
+
+
+def test_codecs_are_made_when_asked_for() -> None:
+    """Nothing is compiled for names and hashes, so that a simulator with many actions starts soon."""
+    root = Path(hmrsim.__file__).parents[1]
+    done = subprocess.run([sys.executable, "-c", MAKE_ALL], cwd=root, capture_output=True, text=True, check=True)
+
+    assert done.stdout == "RIHS01_631fbd69b6e4dbd7399bc23e436548747e8ba3aa1ba37c9251bec4b9fd7181a8 0 0\n"
+
+
+def test_large_goal_reads_back() -> None:
+    """A goal that nests forty types is read as it was written."""
+    type_ = action_type("moveit_msgs/action/Pickup", Pickup.Goal, Pickup.Result, Pickup.Feedback).send_goal.request
+    goal = Pickup.Goal(target_name="box")
+    sent = type_.encode({"goal_id": {"uuid": bytes(16)}, "goal": goal})
+
+    assert goal == Pickup.Goal.model_validate(type_.decode(sent)["goal"])

@@ -1,0 +1,40 @@
+"""Feedback of a goal is thinned out for people's eyes, and its last is never lost."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.gateway import FeedbackSent
+from hmrsim_zenoh import thinning
+from hmrsim_zenoh.thinning import Thinning
+
+
+@pytest.fixture
+def passed(monkeypatch: pytest.MonkeyPatch) -> object:
+    """Return a function that says of (wall time, goal, whether it is the last) what passes."""
+
+    def play(*sent: tuple[float, str, bool]) -> list[bool]:
+        thinned, found = Thinning(), []
+        for time, goal_id, last in sent:
+            monkeypatch.setattr(thinning.time, "monotonic", lambda time=time: time)
+            found.append(thinned.passes(FeedbackSent("wall_e", "wait", goal_id, {}, last)))
+        return found
+
+    return play
+
+
+def test_twenty_a_wall_second(passed):
+    """What comes sooner than a twentieth of a wall second after the last that passed does not pass."""
+    assert [True, False, False, True] == passed(
+        (1.0, "a", False), (1.02, "a", False), (1.04, "a", False), (1.06, "a", False)
+    )
+
+
+def test_last(passed):
+    """The last feedback of a goal passes at any time."""
+    assert [True, True] == passed((1.0, "a", False), (1.01, "a", True))
+
+
+def test_goals_are_thinned_apart(passed):
+    """How often one goal is told of is nothing to another."""
+    assert [True, True] == passed((1.0, "a", False), (1.01, "b", False))
