@@ -30,6 +30,7 @@ BARE_PAYLOAD = b"x" * 200
 
 _TIMEOUT = 30.0
 _MADE_AT_ONCE = 1_000
+_SUCCEEDED, _CANCELED = 4, 5
 _BEGINNING = 2.0
 """Simulated seconds until all robots are on their way."""
 _LOOK = 0.05
@@ -130,9 +131,17 @@ class GoalSender:
         """Send the goal, and return when it is accepted."""
         self._accepted(ask(self.session, self._key("send_goal"), self._next_goal()))
 
-    def result(self) -> None:
-        """Return when the goal that was sent last has ended."""
-        self._succeeded(ask(self.session, self._key("get_result"), self._get_result))
+    def result(self, status: int = _SUCCEEDED) -> None:
+        """Return when the goal that was sent last has ended, which it has to with this status."""
+        payload = ask(self.session, self._key("get_result"), self._get_result)
+        if json.loads(payload)["status"] != status:
+            raise RuntimeError(f"{self.action}: {payload!r}")
+
+    def canceled(self) -> None:
+        """Send the goal; when it is accepted, cancel it, and return with its result."""
+        self.accepted()
+        ask(self.session, self._key("cancel_goal"), b'{"goal_info": %b}' % self._get_result)
+        self.result(_CANCELED)
 
     def one_by_one(self) -> None:
         """Send the goal; when it is accepted, ask for the result, and return with it."""
@@ -162,8 +171,4 @@ class GoalSender:
 
     def _accepted(self, payload: bytes) -> None:
         if not json.loads(payload)["accepted"]:
-            raise RuntimeError(f"{self.action}: {payload!r}")
-
-    def _succeeded(self, payload: bytes) -> None:
-        if json.loads(payload)["status"] != 4:  # noqa: PLR2004 - SUCCEEDED
             raise RuntimeError(f"{self.action}: {payload!r}")

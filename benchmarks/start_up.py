@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import socket
 import subprocess
 import sys
 from contextlib import ExitStack
 from functools import partial
 from typing import Any
 
-from benchmarks._processes import ENVIRONMENT, HMRSIM, ROOT, command, line_of
+from benchmarks._processes import ENVIRONMENT, HMRSIM, ROOT, command, free_port, line_of
 from benchmarks._report import Row
 from benchmarks._timing import Variant, medians
 
@@ -47,12 +46,6 @@ def _until_ready(begun: ExitStack) -> None:
 
 def _first_goal(by: str, begun: ExitStack) -> None:
     """Start both at once, and return when the controller's first goal is accepted."""
-    endpoint = f"tcp/127.0.0.1:{_free_port()}"
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     begun.enter_context(command(*HMRSIM, "run", "scenario2", "--listen", endpoint))
     line_of(begun.enter_context(command(sys.executable, "-m", "benchmarks._first_goal", endpoint, by)))
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

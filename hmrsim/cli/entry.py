@@ -25,6 +25,7 @@ _COMMANDS: Final = {
     "action": "list the robots' actions, look at one, send a goal",
     "topic": "list what is published, and follow it",
     "service": "list what can be asked, and ask it",
+    "doctor": "say what is on the network, and what is wrong with it",
     "map": "check a world file, look at it, plan on it, convert it",
     "completion": "print what makes a shell complete our commands",
 }

@@ -39,6 +39,7 @@ COMMANDS = (
     ["service"],
     ["service", "list"],
     ["service", "call"],
+    ["doctor"],
     ["map"],
     ["map", "validate"],
     ["map", "info"],

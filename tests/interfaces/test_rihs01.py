@@ -1,6 +1,7 @@
-"""The models are ROS's own types: their hashes are those that ROS's generator makes.
+"""The models are ROS's own types: their hashes are those that ROS's generator makes, in every distribution.
 
-``rihs01.json`` holds kilted's hashes. It has none of some packages (moveit_msgs/msg, shape_msgs and others).
+``rihs01.json`` holds the hashes by the distributions that have them, also of the types that ROS derives.
+It has none of some packages (moveit_msgs/msg, shape_msgs and others).
 A wrong field there changes the hash of the action that nests it: these are checked through Pickup and Place.
 """
 
@@ -17,22 +18,81 @@ from hmrsim.interfaces.geometry_msgs import PoseWithCovariance
 from hmrsim.interfaces.message import Message
 from hmrsim.interfaces.moveit_msgs import CollisionObject, Grasp, Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.shape_msgs import SolidPrimitive
 from hmrsim.interfaces.std_msgs import Empty
-from hmrsim_zenoh.ros2.rihs01 import rihs01, type_description
+from hmrsim_zenoh.ros2.codec.distros import DISTROS
+from hmrsim_zenoh.ros2.codec.rihs01 import rihs01, type_description
+from tests.spoken import structures
 
-KILTED: dict[str, str] = json.loads((Path(__file__).parent / "rihs01.json").read_text())["kilted"]
+TABLE: dict[str, dict[str, str]] = json.loads((Path(__file__).parent / "rihs01.json").read_text())
+HASHES = {
+    (distro, ros_type): expected
+    for distros, hashes in TABLE.items()
+    for distro in distros.split()
+    for ros_type, expected in hashes.items()
+}
+
+SEEN = [
+    ("kilted", "sensor_msgs/msg/BatteryState", "4bee5dfce981c98faa6828b868307a0a73f992ed0789f374ee96c8f840e69741"),
+    ("kilted", "tf2_msgs/msg/TFMessage", "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"),
+    ("kilted", "vision_msgs/msg/Detection3DArray", "793f5eab9595ac1c0da07873cc859db42eae51f0ee76056db8562515d830e018"),
+    (
+        "kilted",
+        "simulation_interfaces/srv/GetEntities",
+        "cb90004c48cd50f37732fb008e22c34c261dd680a723bf0f85d8437ea4498bf7",
+    ),
+    (
+        "kilted",
+        "simulation_interfaces/srv/GetEntitiesStates",
+        "0a76170d0c1c90e1eaf805cfab78ea801d1f82df309a28c1f0fae4b570f19754",
+    ),
+    (
+        "kilted",
+        "simulation_interfaces/srv/GetNamedPoses",
+        "c3d12ab920115bfd4733f6d20516adc3968fb438538540997c37e200e02b04e3",
+    ),
+    (
+        "kilted",
+        "simulation_interfaces/srv/GetAvailableWorlds",
+        "ce5589b5523f2732d1969a3c5a7e6b17a387091df8190c62f78d7fdd1109e3e3",
+    ),
+    (
+        "kilted",
+        "simulation_interfaces/srv/ResetSimulation",
+        "4ce285d7ff9b8ac70dcc95161f32bf54c05a6f4b13427990e41ab40c36c39646",
+    ),
+    (
+        "kilted",
+        "simulation_interfaces/srv/StepSimulation",
+        "913fe0653690ce6bf8f09f316e6a626747012e9fca31e26719910d417aa8565c",
+    ),
+    (
+        "lyrical",
+        "simulation_interfaces/srv/SpawnEntity",
+        "66860313e11009faddbfc8568e5d410d1a11607fe75eeb1308671dc0406fe3a7",
+    ),
+    (
+        "lyrical",
+        "simulation_interfaces/srv/LoadWorld",
+        "87d0ded1bfddb40a74d0bedb963fdd592fbedb14d0057d597850404b73c338af",
+    ),
+    (
+        "lyrical",
+        "simulation_interfaces/msg/Spawnable",
+        "8675aa686f0df1ed7874a6ec210fdce1ac1c07f4e49fc26ec7fb6fe729f6772e",
+    ),
+]
+"""What `ros2 topic info -v` shows, or ROS's generator wrote, on machines of others."""
 
 # The table was made without these packages.
-WITHOUT_HASHES = {"simulation_interfaces", "vision_msgs", "hmrsim_msgs"}
+WITHOUT_HASHES = {"simulation_interfaces", "vision_msgs", "tf2_msgs", "hmrsim_msgs"}
 
 
 def checked_types() -> set[str]:
-    """Return the types in the table and all that Pickup and Place nest."""
+    """Return the types that kilted has in the table and all that Pickup and Place nest."""
     actions = (Pickup.Goal, Pickup.Result, Place.Goal, Place.Result)
     nested = [one for cls in actions for one in type_description(cls)["referenced_type_descriptions"]]
-    return {*KILTED, *(one["type_name"] for one in nested)}
+    return {*(name for distro, name in HASHES if distro == "kilted"), *(one["type_name"] for one in nested)}
 
 
 def field_type(cls: type[Message], name: str) -> dict[str, Any]:
@@ -42,10 +102,16 @@ def field_type(cls: type[Message], name: str) -> dict[str, Any]:
     return found
 
 
-@pytest.mark.parametrize("ros_type", sorted(KILTED))
-def test_hash_is_kilteds(ros_type: str, message_types: dict[str, type[Message]]) -> None:
-    """The model of a type in the table has the hash that is in the table."""
-    assert KILTED[ros_type] == rihs01(message_types[ros_type])
+@pytest.mark.parametrize(("distro", "ros_type"), sorted(HASHES), ids=lambda value: value)
+def test_hash_is_ros(distro: str, ros_type: str) -> None:
+    """A type in the table has the hash that is in the table."""
+    assert HASHES[distro, ros_type] == structures(distro)[ros_type].hash()
+
+
+@pytest.mark.parametrize(("distro", "ros_type", "expected"), SEEN, ids=lambda value: value)
+def test_hash_was_seen(distro: str, ros_type: str, expected: str) -> None:
+    """A type has the hash that others have met it with."""
+    assert f"RIHS01_{expected}" == structures(distro)[ros_type].hash()
 
 
 def test_hash_is_checked(message_type: type[Message]) -> None:
@@ -55,11 +121,12 @@ def test_hash_is_checked(message_type: type[Message]) -> None:
     assert message_type.ros_type in checked_types() or package in WITHOUT_HASHES
 
 
-def test_published_hash() -> None:
-    """The hash of BatteryState is the one that ``ros2 topic info -v`` shows."""
-    expected = "RIHS01_4bee5dfce981c98faa6828b868307a0a73f992ed0789f374ee96c8f840e69741"
+@pytest.mark.parametrize("distro", DISTROS)
+def test_every_distribution_has_all_actions(distro: str) -> None:
+    """The table has the same actions for all, so that none is left unchecked."""
+    expected = {name for has, name in HASHES if has == "kilted" and "/action/" in name}
 
-    assert expected == rihs01(BatteryState)
+    assert expected == {name for has, name in HASHES if has == distro and "/action/" in name}
 
 
 def test_description_of_a_flat_message() -> None:

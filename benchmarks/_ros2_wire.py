@@ -1,0 +1,145 @@
+"""A ROS 2 client on rmw_zenoh's wire that costs as little as Python allows."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import threading
+import time
+import uuid
+from typing import Final
+
+import zenoh
+
+from benchmarks._wire import answer
+from hmrsim.actions import registry
+from hmrsim.interfaces.action_msgs import CancelGoal
+from hmrsim_zenoh.ros2 import keys
+from hmrsim_zenoh.ros2.attachment import Attachment
+from hmrsim_zenoh.ros2.codec.types import ActionType, ServiceType, action_type
+from hmrsim_zenoh.ros2.keys import Endpoint, Kind, Node
+
+_PATIENCE = 60.0
+_HEADER = bytes((0, 1, 0, 0))
+_SUCCEEDED, _CANCELED = 4, 5
+_ACCEPTED = 1
+
+
+def open_session(endpoint: str) -> zenoh.Session:
+    """Return a session as rmw_zenoh opens it, but that it tries again soon where nobody is there yet."""
+    config = zenoh.Config()
+    for key, value in {
+        "mode": "peer",
+        "connect/endpoints": [endpoint],
+        "connect/timeout_ms": round(_PATIENCE * 1e3),
+        "connect/retry": {"period_init_ms": 10, "period_max_ms": 20, "period_increase_factor": 1.0},
+        "listen/endpoints": ["tcp/127.0.0.1:0"],
+        "scouting/multicast/enabled": False,
+        "timestamping/enabled": True,
+        "transport/shared_memory/enabled": False,
+    }.items():
+        config.insert_json5(key, json.dumps(value))
+    return zenoh.open(config)
+
+
+def type_of(action: str, distro: str = "jazzy") -> ActionType:
+    """Return an action's type by its name."""
+    found = registry()[action]
+    return action_type(found.ros_type, found.goal, found.result, found.feedback, distro)
+
+
+_KIND_CHUNK, _NAME_CHUNK = 5, 9
+_ROLES: Final = (("SS", "send_goal"), ("SS", "cancel_goal"), ("SS", "get_result"), ("MP", "feedback"), ("MP", "status"))
+
+
+class _Service:
+    """One of an action's services, and its client's token and id."""
+
+    def __init__(self, session: zenoh.Session, name: str, type_: ServiceType, number: int) -> None:
+        self._session = session
+        self._key = keys.key(0, name, type_.dds_name, type_.hash)
+        endpoint = Endpoint(Kind.CLIENT, name, type_.dds_name, type_.hash)
+        token = keys.endpoint_token(0, str(session.info.zid()), (0, number), Node("/", "benchmark"), endpoint)
+        self._token = session.liveliness().declare_token(token)
+        self._gid = keys.gid(token)
+        self._sequence = itertools.count(1)
+
+    def ask(self, payload: bytes) -> bytes:
+        """Send a request and return the reply."""
+        replies = self._session.get(
+            self._key,
+            payload=payload,
+            attachment=Attachment(next(self._sequence), time.time_ns(), self._gid).to_bytes(),
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=_PATIENCE,
+        )
+        return answer(replies, self._key)
+
+
+class RosGoalSender:
+    """Sends goals of one robot's action, each the action's default goal."""
+
+    def __init__(self, session: zenoh.Session, robot: str, action: str) -> None:
+        type_, name = type_of(action), f"/{robot}/{action}/_action"
+        self._send_goal = _Service(session, f"{name}/send_goal", type_.send_goal, 1)
+        self._get_result = _Service(session, f"{name}/get_result", type_.get_result, 2)
+        self._cancel_goal = _Service(session, f"{name}/cancel_goal", type_.cancel_goal, 3)
+        nobody = {"goal_id": {"uuid": bytes(16)}, "goal": registry()[action].goal()}
+        self._goal = type_.send_goal.request.encode(nobody)[len(_HEADER) + 16 :]
+        self._no_time = type_.cancel_goal.request.encode(CancelGoal.Request())[len(_HEADER) + 16 :]
+        self._id = b""
+
+    def one_by_one(self) -> None:
+        """Send a goal; when it is accepted, ask for the result, and return with it."""
+        self._accepted()
+        self._ended(_SUCCEEDED)
+
+    def canceled(self) -> None:
+        """Send a goal; when it is accepted, cancel it, and return with its result."""
+        self._accepted()
+        self._cancel_goal.ask(_HEADER + self._id + self._no_time)
+        self._ended(_CANCELED)
+
+    def _accepted(self) -> None:
+        self._id = uuid.uuid4().bytes
+        if self._send_goal.ask(_HEADER + self._id + self._goal)[len(_HEADER)] != _ACCEPTED:
+            raise RuntimeError("a goal was rejected")
+
+    def _ended(self, status: int) -> None:
+        if self._get_result.ask(_HEADER + self._id)[len(_HEADER)] != status:
+            raise RuntimeError(f"a goal has not ended with status {status}")
+
+
+class Graph:
+    """The services and publishers that a ROS node knows of, and when it learned of the last."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        self._seen: set[tuple[str, str]] = set()
+        self._missing: set[tuple[str, str]] = set()
+        self._complete_at = 0.0
+        self._changed = threading.Condition()
+        handler: zenoh.handlers.Callback[zenoh.Sample] = zenoh.handlers.Callback(self._take, indirect=False)
+        self._subscriber = session.liveliness().declare_subscriber(keys.all_tokens(0), handler, history=True)
+
+    def _take(self, sample: zenoh.Sample) -> None:
+        chunks = str(sample.key_expr).split("/")
+        if len(chunks) <= _NAME_CHUNK:
+            return
+        endpoint = (chunks[_KIND_CHUNK], chunks[_NAME_CHUNK])
+        with self._changed:
+            self._seen.add(endpoint)
+            self._missing.discard(endpoint)
+            if not self._missing:
+                self._complete_at = time.perf_counter()
+                self._changed.notify_all()
+
+    def when(self, servers: list[str]) -> float:
+        """Wait until all these actions can be used, and return since when."""
+        wanted = {(kind, f"{name.replace('/', '%')}%_action%{role}") for name in servers for kind, role in _ROLES}
+        with self._changed:
+            self._missing = wanted - self._seen
+            self._complete_at = time.perf_counter()
+            if not self._changed.wait_for(lambda: not self._missing, _PATIENCE):
+                raise RuntimeError(f"{len(self._missing)} endpoints are not there")
+            return self._complete_at

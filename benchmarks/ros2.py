@@ -1,0 +1,221 @@
+"""ROS 2's wire: what messages and goals cost, against JSON's, and how soon a hundred robots are there."""
+
+from __future__ import annotations
+
+import statistics
+import tempfile
+import time
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
+from benchmarks._processes import HMRSIM, command, free_port, line_of, threads
+from benchmarks._report import Row
+from benchmarks._ros2_wire import Graph, RosGoalSender, open_session, type_of
+from benchmarks._timing import Variant, medians
+from benchmarks._wire import GoalSender, served
+from hmrsim.actions import registry
+from hmrsim.cli.garbage import collect_rarely
+from hmrsim.gateway import FeedbackSent, GoalEntry, StatusChanged
+from hmrsim.goal import GoalStatus
+from hmrsim.services import registry as all_services
+from hmrsim.simulator import Simulator
+from hmrsim_zenoh.host import HostSettings
+from hmrsim_zenoh.ros2.names import names_of
+from hmrsim_zenoh.ros2.publishing.publications import Publications
+from hmrsim_zenoh.ros2.wires import RmwZenoh
+from hmrsim_zenoh.session import SessionOptions, open_server
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from hmrsim.world.model import World
+
+QUICK: dict[str, Any] = {"rounds": 20, "robots": 10, "starts": 1}
+
+_MICRO = 1e6
+_AT_ONCE = 1000
+"""Calls that are timed together, where one takes microseconds."""
+_LIMIT = 10.0
+_NEAR_NOTHING = 1.05
+_NEAR_JSON = 1.3
+_WIRES = (RmwZenoh(),)
+_DRIVING = 20
+_SPAN = 1000.0
+"""Simulated seconds that robots drive in one measurement."""
+_GOAL_ID = "0123456789abcdef0123456789abcdef"
+
+
+def run(*, rounds: int = 300, robots: int = 100, starts: int = 3, side: int = SIDE) -> list[Row]:
+    """Return what messages cost, what goals cost against JSON's, and what a fleet takes to be there."""
+    return [
+        *_messages(rounds),
+        _unheard(grid_world(_DRIVING, side=side), max(1, rounds // 20)),
+        *_goals(rounds),
+        *_fleet(robots, starts, side),
+    ]
+
+
+# --- messages ----------------------------------------------------------------------------------------------------
+
+
+def _messages(rounds: int) -> list[Row]:
+    """Return microseconds a message, in this process."""
+    simulator = Simulator(grid_world(1, side=2))
+    feedback = _feedback(simulator)
+    type_ = type_of("navigate_to_pose").feedback
+    message = {"goal_id": {"uuid": bytes.fromhex(_GOAL_ID)}, "feedback": feedback.feedback}
+    payload = type_.encode(message)
+    executing, succeeded = (_status(status) for status in (GoalStatus.EXECUTING, GoalStatus.SUCCEEDED))
+    with _published(simulator) as publications:
+
+        def change() -> None:
+            publications.emit(executing)
+            publications.emit(succeeded)
+
+        calls: dict[str, tuple[Callable[[], object], float | None]] = {
+            "NavigateToPose feedback: encode": (partial(type_.encode, message), _LIMIT),
+            "NavigateToPose feedback: decode": (partial(type_.decode, payload), _LIMIT),
+            "feedback that is sent, and nobody listens to in ROS": (partial(publications.emit, feedback), None),
+            "status of one goal, which is latched: two changes": (change, None),
+        }
+        took = medians([Variant(name, partial(_repeat, call)) for name, (call, _) in calls.items()], rounds // 10)
+    return [Row(name, took[name] / _AT_ONCE * _MICRO, "µs", at_most=at_most) for name, (_, at_most) in calls.items()]
+
+
+def _repeat(call: Callable[[], object]) -> None:
+    for _ in range(_AT_ONCE):
+        call()
+
+
+def _feedback(simulator: Simulator) -> FeedbackSent:
+    """Return feedback of a robot that drives, as the simulator gives it."""
+    pose = {"position": {"x": 12.5, "y": 7.25, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.6, "w": 0.8}}
+    header = {"stamp": {"sec": 12, "nanosec": 345_000_000}, "frame_id": "map"}
+    values = {
+        "current_pose": {"header": header, "pose": pose},
+        "navigation_time": {"sec": 3, "nanosec": 200_000_000},
+        "estimated_time_remaining": {"sec": 17, "nanosec": 5},
+        "number_of_recoveries": 0,
+        "distance_remaining": 17.25,
+    }
+    return FeedbackSent(next(iter(simulator.robots)), "navigate_to_pose", _GOAL_ID, values)
+
+
+def _status(status: GoalStatus) -> StatusChanged:
+    return StatusChanged("robot_0", "navigate_to_pose", (GoalEntry(_GOAL_ID, 1_000_000_000, status),))
+
+
+@contextmanager
+def _published(simulator: Simulator) -> Iterator[Publications]:
+    """Publish of a simulation to nobody."""
+    session, (endpoint,) = open_server(SessionOptions(listen=("tcp/127.0.0.1:0",)))
+    with session:
+        publications = Publications(
+            session,
+            RmwZenoh(),
+            names_of(simulator),
+            actions=registry(),
+            services=all_services(),
+            odom=lambda robot: simulator.readings.odom(simulator.robots[robot]),
+            changed=lambda: None,
+        )
+        publications.start()
+        with open_session(endpoint) as other:
+            Graph(other).when([name for name in names_of(simulator).actions if name.count("/") > 1])
+        yield publications
+
+
+def _unheard(world: World, rounds: int) -> Row:
+    """Return what feedback costs that nobody listens to, against a simulator that is on the wire and gives none."""
+    giving, silent = Simulator(world, keep_results=10), Simulator(world, keep_results=10)
+    silent.dispatcher.sample_feedback = lambda *_: None  # type: ignore[method-assign]
+    with _published(giving) as by_giving, _published(silent) as by_silent:
+        for simulator, publications in ((giving, by_giving), (silent, by_silent)):
+            simulator.attach(publications)
+            plan_everything(simulator)
+            Wanderers(simulator).start(simulator.robots)
+        collect_rarely()
+        variants = [Variant("silent", partial(_go_on, silent)), Variant("giving", partial(_go_on, giving))]
+        took = medians(variants, rounds)
+    return Row(
+        f"{len(world.robots)} robots, feedback that nobody listens to, against none",
+        _SPAN / took["giving"],
+        "simulated s/s",
+        took["giving"] / took["silent"],
+        ratio_at_most=_NEAR_NOTHING,
+    )
+
+
+def _go_on(simulator: Simulator) -> None:
+    simulator.run(until=simulator.now + _SPAN)
+
+
+# --- goals -------------------------------------------------------------------------------------------------------
+
+
+def _goals(rounds: int) -> list[Row]:
+    """Return what goals cost by ROS's wire, and by JSON's of the same simulator: paced, and while its time stands."""
+    paced, standing = (HostSettings(clock=clock, wires=_WIRES, keep_results=10) for clock in ("realtime", "lockstep"))
+    with ExitStack() as stack:
+        json_, ros = _senders(stack, paced)
+        still_json, still_ros = _senders(stack, standing)
+        took = medians(
+            [
+                Variant("goal to result, paced, JSON", json_.one_by_one),
+                Variant("goal to result, paced, ROS 2", ros.one_by_one),
+                Variant("goal, cancel, result, while time stands, JSON", still_json.canceled),
+                Variant("goal, cancel, result, while time stands, ROS 2", still_ros.canceled),
+            ],
+            rounds,
+        )
+    return [_against_json(name, seconds, took[name.replace("ROS 2", "JSON")]) for name, seconds in took.items()]
+
+
+def _against_json(name: str, seconds: float, by_json: float) -> Row:
+    limit = None if name.endswith("JSON") else _NEAR_JSON
+    return Row(name, seconds * _MICRO, "µs", seconds / by_json, ratio_at_most=limit)
+
+
+def _senders(stack: ExitStack, settings: HostSettings) -> tuple[GoalSender, RosGoalSender]:
+    """Return who sends goals by either wire, to a robot each of one simulator."""
+    world = stack.enter_context(served(grid_world(2, side=2), settings))
+    plain = stack.enter_context(world.session())
+    ros = stack.enter_context(open_session(world.endpoint))
+    Graph(ros).when(["/robot_0/wait", "/robot_1/wait"])
+    return GoalSender(plain, "robot_0/wait"), RosGoalSender(ros, "robot_1", "wait")
+
+
+# --- a fleet -----------------------------------------------------------------------------------------------------
+
+
+def _fleet(robots: int, starts: int, side: int) -> list[Row]:
+    """Return how soon after the simulator is ready a ROS node finds a fleet's actions, and the simulator's threads."""
+    world = grid_world(robots, side=side)
+    names = [name for name in names_of(Simulator(world)).actions if name.count("/") > 1]
+    drives = [name for name in names if name.endswith("/navigate_to_pose")]
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "fleet.yaml"
+        file.write_text(world.model_dump_json(exclude_defaults=True))
+        found = [_start(file, drives, names) for _ in range(starts)]
+    first, all_, threads = (statistics.median(figures) for figures in zip(*found, strict=True))
+    fleet = f"{robots:,} robots"
+    return [
+        Row(f"{fleet}: navigate_to_pose of all is there after", first, "s", at_most=2.0),
+        Row(f"{fleet}: all actions are there after", all_, "s", at_most=15.0),
+        Row(f"{fleet}: threads of the simulator", threads, "threads", at_most=39),
+    ]
+
+
+def _start(world: Path, drives: list[str], names: list[str]) -> tuple[float, float, float]:
+    """Start a simulator; return seconds until each of two sets of actions is there, and its threads."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    words = (*HMRSIM, "run", str(world), "--ros2", "--listen", endpoint, "--log-level", "error")
+    with command(*words) as simulator:
+        line_of(simulator)
+        ready = time.perf_counter()
+        with open_session(endpoint) as session:
+            graph = Graph(session)
+            return graph.when(drives) - ready, graph.when(names) - ready, threads(simulator.pid)

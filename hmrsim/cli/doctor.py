@@ -1,0 +1,84 @@
+"""``hmrsim doctor``: what is on the network, what is wrong with it, and what to do."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.cli.connection import add_connection_options
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show, show_json
+from hmrsim.cli.ros2_options import VARIABLE, domain_id
+from hmrsim.log_options import logging_to_stderr
+from hmrsim_zenoh.errors import NobodyThere
+from hmrsim_zenoh.options import ENVIRONMENT, session_options
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+_EXAMPLES: Final = f"""\
+exit codes:
+  0  nothing is wrong
+  1  something is; each problem is told with what to do
+  2  wrong use
+  3  nobody there: neither a simulator nor a ROS node
+
+examples:
+  hmrsim doctor
+  hmrsim doctor --ros-domain-id 7 --connect tcp/10.0.0.7:7447
+  hmrsim doctor --json | jq -r '.problems[].remedy'
+
+{ENVIRONMENT}"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim doctor``."""
+    parser.description = (
+        "Say what is on the network (a simulator, its robots and who drives them, ROS nodes), what is wrong with it,\n"
+        "and what to do. It only looks, and changes nothing."
+    )
+    parser.epilog = _EXAMPLES
+    parser.add_argument("--json", action="store_true", help="print one JSON object with everything")
+    parser.add_argument(
+        "--ros-domain-id",
+        type=domain_id,
+        metavar="N",
+        help=f"ROS's domain to look at (default: the environment's {VARIABLE}, else 0)",
+    )
+    parser.set_defaults(function=_examine)
+    add_connection_options(parser)
+
+
+def _examine(args: argparse.Namespace) -> int:
+    # They take longer to load than --help may.
+    from hmrsim.cli.doctor_text import as_json, as_text  # noqa: PLC0415
+    from hmrsim_zenoh.doctor import gather, problems  # noqa: PLC0415
+
+    given = args.ros_domain_id
+    try:
+        with logging_to_stderr(args):
+            snapshot = gather(
+                session_options(args),
+                domain=given if given is not None else _domain_of(os.environ),
+                environment=os.environ,
+                wants_ros=given is not None,
+            )
+    except NobodyThere as error:
+        if args.json:
+            show_json({"problems": [{"kind": "nobody_there", "severity": "error", "text": str(error)}]})
+        raise
+    found = problems(snapshot)
+    if args.json:
+        show_json(as_json(snapshot, found))
+    else:
+        show(as_text(snapshot, found))
+    return ExitCode.FAILED if any(one.severity == "error" for one in found) else ExitCode.DONE
+
+
+def _domain_of(environment: Mapping[str, str]) -> int:
+    """Return the domain of the environment; 0 if it says none, or what is none, which is found to be a problem."""
+    try:
+        return domain_id(environment.get(VARIABLE, ""))
+    except argparse.ArgumentTypeError:
+        return 0

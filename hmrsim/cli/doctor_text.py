@@ -1,0 +1,210 @@
+"""What ``hmrsim doctor`` has found, for people and for programs."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.errors import printable
+from hmrsim_zenoh.doctor.problem import some
+from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions
+from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints
+from hmrsim_zenoh.ros2.hashes import distros_of, ros_name
+from hmrsim_zenoh.ros2.keys import Kind
+from hmrsim_zenoh.tokens import MOST_TOKENS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from hmrsim_zenoh.doctor import Problem, Simulator, Snapshot
+    from hmrsim_zenoh.doctor.snapshot import Domain
+    from hmrsim_zenoh.ros2.keys import Token
+
+_KINDS: Final = {
+    Kind.PUBLISHER: "publisher",
+    Kind.SUBSCRIBER: "subscriber",
+    Kind.SERVICE: "service",
+    Kind.CLIENT: "client",
+}
+_MOST_DOMAINS: Final = 8
+_LABEL: Final = 11
+"""Columns of what stands in front of a line."""
+
+
+def as_text(snapshot: Snapshot, found: Sequence[Problem]) -> str:
+    """Return what is there, a line for each kind of thing, and what is wrong, a line for each problem."""
+    facts = [f"{label:<{_LABEL}} {text}" for label, text in _facts(snapshot)]
+    told = [f"{one.severity}: {one.text}; {one.remedy}" for one in found]
+    return "\n".join(printable(line) for line in (*facts, "", *(told or ["nothing is wrong"])))
+
+
+def as_json(snapshot: Snapshot, found: Sequence[Problem]) -> dict[str, Any]:
+    """Return everything as plain values."""
+    simulator = snapshot.simulator
+    return {
+        "network": {"endpoints": snapshot.endpoints, "routers": snapshot.routers, "peers": snapshot.peers},
+        "prefixes": snapshot.prefixes,
+        "simulator": None if simulator is None else _simulator(snapshot, simulator),
+        "ros2": {
+            "domain": snapshot.domain,
+            "domains": {str(number): _domain(domain) for number, domain in snapshot.domains.items()},
+            "unreadable": snapshot.unreadable,
+            "distros": _distros(snapshot.ros),
+            "incomplete_actions": incomplete_actions(snapshot) if snapshot.ros.ours else {},
+        },
+        "environment": dict(snapshot.environment),
+        "problems": [asdict(one) for one in found],
+    }
+
+
+def _simulator(snapshot: Snapshot, simulator: Simulator) -> dict[str, Any]:
+    return {
+        "prefix": snapshot.prefix,
+        "session": simulator.session,
+        "info": simulator.info,
+        "time": simulator.time,
+        "robots_alive": sorted(simulator.alive),
+        "participants_alive": sorted(simulator.tokens),
+        "trees": {robot: {key: tree.get(key) for key in _OF_TREES} for robot, tree in sorted(simulator.trees.items())},
+    }
+
+
+_OF_TREES: Final = ("sim_time", "tick", "status", "ended")
+"""What is told of a tree; all of it is on its topic."""
+
+
+def _domain(domain: Domain) -> list[dict[str, Any]]:
+    """Return the nodes of a domain and their endpoints."""
+    nodes: dict[tuple[str, str], list[dict[str, str]]] = {}
+    for token in domain.tokens:
+        has = nodes.setdefault((token.session, token.node.full_name), [])
+        if token.endpoint is not None:
+            one = token.endpoint
+            has.append(
+                {
+                    "kind": _KINDS[one.kind],
+                    "name": one.name,
+                    "type": ros_name(one.type),
+                    "hash": one.hash,
+                    "qos": one.qos,
+                }
+            )
+    ours = {token.session for token in domain.ours}
+    return [
+        {"name": name, "session": session, "simulator": session in ours, "endpoints": has}
+        for (session, name), has in sorted(nodes.items())
+    ]
+
+
+def _facts(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
+    simulator = snapshot.simulator
+    who = "the simulator is the router" if simulator and simulator.session in snapshot.routers else _answering(snapshot)
+    yield "network", f"{snapshot.where}: {who}"
+    others = [prefix for prefix in snapshot.prefixes if simulator is None or prefix != snapshot.prefix]
+    if simulator is not None:
+        yield from _of_simulator(snapshot, simulator)
+    else:
+        yield "simulator", "none"
+    if others:
+        yield "others", f"simulators with the prefix {some(others)}"
+    yield from _of_ros(snapshot)
+
+
+def _answering(snapshot: Snapshot) -> str:
+    return "a router" if snapshot.routers else "a peer, no router"
+
+
+def _of_simulator(snapshot: Snapshot, simulator: Simulator) -> Iterator[tuple[str, str]]:
+    info, time = simulator.info, simulator.time
+    world = info.get("world", {}).get("name")
+    yield (
+        "simulator",
+        f"hmrsim {info.get('hmrsim')}, contract {info.get('contract')}, prefix {snapshot.prefix}, world {world!r}",
+    )
+    yield "time", ", ".join(_of_time(time))
+    yield "robots", "; ".join((some(_groups(simulator)) or "none", *_alive(simulator)))
+    if time.get("participants") or time.get("waiting_for"):
+        waiting = f"; time waits for {some(time['waiting_for'])}" if time.get("waiting_for") else ""
+        yield "lockstep", f"{some(time.get('participants', ())) or 'nobody takes part'}{waiting}"
+    if info.get("planner_present"):
+        yield "planner", "there is one outside"
+    if simulator.trees:
+        yield (
+            "trees",
+            some(f"{robot} {tree.get('status', '')}".strip() for robot, tree in sorted(simulator.trees.items())),
+        )
+
+
+def _groups(simulator: Simulator) -> Iterator[str]:
+    """Yield the robots that can do the same, and how much that is."""
+    groups: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
+    for robot, actions in simulator.robots.items():
+        groups[tuple(actions)].append(robot)
+    for served, names in groups.items():
+        plural, each = "s" * (len(served) != 1), " each" * (len(names) > 1)
+        yield f"{some(names)} ({len(served)} action{plural}{each})"
+
+
+def _alive(simulator: Simulator) -> Iterator[str]:
+    if len(simulator.robots) > MOST_TOKENS:
+        yield "too many for liveliness tokens"
+    elif simulator.robots:
+        there = len(simulator.alive & simulator.robots.keys())
+        yield f"{there} of {len(simulator.robots)} with a liveliness token"
+
+
+def _of_time(time: Any) -> Iterator[str]:
+    yield f"{time.get('now', 0.0):.9g} s"
+    factor = time.get("real_time_factor", 1.0)
+    if time.get("clock") == "lockstep":
+        yield f"lockstep, epoch {time.get('epoch')}"
+    else:
+        yield f"realtime, {f'factor {factor:g}' if factor else 'as fast as possible'}"
+    if time.get("paused"):
+        yield "paused"
+    if time.get("lag"):
+        yield f"{time['lag']:.1f} wall seconds lost"
+
+
+def _of_ros(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
+    domains = {snapshot.domain: snapshot.ros, **snapshot.domains}
+    for number in [*domains][:_MOST_DOMAINS]:
+        domain = domains[number]
+        if not domain.tokens:
+            yield "ROS", f"domain {number}: nobody"
+        if domain.ours:
+            yield "ROS", f"domain {number}: {_offer(snapshot, domain)}"
+        if domain.others:
+            yield "ROS", f"domain {number}: {_nodes(domain.others)}"
+    if len(domains) > _MOST_DOMAINS:
+        yield "ROS", f"{len(domains) - _MOST_DOMAINS} more domains"
+
+
+def _offer(snapshot: Snapshot, domain: Domain) -> str:
+    nodes, count = {token.node for token in domain.ours}, sum(1 for _ in endpoints(domain.ours))
+    told = f"the simulator, with {len(nodes)} nodes and {count} endpoints"
+    if domain is snapshot.ros and snapshot.simulator is not None:
+        names = snapshot.simulator.names.actions
+        told += f"; {len(names) - len(incomplete_actions(snapshot))} of {len(names)} action names whole"
+    return f"{told}; types of {', '.join(_distros(domain)) or 'no distribution known here'}"
+
+
+def _distros(domain: Domain) -> tuple[str, ...]:
+    """Return whose types the simulator speaks."""
+    return distros_of({(one.type, one.hash) for _, one in endpoints(domain.ours, *OFFER)})
+
+
+def _nodes(tokens: Iterable[Token]) -> str:
+    has: defaultdict[str, Counter[str]] = defaultdict(Counter)
+    for token in tokens:
+        counts = has[token.node.full_name]
+        if token.endpoint is not None:
+            counts[_KINDS[token.endpoint.kind]] += 1
+    told = some(f"{node}{_counts(counts)}" for node, counts in sorted(has.items()))
+    return f"{len(has)} node{'s' if len(has) > 1 else ''} of others: {told}"
+
+
+def _counts(counts: Counter[str]) -> str:
+    words = [f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in sorted(counts.items())]
+    return f" ({', '.join(words)})" if words else ""

@@ -1,0 +1,95 @@
+"""What is missing for ROS's clients and subscribers to work."""
+
+from __future__ import annotations
+
+import difflib
+from collections import defaultdict
+from typing import TYPE_CHECKING, Final
+
+from hmrsim_zenoh.doctor.problem import Problem, some
+from hmrsim_zenoh.doctor.snapshot import WANT, endpoints
+from hmrsim_zenoh.ros2.hashes import difference
+from hmrsim_zenoh.ros2.keys import Kind
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from hmrsim_zenoh.doctor.snapshot import Domain, Snapshot
+
+_ACTION: Final = "/_action/"
+_CLOSE: Final = 0.8
+"""From where on a name may be a mistyped other one, for difflib."""
+
+
+def without_server(snapshot: Snapshot) -> Iterator[Problem]:
+    """Tell of clients that wait for a server; of a node that has found others, it may be as it is meant to be."""
+    wanted: defaultdict[str, list[str]] = defaultdict(list)
+    for token, endpoint in endpoints(snapshot.ros.others, Kind.CLIENT):
+        wanted[token.node.full_name].append(endpoint.name)
+    there = {endpoint.name for _, endpoint in endpoints(snapshot.ros.tokens, Kind.SERVICE)}
+    for node, names in sorted(wanted.items()):
+        missing = _whole(name for name in names if name not in there)
+        if missing:
+            yield Problem(
+                "no_server",
+                f"{node} waits for {some(missing)}, which nobody serves{_elsewhere(snapshot, missing)}",
+                _advice(missing, there),
+                "error" if all(name not in there for name in names) else "warning",
+            )
+
+
+def different_types(snapshot: Snapshot) -> Iterator[Problem]:
+    """Tell of clients and subscribers that do not understand whom they ask or listen to."""
+    found: defaultdict[tuple[str, str, str], list[str]] = defaultdict(list)
+    for token, endpoint in endpoints(snapshot.ros.others, *WANT):
+        spoken = snapshot.ros.spoken.get(endpoint.name, set())
+        theirs = (endpoint.type, endpoint.hash)
+        if spoken and theirs not in spoken:
+            ours = endpoint.name in snapshot.ros.spoken_by_us
+            found[token.node.full_name, *difference(theirs, spoken, simulator=ours)].append(endpoint.name)
+    for (node, what, remedy), names in sorted(found.items()):
+        yield Problem("different_types", f"{node} does not understand {some(sorted(names))}: {what}", remedy)
+
+
+def _whole(names: Iterable[str]) -> list[str]:
+    """Return names with actions in the place of their parts."""
+    return sorted({name.partition(_ACTION)[0] for name in names})
+
+
+def _elsewhere(snapshot: Snapshot, names: list[str]) -> str:
+    """Return in which other domain some names are served, as words; none if in none."""
+    found = [str(number) for number, domain in snapshot.domains.items() if _serves(domain, names)]
+    return f" in domain {snapshot.domain}, but in domain {', '.join(found)}" if found else ""
+
+
+def _serves(domain: Domain, names: list[str]) -> bool:
+    return not {name.partition(_ACTION)[0] for name in domain.spoken}.isdisjoint(names)
+
+
+def _advice(missing: list[str], there: Iterable[str]) -> str:
+    served = _whole(there)
+    close = (difflib.get_close_matches(name, served, n=1, cutoff=_CLOSE) for name in missing)
+    meant = next((matches[0] for matches in close if matches), None)
+    return f"did you mean {meant}?" if meant else "start what serves it, or correct name, namespace or ROS_DOMAIN_ID"
+
+
+def in_other_domains(snapshot: Snapshot) -> Iterator[Problem]:
+    """Tell of clients in another domain that want what the simulator serves in this one."""
+    ours = snapshot.ros.spoken_by_us
+    for number, domain in snapshot.domains.items():
+        if number == snapshot.domain or not ours:
+            continue
+        nodes = {
+            token.node.full_name
+            for token, endpoint in endpoints(domain.others, Kind.CLIENT)
+            if endpoint.name in ours and endpoint.name not in domain.spoken
+        }
+        if nodes:
+            yield Problem(
+                "client_in_other_domain",
+                f"{some(sorted(nodes))} in ROS domain {number} asks what the simulator serves in {snapshot.domain}",
+                f"start them with ROS_DOMAIN_ID={snapshot.domain}, or the simulator with --ros-domain-id {number}",
+            )
+
+
+CHECKS: Final[tuple[Callable[[Snapshot], Iterator[Problem]], ...]] = (without_server, different_types, in_other_domains)

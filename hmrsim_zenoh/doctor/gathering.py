@@ -1,0 +1,144 @@
+"""Looking at a network: only asks for what anybody may read, and changes nothing."""
+
+from __future__ import annotations
+
+import json
+import time
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
+from hmrsim_zenoh.envelopes import UnreadableError
+from hmrsim_zenoh.errors import NobodyThere, RequestTimeout
+from hmrsim_zenoh.keys import WORLD
+from hmrsim_zenoh.ros2.keys import HIGHEST_DOMAIN, read_token
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim_zenoh.ros2.keys import Token
+    from hmrsim_zenoh.session import SessionOptions
+
+_WATCH: Final = 0.5
+"""Wall seconds from one look at the clock to the next."""
+_PATIENCE: Final = 60.0
+"""Wall seconds that tokens may take to come."""
+_ANY_DOMAIN: Final = "@ros2_lv/**"
+_ANY_SIMULATOR: Final = "**/_world/alive"
+
+_DOMAINS: Final = {str(domain): domain for domain in range(HIGHEST_DOMAIN + 1)}
+_OURS: Final = ("ROS_", "RMW_", "ZENOH_")
+
+
+def gather(
+    options: SessionOptions, *, domain: int, environment: Mapping[str, str], wants_ros: bool = False
+) -> Snapshot:
+    """Return what is on the network.
+
+    Args:
+        options: Where to look.
+        domain: ROS's domain id.
+        environment: Variables, of which those that matter to ROS are kept.
+        wants_ros: Whether whoever asks has to do with ROS.
+
+    Raises:
+        NobodyThere: Nobody answers at the endpoints, or somebody does and is neither simulator nor ROS node.
+        BadOptions, PortTaken: The session can't be opened.
+        SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError: The simulator does not answer.
+    """
+    file = (str(options.config_file),) if options.config_file else ()
+    where = options.connect or options.listen or file or (options.default,)
+    with Client(options, clock="realtime", acknowledge_timeout=options.timeout) as client:
+        if options.listen or options.mode not in (None, "client"):
+            # Others come to us, or tell us of others; that takes a while.
+            with suppress(NobodyThere):
+                client.wait_for_simulator(options.timeout)
+        prefixes = tuple(sorted(token.removesuffix(f"/{WORLD}/alive") for token in _tokens(client, _ANY_SIMULATOR)))
+        simulator = _simulator(client, options.timeout) if options.prefix in prefixes else None
+        tokens, unreadable = _of_ros(_tokens(client, _ANY_DOMAIN))
+        info = client.session.info
+        routers, peers = (tuple(map(str, each)) for each in (info.routers_zid(), info.peers_zid()))
+    if not (prefixes or tokens or unreadable):
+        who = "somebody answers" if routers or peers else "nobody comes"
+        raise NobodyThere(
+            f"{', '.join(where)}: {who}, and there is neither a simulator nor a ROS node; start "
+            "`hmrsim run WORLD --ros2`, with --connect there if it is a router"
+        )
+    return Snapshot(
+        endpoints=where,
+        prefix=options.prefix,
+        domain=domain,
+        environment={name: value for name, value in sorted(environment.items()) if name.startswith(_OURS) and value},
+        wants_ros=wants_ros,
+        routers=routers,
+        peers=peers,
+        prefixes=prefixes,
+        simulator=simulator,
+        tokens=tokens,
+        unreadable=unreadable,
+    )
+
+
+def _simulator(client: Client, timeout: float) -> Simulator:
+    keys = client.keys
+    begin = time.monotonic()
+    first = _time(client, timeout)
+    robots = {keys.owner(token) for token in _tokens(client, keys.alive("*"))}
+    participants = {token.rpartition("/")[2] for token in _tokens(client, keys.participants())}
+    trees = {keys.owner(key): _read(key, body) for key, body in client.get_all(keys.trees(), timeout).items()}
+    info, session = client.info(timeout), _session_of(client, timeout)
+    # What has stood still for so long stands.
+    time.sleep(max(0.0, begin + _WATCH - time.monotonic()))
+    return Simulator(
+        info=info,
+        session=session,
+        times=(first, _time(client, timeout)),
+        watched=time.monotonic() - begin,
+        alive=frozenset(robots - {WORLD}),
+        tokens=frozenset(participants),
+        trees=trees,
+    )
+
+
+def _time(client: Client, timeout: float) -> dict[str, Any]:
+    key = client.keys.world("time/state")
+    return _read(key, client.get(key, timeout))
+
+
+def _read(key: str, body: bytes) -> dict[str, Any]:
+    try:
+        found = json.loads(body)
+    except ValueError as error:
+        raise UnreadableError(f"{key}: {error}") from None
+    return found if isinstance(found, dict) else {}
+
+
+def _session_of(client: Client, timeout: float) -> str:
+    """Return the Zenoh id of the simulator's session, by which its tokens are known."""
+    key = client.keys.world("time/state")
+    ids = [str(reply.replier_id.zid) for reply in client.session.get(key, timeout=timeout) if reply.replier_id]
+    return ids[0] if ids else ""
+
+
+def _tokens(client: Client, pattern: str) -> list[str]:
+    """Return all tokens that match; those of a hundred robots take seconds on a busy machine."""
+    found = []
+    for reply in client.session.liveliness().get(pattern, timeout=_PATIENCE):
+        if reply.ok is None:
+            raise RequestTimeout(f"the liveliness tokens {pattern!r} have not come in {_PATIENCE:g} s")
+        found.append(str(reply.ok.key_expr))
+    return sorted(found)
+
+
+def _of_ros(texts: list[str]) -> tuple[dict[int, tuple[Token, ...]], tuple[str, ...]]:
+    """Return the tokens of each domain, and what can't be read."""
+    found: dict[int, list[Token]] = {}
+    unreadable = []
+    for text in texts:
+        token, domain = read_token(text), text.split("/")[1]
+        if token is None or domain not in _DOMAINS:
+            unreadable.append(text)
+        else:
+            found.setdefault(_DOMAINS[domain], []).append(token)
+    return {domain: tuple(tokens) for domain, tokens in found.items()}, tuple(unreadable)

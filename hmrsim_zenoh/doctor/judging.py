@@ -1,0 +1,29 @@
+"""All that can be wrong, in the order in which to mend it."""
+
+from __future__ import annotations
+
+from itertools import chain
+from typing import TYPE_CHECKING, Final
+
+from hmrsim_zenoh.doctor import client_checks, network_checks, ros2_checks, simulator_checks
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from hmrsim_zenoh.doctor.problem import Problem
+    from hmrsim_zenoh.doctor.snapshot import Snapshot
+
+    Check = Callable[[Snapshot], Iterator[Problem]]
+
+_CHECKS: Final[tuple[Check, ...]] = (
+    *network_checks.CHECKS,
+    *simulator_checks.CHECKS,
+    *ros2_checks.CHECKS,
+    *client_checks.CHECKS,
+)
+
+
+def problems(snapshot: Snapshot) -> list[Problem]:
+    """Return what is wrong; errors first."""
+    found = chain.from_iterable(check(snapshot) for check in _CHECKS)
+    return sorted(found, key=lambda problem: problem.severity != "error")

@@ -1,0 +1,109 @@
+"""What can be wrong with what a simulator offers to ROS."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import TYPE_CHECKING, Final
+
+from hmrsim_zenoh.doctor.problem import Problem, some
+from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints
+from hmrsim_zenoh.ros2.hashes import known
+from hmrsim_zenoh.ros2.keys import Kind
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from hmrsim_zenoh.doctor.snapshot import Snapshot
+
+_PARTS: Final = {
+    "send_goal": Kind.SERVICE,
+    "cancel_goal": Kind.SERVICE,
+    "get_result": Kind.SERVICE,
+    "feedback": Kind.PUBLISHER,
+    "status": Kind.PUBLISHER,
+}
+"""What an action consists of: ROS looks for all of it before it sends a goal."""
+
+
+def incomplete_actions(snapshot: Snapshot) -> dict[str, list[str]]:
+    """Return what is missing of each action of the simulator that is not whole in the domain."""
+    if snapshot.simulator is None:
+        return {}
+    there = {(endpoint.name, endpoint.kind) for _, endpoint in endpoints(snapshot.ros.ours, *OFFER)}
+    found = {}
+    for action, (robot, _) in snapshot.simulator.names.actions.items():
+        if robot in snapshot.simulator.lost:
+            continue
+        missing = [part for part, kind in _PARTS.items() if (f"{action}/_action/{part}", kind) not in there]
+        if missing:
+            found[action] = missing
+    return found
+
+
+def not_spoken(snapshot: Snapshot) -> Iterator[Problem]:
+    """Tell that ROS does not see the simulator: it does not speak ROS, or does elsewhere."""
+    if snapshot.simulator is None or snapshot.ros.ours:
+        return
+    elsewhere = [number for number, domain in snapshot.domains.items() if domain.ours]
+    if elsewhere:
+        yield Problem(
+            "other_domain",
+            f"the simulator is in ROS domain {elsewhere[0]}, not in {snapshot.domain}",
+            f"`export ROS_DOMAIN_ID={elsewhere[0]}`, or start it with --ros-domain-id {snapshot.domain}",
+        )
+    elif snapshot.has_to_do_with_ros:
+        yield Problem("no_ros2", "the simulator does not speak ROS", "start `hmrsim run` with --ros2")
+
+
+def not_whole(snapshot: Snapshot) -> Iterator[Problem]:
+    """Tell of actions that ROS does not find."""
+    incomplete = incomplete_actions(snapshot) if snapshot.ros.ours else {}
+    if incomplete and snapshot.simulator is not None:
+        whole, every = len(_PARTS), len(snapshot.simulator.names.actions)
+        told = some(f"{name} ({', '.join(p)})" if len(p) < whole else name for name, p in incomplete.items())
+        yield Problem(
+            "incomplete_actions",
+            f"{len(incomplete)} of {every} actions are missing, or parts of them: {told}",
+            "wait, if the simulator has started just now; else see its log",
+        )
+
+
+def unknown_types(snapshot: Snapshot) -> Iterator[Problem]:
+    """Tell that the simulator has other types than we know, by name and hash."""
+    strange = {
+        endpoint.type
+        for _, endpoint in endpoints(snapshot.ros.ours, *OFFER)
+        if endpoint.hash not in known().get(endpoint.type, {endpoint.hash: ()})
+    }
+    if strange:
+        yield Problem(
+            "unknown_types",
+            f"the simulator's hashes are none of this hmrsim's: {some(sorted(strange))}",
+            "install the same version on both sides",
+        )
+
+
+def two_servers(snapshot: Snapshot) -> Iterator[Problem]:
+    """Tell of services that two programs serve: a client gets the answer of either."""
+    servers: defaultdict[str, dict[str, str]] = defaultdict(dict)
+    for token, endpoint in endpoints(snapshot.ros.tokens, Kind.SERVICE):
+        servers[endpoint.name][token.session] = token.node.full_name
+    doubled: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
+    for name, sessions in servers.items():
+        if len(sessions) > 1:
+            doubled[tuple(sorted(sessions))].append(name)
+    for programs, names in doubled.items():
+        nodes = {servers[name][program] for name in names for program in programs}
+        yield Problem(
+            "two_servers",
+            f"{len(programs)} programs serve {some(names)} (nodes {some(sorted(nodes))})",
+            "end one of them, or give it another ROS_DOMAIN_ID or other names",
+        )
+
+
+CHECKS: Final[tuple[Callable[[Snapshot], Iterator[Problem]], ...]] = (
+    not_spoken,
+    not_whole,
+    unknown_types,
+    two_servers,
+)

@@ -1,0 +1,163 @@
+"""What was found on the network at one moment."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim_zenoh.keys import WORLD
+from hmrsim_zenoh.ros2.keys import Kind
+from hmrsim_zenoh.ros2.names import Names
+from hmrsim_zenoh.tokens import MOST_TOKENS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from hmrsim_zenoh.ros2.hashes import Spoken
+    from hmrsim_zenoh.ros2.keys import Endpoint, Token
+
+OFFER: Final = (Kind.SERVICE, Kind.PUBLISHER)
+"""Endpoints that serve or publish."""
+WANT: Final = (Kind.CLIENT, Kind.SUBSCRIBER)
+"""Endpoints that ask or listen."""
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """The simulator of the prefix that was asked for.
+
+    Attributes:
+        info: What it says of itself.
+        session: The Zenoh id of its session, in hex.
+        times: How its time moved at the begin of the look, and at its end.
+        watched: Wall seconds between the two.
+        alive: The robots that have a liveliness token.
+        tokens: The participants in lockstep that have one.
+        trees: By robot, what controllers tell of the trees that they run.
+    """
+
+    info: Mapping[str, Any]
+    session: str = ""
+    times: tuple[Mapping[str, Any], ...] = ()
+    watched: float = 0.0
+    alive: frozenset[str] = frozenset()
+    tokens: frozenset[str] = frozenset()
+    trees: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @property
+    def time(self) -> Mapping[str, Any]:
+        """How its time moved last."""
+        return self.times[-1] if self.times else {}
+
+    @cached_property
+    def robots(self) -> dict[str, list[str]]:
+        """The actions of each robot."""
+        return {robot["name"]: list(robot.get("actions", ())) for robot in self.info.get("robots", ())}
+
+    @property
+    def lost(self) -> list[str]:
+        """The robots that can't be reached; none in worlds that are too large for tokens."""
+        if len(self.robots) > MOST_TOKENS:
+            return []
+        return [robot for robot in self.robots if robot not in self.alive]
+
+    @cached_property
+    def names(self) -> Names:
+        """What its actions are called in ROS."""
+        return Names({**self.robots, WORLD: list(self.info.get("actions", ()))}, self.info.get("aliases", {}))
+
+
+class Domain:
+    """The nodes and endpoints of one of ROS's domains.
+
+    Args:
+        tokens: What was found.
+        session: The session of the simulator; empty if there is none.
+    """
+
+    def __init__(self, tokens: Iterable[Token] = (), session: str = "") -> None:
+        self.tokens = tuple(tokens)
+        self.ours = tuple(token for token in self.tokens if token.session == session)
+        self.others = tuple(token for token in self.tokens if token.session != session)
+
+    @cached_property
+    def spoken(self) -> Mapping[str, set[Spoken]]:
+        """Types and hashes that are served or published, by name."""
+        return _spoken(self.tokens)
+
+    @cached_property
+    def spoken_by_us(self) -> Mapping[str, set[Spoken]]:
+        """Likewise of the simulator alone."""
+        return _spoken(self.ours)
+
+
+def _spoken(tokens: Iterable[Token]) -> Mapping[str, set[Spoken]]:
+    found: defaultdict[str, set[Spoken]] = defaultdict(set)
+    for _, endpoint in endpoints(tokens, *OFFER):
+        found[endpoint.name].add((endpoint.type, endpoint.hash))
+    return dict(found)
+
+
+def endpoints(tokens: Iterable[Token], *kinds: Kind) -> Iterator[tuple[Token, Endpoint]]:
+    """Yield the endpoints of some kinds, or all of them."""
+    for token in tokens:
+        if token.endpoint is not None and (not kinds or token.endpoint.kind in kinds):
+            yield token, token.endpoint
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """All that was found.
+
+    Attributes:
+        endpoints: Where we have connected to, or listened.
+        prefix: Of the simulator that was asked for.
+        domain: ROS's domain id that was asked for.
+        environment: Variables of ours that matter to ROS.
+        wants_ros: Whether whoever asks has to do with ROS, as far as the command line tells.
+        routers: The Zenoh ids of the routers that we are connected to, in hex.
+        peers: Likewise of others than routers.
+        prefixes: Of all simulators that are there.
+        simulator: The one that was asked for.
+        tokens: What is in each of ROS's domains.
+        unreadable: Tokens that look like ROS's and can't be read.
+    """
+
+    endpoints: tuple[str, ...] = ()
+    prefix: str = "hmrsim"
+    domain: int = 0
+    environment: Mapping[str, str] = field(default_factory=dict)
+    wants_ros: bool = False
+    routers: tuple[str, ...] = ()
+    peers: tuple[str, ...] = ()
+    prefixes: tuple[str, ...] = ()
+    simulator: Simulator | None = None
+    tokens: Mapping[int, tuple[Token, ...]] = field(default_factory=dict)
+    unreadable: tuple[str, ...] = ()
+
+    @cached_property
+    def domains(self) -> dict[int, Domain]:
+        """What is in each of ROS's domains, in their order."""
+        session = self.simulator.session if self.simulator else ""
+        return {domain: Domain(tokens, session) for domain, tokens in sorted(self.tokens.items())}
+
+    @cached_property
+    def ros(self) -> Domain:
+        """What is in the domain that was asked for."""
+        return self.domains.get(self.domain, Domain())
+
+    @property
+    def has_to_do_with_ros(self) -> bool:
+        """Whether somebody here uses ROS."""
+        return (
+            self.wants_ros
+            or any(name.startswith(("ROS_", "RMW_")) for name in self.environment)
+            or any(domain.others for domain in self.domains.values())
+        )
+
+    @property
+    def where(self) -> str:
+        """Where we looked, for people."""
+        return ", ".join(self.endpoints)

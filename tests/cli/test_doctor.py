@@ -1,0 +1,213 @@
+"""``hmrsim doctor``, with a simulator, with ROS's tokens, and with nobody."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+
+import pytest
+
+from hmrsim.cli import main
+from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.ros2 import keys
+from hmrsim_zenoh.ros2.keys import Endpoint, Kind, Node
+from hmrsim_zenoh.ros2.wires import RmwZenoh
+from hmrsim_zenoh.session import SessionOptions, open_client, open_server
+from tests.hosted import hosted
+from tests.simulation import SMALL_WORLD
+
+PATIENCE = 10.0
+NOBODY = "tcp/127.0.0.1:1"
+CLIENT = Endpoint(Kind.CLIENT, "/wall_e/wait/_action/send_goal", "nav2_msgs::action::dds_::Wait_SendGoal_", "RIHS01_00")
+
+
+@pytest.fixture(autouse=True)
+def _no_ros(monkeypatch):
+    """Keep the ROS of whoever runs the tests away."""
+    for name in list(os.environ):
+        if name.startswith(("ROS_", "RMW_", "ZENOH_")):
+            monkeypatch.delenv(name)
+
+
+@pytest.fixture
+def doctor(capsys):
+    """Return the function that runs the command: exit code, output, errors."""
+
+    def run(options, *words):
+        code = main(["doctor", "--connect", *options.connect, *words])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+@pytest.fixture
+def router():
+    """Return a session that is a router, and nothing else, and what connects to it."""
+    session, endpoints = open_server(SessionOptions(listen=("tcp/127.0.0.1:0",)))
+    with session:
+        yield session, SessionOptions(connect=endpoints)
+
+
+def declare(session, domain=0, endpoint=CLIENT):
+    """Declare the tokens of a node with one endpoint."""
+    node, liveliness, zid = Node("/", "nav"), session.liveliness(), str(session.info.zid())
+    texts = (keys.node_token(domain, zid, 0, node), keys.endpoint_token(domain, zid, (0, 1), node, endpoint))
+    return [liveliness.declare_token(text) for text in texts]
+
+
+def test_simulator_with_which_nothing_is_wrong(doctor):
+    """It is told who is there, in a few lines on stdout, and the command succeeds."""
+    with hosted() as options:
+        code, out, err = doctor(options)
+
+    lines = out.splitlines()
+    assert (0, "") == (code, err)
+    assert f"network     {options.connect[0]}: the simulator is the router" == lines[0]
+    assert lines[1].endswith(", contract 1, prefix hmrsim, world 'small'")
+    assert "robots      wall_e, eve (13 actions each), cart (11 actions); 3 of 3 with a liveliness token" == lines[3]
+    assert ["ROS         domain 0: nobody", "", "nothing is wrong"] == lines[4:]
+
+
+def test_simulator_without_ros_that_is_looked_for_in_ros(doctor):
+    """Who names a domain wants ROS, and is told how to get it; the problem is a line, and the exit code 1."""
+    with hosted() as options:
+        code, out, _ = doctor(options, "--ros-domain-id", "7")
+
+    assert (1, "error: the simulator does not speak ROS; start `hmrsim run` with --ros2") == (
+        code,
+        out.splitlines()[-1],
+    )
+
+
+def test_everything_as_json(doctor, monkeypatch):
+    """A program gets one JSON object: who is there, tokens of all domains, and the problems."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "7")
+    with hosted() as options, open_client(options) as session, session.liveliness().declare_token("@ros2_lv/7/x"):
+        tokens = declare(session, 7)
+        code, out, _ = doctor(options, "--json")
+        zid = str(session.info.zid())
+        del tokens
+
+    found = json.loads(out)
+    node = {
+        "name": "/nav",
+        "session": zid,
+        "simulator": False,
+        "endpoints": [
+            {
+                "kind": "client",
+                "name": CLIENT.name,
+                "type": "nav2_msgs/action/Wait_SendGoal",
+                "hash": "RIHS01_00",
+                "qos": "::,10:,:,:,,",
+            }
+        ],
+    }
+    assert 1 == code
+    assert {
+        "domain": 7,
+        "domains": {"7": [node]},
+        "unreadable": ["@ros2_lv/7/x"],
+        "distros": [],
+        "incomplete_actions": {},
+    } == found["ros2"]
+    assert {"ROS_DOMAIN_ID": "7"} == found["environment"]
+    assert ["cart", "eve", "wall_e"] == found["simulator"]["robots_alive"]
+    assert ["no_ros2", "no_server", "unreadable_tokens"] == [one["kind"] for one in found["problems"]]
+    assert found["simulator"]["session"] in found["network"]["routers"]
+
+
+def test_lockstep_that_stands(doctor):
+    """Whoever waits for time to move is told whom it waits for."""
+    with hosted(clock="lockstep", participants=("nurses",)) as options:
+        code, out, _ = doctor(options)
+
+    assert 1 == code
+    assert "lockstep    nobody takes part; time waits for nurses" in out
+    assert "error: time stands at 0 s: nurses yet to join in lockstep; start a controller" in out
+
+
+def test_planner_that_is_missing(doctor):
+    """A robot that needs a planner outside is named, until there is one."""
+    robots = {"eve": {"type": "nurse", "at": "home", "planner": "external"}}
+    with hosted({**SMALL_WORLD, "robots": robots, "remap": {}}) as options:
+        alone = doctor(options)
+        with open_client(options) as session, Client(options) as client:
+            planner = session.declare_queryable("hmrsim/_planner/compute_path_to_pose", lambda query: query.drop())
+            end = time.monotonic() + PATIENCE
+            while not client.info()["planner_present"] and time.monotonic() < end:
+                pass
+            attended = doctor(options)
+            planner.undeclare()
+
+    assert "error: eve has an external planner, and there is none; start one" in alone[1]
+    assert (1, 0) == (alone[0], attended[0])
+    assert "planner     there is one outside" in attended[1]
+
+
+def test_simulator_that_speaks_ros(doctor):
+    """Its actions are counted, and whoever does not understand it is told."""
+    with hosted(wires=(RmwZenoh(7, ("kilted",)),)) as options, open_client(options) as session:
+        tokens = declare(session, 7)
+        end, out = time.monotonic() + PATIENCE, ""
+        while "43 of 43 action names whole; types of kilted\n" not in out and time.monotonic() < end:
+            code, out, _ = doctor(options, "--ros-domain-id", "7")
+        elsewhere = doctor(options)
+        del tokens
+
+    ros = [line for line in out.splitlines() if line.startswith("ROS")]
+    assert ros[0].startswith("ROS         domain 7: the simulator, with ")
+    assert ros[0].endswith("; 43 of 43 action names whole; types of kilted")
+    assert ["ROS         domain 7: 1 node of others: /nav (1 client)"] == ros[1:]
+    assert (1, 1) == (code, out.count("error: "))
+    assert f"error: /nav does not understand {CLIENT.name}: its hash is RIHS01_00 (of no distribution" in out
+    assert "error: the simulator is in ROS domain 7, not in 0; `export ROS_DOMAIN_ID=7`" in elsewhere[1]
+
+
+def test_ros_without_simulator(doctor, router):
+    """ROS nodes that are alone are named, and how to have a simulator join them."""
+    session, options = router
+    tokens = declare(session)
+    code, out, _ = doctor(options)
+    del tokens
+
+    assert 1 == code
+    assert f"network     {options.connect[0]}: a router\nsimulator   none\n" in out
+    assert "ROS         domain 0: 1 node of others: /nav (1 client)\n" in out
+    assert "no simulator; start `hmrsim run WORLD --ros2 --connect tcp/" in out
+
+
+def test_router_alone_is_3(doctor, router):
+    """Where there is a router and nobody else, one line says so."""
+    code, out, err = doctor(router[1])
+
+    assert (3, "", 1) == (code, out, err.count("\n"))
+    assert "somebody answers, and there is neither a simulator nor a ROS node; start `hmrsim run" in err
+
+
+def test_nobody_there_is_3(doctor):
+    """Where nobody answers there is one line of advice, and JSON if asked for."""
+    code, out, err = doctor(SessionOptions(connect=(NOBODY,)), "--timeout", "0.3", "--json")
+
+    assert (3, ["nobody_there"]) == (code, [one["kind"] for one in json.loads(out)["problems"]])
+    assert err.startswith(f"hmrsim: nobody answers at {NOBODY}; start `hmrsim run WORLD`")
+
+
+def test_other_prefix(doctor):
+    """Who asks with another prefix is told the one that there is."""
+    with hosted() as options:
+        code, out, _ = doctor(options, "--prefix", "lab")
+
+    assert 1 == code
+    assert "error: no simulator has the prefix 'lab'; there is 'hmrsim'; ask with --prefix hmrsim\n" in out
+
+
+@pytest.mark.parametrize("domain", ["233", "-1", "x", "1.5", "²"])
+def test_what_is_no_domain_is_2(doctor, domain):
+    """A domain is a small whole number."""
+    code, out, err = doctor(SessionOptions(connect=(NOBODY,)), f"--ros-domain-id={domain}")
+
+    assert (2, "") == (code, out)
+    assert "is no domain; a whole number from 0 to 232 is" in err

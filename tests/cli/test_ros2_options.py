@@ -1,0 +1,100 @@
+"""Which wires of ROS 2 ``hmrsim run`` speaks, by its options and the environment."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.cli import main
+from hmrsim.cli.ros2_options import add_ros2_options, ros2_wires
+from hmrsim.command_line import CommandParser
+from hmrsim_zenoh.errors import BadOptions
+from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
+
+
+@pytest.fixture(autouse=True)
+def _no_domain(monkeypatch):
+    """Keep the domain of whoever runs the tests away."""
+    monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
+
+
+def wires(*words):
+    """Return the wires of a command line."""
+    parser = CommandParser()
+    add_ros2_options(parser)
+    return ros2_wires(parser.parse_args(words))
+
+
+def test_none():
+    """Without an option no ROS is spoken, whatever the environment says."""
+    assert () == wires()
+
+
+def test_ros2():
+    """All distributions at once, on domain 0."""
+    assert (RmwZenoh(0, ("jazzy", "kilted", "lyrical")),) == wires("--ros2")
+
+
+def test_the_domain_of_the_environment(monkeypatch):
+    """The domain is that of ROS's nodes in the same shell."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "7")
+
+    assert (RmwZenoh(7),) == wires("--ros2")
+
+
+def test_the_option_comes_before_the_environment(monkeypatch):
+    """As with all options."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "7")
+
+    assert (RmwZenoh(8),) == wires("--ros2", "--ros-domain-id", "8")
+
+
+def test_some_distributions():
+    """Those that are named, once each."""
+    words = ("--ros-distro", "lyrical", "--ros-distro", "jazzy", "--ros-distro", "lyrical")
+
+    assert (RmwZenoh(0, ("lyrical", "jazzy")), Ros2Dds("lyrical")) == wires("--ros2", "--ros2dds", *words)
+
+
+def test_ros2dds():
+    """The bridge's wire alone speaks jazzy."""
+    assert (Ros2Dds("jazzy"),) == wires("--ros2dds")
+
+
+def test_a_domain_of_the_environment_that_is_none(monkeypatch):
+    """The text says what would do."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "lab")
+
+    expected = "ROS_DOMAIN_ID: 'lab' is no domain; a whole number from 0 to 232 is; correct it, or give --ros-domain-id"
+    with pytest.raises(BadOptions, match=f"^{expected}$"):
+        wires("--ros2")
+
+
+def test_a_domain_that_is_none_is_2(capsys):
+    """There are 233."""
+    code = main(["run", "scenario1", "--ros2", "--ros-domain-id", "233"])
+
+    assert 2 == code
+    assert "--ros-domain-id: '233' is no domain; a whole number from 0 to 232 is" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--ros-domain-id", "3"), "hmrsim: --ros-domain-id is for --ros2; add that\n"),
+        (("--ros-domain-id", "3", "--ros2dds"), "hmrsim: --ros-domain-id is for --ros2; add that\n"),
+        (("--ros-distro", "jazzy"), "hmrsim: --ros-distro is for --ros2 and --ros2dds; add one of them\n"),
+    ],
+)
+def test_options_without_their_wire_are_2(words, said, capsys):
+    """One line says what to add."""
+    code = main(["run", "scenario1", *words])
+
+    assert (2, said) == (code, capsys.readouterr().err)
+
+
+def test_an_unknown_distribution_is_2(capsys):
+    """The text says which there are."""
+    code = main(["run", "scenario1", "--ros2", "--ros-distro", "foxy"])
+
+    assert 2 == code
+    assert "no ros-distro 'foxy'; there are jazzy, kilted, lyrical" in capsys.readouterr().err
