@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
+
 def open_servers(
     session: zenoh.Session,
     wires: Iterable[Wire],
