@@ -215,8 +215,9 @@ class Host:
             self._thread.join(_STOP_SECONDS)
         self._server.inbox.leave()
         self._session.close()
-        for server in (self._server, *self._ros2):
-            server.join()
+        self._server.join()
+        for ros2 in self._ros2:
+            ros2.join()
 
     def _run(self) -> None:
         """Run the simulation; whatever ends it, every goal gets its verdict, and the network learns of the end."""
