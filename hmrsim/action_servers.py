@@ -56,7 +56,7 @@ class ServedGoal:
         status: Where it is in its life.
         result: What came of it; None while it runs.
         process: What pursues it; None when nothing does any more.
-        waiting: Whom to tell the result.
+        waiting: Whom to tell the result, each by its id, as not all can be hashed.
         sample: Gives feedback; None for none, and after the end.
         sampled_from: Since when.
         failure: Makes the result if it does not succeed; None for the action's own.
@@ -70,7 +70,7 @@ class ServedGoal:
     status: GoalStatus = GoalStatus.ACCEPTED
     result: Message | None = None
     process: simpy.Process | None = None
-    waiting: list[Any] = field(default_factory=list)
+    waiting: dict[int, Any] = field(default_factory=dict)
     sample: Callable[[], Message | Mapping[str, Any]] | None = None
     sampled_from: float = 0.0
     failure: Callable[[int, str], Message] | None = None

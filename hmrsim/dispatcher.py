@@ -228,10 +228,10 @@ class Dispatcher:
 
     def _tell(self, goal: ServedGoal, *, inside: bool = False) -> None:
         """Answer all who wait for a goal that has ended, or only the robot's own script."""
-        waiting, goal.waiting = goal.waiting, []
-        for reply_to in waiting:
+        waiting, goal.waiting = goal.waiting, {}
+        for key, reply_to in waiting.items():
             if inside and not isinstance(reply_to, SimpyEvent):
-                goal.waiting.append(reply_to)
+                goal.waiting[key] = reply_to
             elif goal.result is not None:
                 self._answer(reply_to, ResultResponse(goal.status, goal.result))
 
@@ -313,13 +313,14 @@ class Dispatcher:
         elif goal.result is not None and goal.status.terminal and self.cut_off.reach(command):
             self._answer(command.reply_to, ResultResponse(goal.status, goal.result))
         else:
-            goal.waiting.append(command.reply_to)
+            goal.waiting[id(command.reply_to)] = command.reply_to
 
     def withdraw(self, command: Withdraw) -> None:
-        """Answer one who waits for a result no longer."""
+        """Let some wait for a result no longer."""
         goal = self.servers.goal(command.robot, command.action, command.goal_id)
-        if goal is not None:
-            goal.waiting = [other for other in goal.waiting if other is not command.reply_to]
+        for reply_to in command.reply_tos if goal else ():
+            if goal and goal.waiting.pop(id(reply_to), None) is not None and command.tell:
+                self._answer(reply_to, ResultResponse(goal.status, goal.server.action.result()))
 
     def status(self, robot: str, action: str) -> StatusChanged:
         """Return the latest status list of a robot's action.

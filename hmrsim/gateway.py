@@ -75,19 +75,21 @@ class GetResult(NamedTuple):
 
 
 class Withdraw(NamedTuple):
-    """Don't answer a `GetResult` any more, whose sender has gone; nothing happens if it is answered already.
+    """Let some wait no longer who asked with `GetResult`; nothing happens to those who were answered already.
 
     Attributes:
         robot: Its name.
         action: The action's name.
         goal_id: Whose result was asked for.
-        reply_to: What the request had.
+        reply_tos: What the requests had.
+        tell: Whether they are answered with the status that the goal has now; those who have gone need no answer.
     """
 
     robot: str
     action: str
     goal_id: str
-    reply_to: Any
+    reply_tos: tuple[Any, ...]
+    tell: bool = False
 
 
 class ForgetResult(NamedTuple):

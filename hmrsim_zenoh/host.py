@@ -139,15 +139,18 @@ class Host:
         self.error: BaseException | None = None
         self._reason = "the simulation has ended"
         self._ended = threading.Event()
+        self._servers: list[Server | Ros2Server] = []
         self._session, self.endpoints = open_server(options, join=bool(settings.wires))
         try:
             self._refuse_second()
             self._description = Description(self.simulator, lambda: self.pacing.state)
             self._tokens = Tokens(self._session, self._keys)
             self._server = self._serve()
+            self._servers.append(self._server)
             self._ros2 = self._serve_ros2()
+            self._servers.extend(self._ros2)
         except BaseException:
-            self._session.close()
+            self._close()
             raise
         self.simulator.attach(self._server)
         for ros2 in self._ros2:
@@ -214,10 +217,13 @@ class Host:
         if self._thread.is_alive():
             self._thread.join(_STOP_SECONDS)
         self._server.inbox.leave()
+        self._close()
+
+    def _close(self) -> None:
+        """Close the session, and wait for whoever may still be in a call of Zenoh's."""
         self._session.close()
-        self._server.join()
-        for ros2 in self._ros2:
-            ros2.join()
+        for server in self._servers:
+            server.join()
 
     def _run(self) -> None:
         """Run the simulation; whatever ends it, every goal gets its verdict, and the network learns of the end."""

@@ -43,6 +43,7 @@ class Interest(Generic[K]):
         self._lock = threading.Lock()
         self._listened: dict[K, bool] = {}
         self._publishers: dict[K, zenoh.Publisher] = {}
+        self._told: dict[K, zenoh.MatchingListener[zenoh.handlers.Handler[zenoh.MatchingStatus]]] = {}
         self._changes = 0
         # Matched by whoever listens to anything: one question where nobody does.
         self._anything = session.declare_publisher(anything)
@@ -54,8 +55,9 @@ class Interest(Generic[K]):
     def watch(self, kind: K, pattern: str) -> None:
         """Look for listeners to one more kind, too."""
         publisher = self._session.declare_publisher(pattern)
+        told = publisher.declare_matching_listener(zenoh.handlers.RingChannel(1))
         with self._lock:
-            self._publishers[kind], self._listened[kind] = publisher, False
+            self._publishers[kind], self._told[kind], self._listened[kind] = publisher, told, False
             self._update(kind)
 
     def __contains__(self, kind: object) -> bool:
@@ -100,26 +102,29 @@ class Interest(Generic[K]):
         GIL, stands still for 10 s when the session is closed meanwhile.
         """
         listener = self._anything.declare_matching_listener(zenoh.handlers.RingChannel(1))
+        there = _matched(self._anything)
         try:
             while not self._session.is_closed():
-                if self._anyone():
+                if there:
                     time.sleep(_LOOK_SECONDS)
+                    status = listener.try_recv()
                 else:
-                    listener.recv()
+                    status = listener.recv()
+                there = there if status is None else status.matching
+                self._take_note()
         except zenoh.ZError:
             return
 
-    def _anyone(self) -> bool:
-        """Return whether anybody listens to anything, after a look at all."""
-        there = _matched(self._anything)
+    def _take_note(self) -> None:
+        """Look where Zenoh says that something has changed."""
         with self._lock:
             before = self._changes
-            for kind in self._listened:
-                self._update(kind)
+            for kind, told in self._told.items():
+                if told.try_recv() is not None:
+                    self._update(kind)
             changed = self._changes != before
         if changed:
             self._changed()
-        return there
 
     def _update(self, kind: K) -> None:
         listened = _matched(self._publishers[kind])

@@ -169,7 +169,7 @@ class Server:
 
     def _decode(self, query: zenoh.Query) -> list[AnyCommand]:
         commands = self._requests.decode(query)
-        if commands and isinstance(commands[0], (CancelGoal, CallService)):
+        if commands and isinstance(commands[0], (Advance, CancelGoal, CallService)):
             self._look()
         if commands and isinstance(commands[0], (SendGoal, Advance)):
             return [*self.planner.look(), *commands]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 
-from hmrsim.gateway import GetResult, SendGoal, Withdraw
+from hmrsim.gateway import GetResult, ResultResponse, SendGoal, Withdraw
+from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.trace import Trace
@@ -22,10 +23,17 @@ def ask(reply_to):
 def test_who_has_gone_is_not_answered():
     """Others who wait for the same goal are."""
     gone, there = "gone", "there"
-    log = simulate()((0, SEND), (1, ask(gone)), (1, ask(there)), (2, Withdraw("wall_e", "wait", GOAL, gone)))
+    log = simulate()((0, SEND), (1, ask(gone)), (1, ask(there)), (2, Withdraw("wall_e", "wait", GOAL, (gone,))))
 
     assert [] == log.answers(gone)
     assert 1 == len(log.answers(there))
+
+
+def test_who_is_told():
+    """Who can't be kept waiting is told the status that the goal has now."""
+    log = simulate()((0, SEND), (1, ask("there")), (2, Withdraw("wall_e", "wait", GOAL, ("there",), tell=True)))
+
+    assert [ResultResponse(GoalStatus.EXECUTING, Wait.Result())] == log.answers("there")
 
 
 def test_too_late():
@@ -33,8 +41,8 @@ def test_too_late():
     log = simulate()(
         (0, SEND),
         (1, ask("there")),
-        (11, Withdraw("wall_e", "wait", GOAL, "there")),
-        (12, Withdraw("wall_e", "spin", GOAL, "there")),
+        (11, Withdraw("wall_e", "wait", GOAL, ("there",))),
+        (12, Withdraw("wall_e", "spin", GOAL, ("there",))),
     )
 
     assert 1 == len(log.answers("there"))
@@ -44,7 +52,7 @@ def test_no_trace():
     """It is no command that a replay would need."""
     run, lines = simulate(), []
     trace = Trace(run.simulator, lines.append)
-    run((0, SEND), (1, Withdraw("wall_e", "wait", GOAL, "there")))
+    run((0, SEND), (1, Withdraw("wall_e", "wait", GOAL, ("there",))))
     trace.close()
 
     written = [json.loads(line) for line in "".join(lines).splitlines()]

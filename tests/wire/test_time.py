@@ -51,6 +51,19 @@ def test_a_mission_in_lockstep(steps, go, wait):
     assert {"participant": "nurse"} == left
 
 
+@pytest.mark.parametrize("others", [[], ["_world/time/state"]])
+def test_who_subscribes_and_then_advances_hears_all_of_it(steps, others):
+    """What happens while simulated seconds pass in no time, too, whoever listens to something else already."""
+    steps.hear(*others)
+    steps.one("_world/time/join", {"name": "nurse"})
+    heard = steps.hear("_world/clock")
+    advance(steps, until=5.0).one()
+
+    clocks = heard.wait(lambda bodies: any(5 == body["clock"]["sec"] for body in bodies))
+    tenths = [body["clock"]["sec"] * 10 + body["clock"]["nanosec"] // 100_000_000 for body in clocks]
+    assert list(range(1, 51)) == sorted({*tenths} - {0})
+
+
 def test_goals_may_be_called_by_further_names_and_canceled(steps, go):
     """An alias is as good as the real name; a cancel is answered as cancel_goal does."""
     steps.one("_world/time/join", {"name": "nurse"})

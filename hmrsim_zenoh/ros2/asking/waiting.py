@@ -1,4 +1,4 @@
-"""Who waits for a result, by client: of clients that have gone, nobody waits any more."""
+"""Who waits for a result, by client: of clients that have gone, nobody waits any more, and nobody can wait for all."""
 
 from __future__ import annotations
 
@@ -8,10 +8,16 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.gateway import GetResult, Withdraw
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from hmrsim_zenoh.ros2.asking.asked import Asked
 
 MOST: Final = 16_384
 """Requests for results that may wait."""
+MOST_OF_ONE: Final = 1_024
+"""… of one client."""
+MOST_OF_NOBODY: Final = 32
+"""… for one goal, of clients that don't say who they are, nor that they have gone: most have given up long ago."""
 
 
 class Waiting:
@@ -19,31 +25,53 @@ class Waiting:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._of: dict[str, dict[Asked, Withdraw]] = {}
-        self._count = 0
+        self._of: dict[str, dict[Asked, GetResult]] = {}
+        self._whose: dict[Asked, str] = {}
 
-    def add(self, asked: Asked, command: GetResult) -> bool:
-        """Remember a request; return False if too many wait already."""
+    def add(self, asked: Asked, command: GetResult) -> list[Withdraw]:
+        """Remember a request; return what takes back another for which there is no room then: its sender's oldest.
+
+        If there is no room at all, it is the oldest of whoever has most.
+        """
+        whose = asked.client or f"goal {command.goal_id}"
         with self._lock:
-            if self._count >= MOST:
-                return False
-            self._count += 1
-            withdraw = Withdraw(command.robot, command.action, command.goal_id, asked)
-            self._of.setdefault(asked.client, {})[asked] = withdraw
-        return True
+            requests = self._of.setdefault(whose, {})
+            requests[asked], self._whose[asked] = command, whose
+            if len(requests) > (MOST_OF_ONE if asked.client else MOST_OF_NOBODY):
+                return self._make_room(whose)
+            if len(self._whose) > MOST:
+                return self._make_room(max(self._of, key=lambda one: len(self._of[one])))
+        return []
 
     def answered(self, asked: Asked) -> None:
         """Forget a request, if it was remembered."""
         with self._lock:
-            requests = self._of.get(asked.client, {})
-            if requests.pop(asked, None) is not None:
-                self._count -= 1
-            if not requests:
-                self._of.pop(asked.client, None)
+            self._forget(asked)
 
     def gone(self, client: str) -> list[Withdraw]:
         """Forget all requests of a client that has gone; return what takes them back."""
         with self._lock:
             requests = self._of.pop(client, {})
-            self._count -= len(requests)
-        return list(requests.values())
+            for asked in requests:
+                del self._whose[asked]
+        return _withdrawn(requests)
+
+    def _make_room(self, whose: str) -> list[Withdraw]:
+        asked, command = next(iter(self._of[whose].items()))
+        self._forget(asked)
+        return [withdraw._replace(tell=True) for withdraw in _withdrawn({asked: command})]
+
+    def _forget(self, asked: Asked) -> None:
+        whose = self._whose.pop(asked, None)
+        if whose is not None:
+            del self._of[whose][asked]
+            if not self._of[whose]:
+                del self._of[whose]
+
+
+def _withdrawn(requests: Mapping[Asked, GetResult]) -> list[Withdraw]:
+    """Return what takes requests back, one for each goal."""
+    of_goals: dict[tuple[str, str, str], list[Asked]] = {}
+    for asked, command in requests.items():
+        of_goals.setdefault((command.robot, command.action, command.goal_id), []).append(asked)
+    return [Withdraw(*goal, tuple(found)) for goal, found in of_goals.items()]
