@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _EXAMPLES: Final = f"""\
 exit codes:
-  0  nothing is wrong
+  0  nothing is wrong, but for warnings
   1  something is; each problem is told with what to do
   2  wrong use
   3  nobody there: neither a simulator nor a ROS node
@@ -36,7 +36,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim doctor``."""
     parser.description = (
         "Say what is on the network (a simulator, its robots and who drives them, ROS nodes), what is wrong with it,\n"
-        "and what to do. It only looks, and changes nothing."
+        "and what to do. It only looks, for half a second, and changes nothing."
     )
     parser.epilog = _EXAMPLES
     parser.add_argument("--json", action="store_true", help="print one JSON object with everything")
@@ -53,20 +53,22 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def _examine(args: argparse.Namespace) -> int:
     # They take longer to load than --help may.
     from hmrsim.cli.doctor_text import as_json, as_text  # noqa: PLC0415
-    from hmrsim_zenoh.doctor import gather, problems  # noqa: PLC0415
+    from hmrsim_zenoh.doctor import Problem, asked_for, gather, problems  # noqa: PLC0415
 
-    given = args.ros_domain_id
+    given, options = args.ros_domain_id, session_options(args)
+    asked = asked_for(
+        options,
+        domain=given if given is not None else _domain_of(os.environ),
+        environment=os.environ,
+        wants_ros=given is not None,
+    )
     try:
         with logging_to_stderr(args):
-            snapshot = gather(
-                session_options(args),
-                domain=given if given is not None else _domain_of(os.environ),
-                environment=os.environ,
-                wants_ros=given is not None,
-            )
+            snapshot = gather(options, asked)
     except NobodyThere as error:
         if args.json:
-            show_json({"problems": [{"kind": "nobody_there", "severity": "error", "text": str(error)}]})
+            text, _, remedy = str(error).partition("; ")
+            show_json(as_json(asked, [Problem("nobody_there", text, remedy)]))
         raise
     found = problems(snapshot)
     if args.json:

@@ -62,6 +62,7 @@ def _simulator(snapshot: Snapshot, simulator: Simulator) -> dict[str, Any]:
     return {
         "prefix": snapshot.prefix,
         "session": simulator.session,
+        "twins": simulator.twins,
         "info": simulator.info,
         "time": simulator.time,
         "robots_alive": sorted(simulator.alive),
@@ -127,7 +128,8 @@ def _of_simulator(snapshot: Snapshot, simulator: Simulator) -> Iterator[tuple[st
     if time.get("participants") or time.get("waiting_for"):
         waiting = f"; time waits for {some(time['waiting_for'])}" if time.get("waiting_for") else ""
         yield "lockstep", f"{some(time.get('participants', ())) or 'nobody takes part'}{waiting}"
-    if info.get("planner_present"):
+    # A simulator takes the one next to it for a planner.
+    if info.get("planner_present") and not simulator.twins:
         yield "planner", "there is one outside"
     if simulator.trees:
         yield (
@@ -185,8 +187,9 @@ def _offer(snapshot: Snapshot, domain: Domain) -> str:
     nodes, count = {token.node for token in domain.ours}, sum(1 for _ in endpoints(domain.ours))
     told = f"the simulator, with {len(nodes)} nodes and {count} endpoints"
     if domain is snapshot.ros and snapshot.simulator is not None:
-        names = snapshot.simulator.names.actions
-        told += f"; {len(names) - len(incomplete_actions(snapshot))} of {len(names)} action names whole"
+        names, lost = snapshot.simulator.names.actions, set(snapshot.simulator.lost)
+        gone = sum(robot in lost for robot, _ in names.values())
+        told += f"; {len(names) - gone - len(incomplete_actions(snapshot))} of {len(names)} action names whole"
     return f"{told}; types of {', '.join(_distros(domain)) or 'no distribution known here'}"
 
 

@@ -54,9 +54,10 @@ def ros2_wires(args: argparse.Namespace) -> tuple[Wire, ...]:
     Raises:
         BadOptions: Options don't go together, or the environment's domain is none.
     """
-    if args.ros_domain_id is not None and not args.ros2:
+    # Variables say what holds for all runs, so that those without ROS are no mistake.
+    if args.ros_domain_id is not None and not args.ros2 and not os.environ.get("HMRSIM_ROS_DOMAIN_ID"):
         raise BadOptions("--ros-domain-id is for --ros2; add that")
-    if args.ros_distro and not (args.ros2 or args.ros2dds):
+    if args.ros_distro and not (args.ros2 or args.ros2dds or os.environ.get("HMRSIM_ROS_DISTRO")):
         raise BadOptions("--ros-distro is for --ros2 and --ros2dds; add one of them")
     if not (args.ros2 or args.ros2dds):
         return ()
@@ -75,11 +76,11 @@ def ros2_wires(args: argparse.Namespace) -> tuple[Wire, ...]:
 
 def domain_id(text: str) -> int:
     """Return one of ROS's domains."""
-    from hmrsim_zenoh.ros2.keys import HIGHEST_DOMAIN  # noqa: PLC0415 - as above
+    from hmrsim_zenoh.ros2.keys import DOMAINS, HIGHEST_DOMAIN  # noqa: PLC0415 - as above
 
-    if not (text.isascii() and text.isdecimal() and int(text) <= HIGHEST_DOMAIN):
+    if text not in DOMAINS:
         raise argparse.ArgumentTypeError(f"{text[:20]!r} is no domain; a whole number from 0 to {HIGHEST_DOMAIN} is")
-    return int(text)
+    return DOMAINS[text]
 
 
 def _domain() -> int:

@@ -7,7 +7,7 @@ from collections import defaultdict
 from typing import TYPE_CHECKING, Final
 
 from hmrsim_zenoh.doctor.problem import Problem, some
-from hmrsim_zenoh.doctor.snapshot import WANT, endpoints
+from hmrsim_zenoh.doctor.snapshot import WANT, endpoints, whole
 from hmrsim_zenoh.ros2.hashes import difference
 from hmrsim_zenoh.ros2.keys import Kind
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from hmrsim_zenoh.doctor.snapshot import Domain, Snapshot
 
-_ACTION: Final = "/_action/"
 _CLOSE: Final = 0.8
 """From where on a name may be a mistyped other one, for difflib."""
 
@@ -28,7 +27,7 @@ def without_server(snapshot: Snapshot) -> Iterator[Problem]:
         wanted[token.node.full_name].append(endpoint.name)
     there = {endpoint.name for _, endpoint in endpoints(snapshot.ros.tokens, Kind.SERVICE)}
     for node, names in sorted(wanted.items()):
-        missing = _whole(name for name in names if name not in there)
+        missing = whole(name for name in names if name not in there)
         if missing:
             yield Problem(
                 "no_server",
@@ -51,11 +50,6 @@ def different_types(snapshot: Snapshot) -> Iterator[Problem]:
         yield Problem("different_types", f"{node} does not understand {some(sorted(names))}: {what}", remedy)
 
 
-def _whole(names: Iterable[str]) -> list[str]:
-    """Return names with actions in the place of their parts."""
-    return sorted({name.partition(_ACTION)[0] for name in names})
-
-
 def _elsewhere(snapshot: Snapshot, names: list[str]) -> str:
     """Return in which other domain some names are served, as words; none if in none."""
     found = [str(number) for number, domain in snapshot.domains.items() if _serves(domain, names)]
@@ -63,11 +57,22 @@ def _elsewhere(snapshot: Snapshot, names: list[str]) -> str:
 
 
 def _serves(domain: Domain, names: list[str]) -> bool:
-    return not {name.partition(_ACTION)[0] for name in domain.spoken}.isdisjoint(names)
+    return not set(whole(domain.spoken)).isdisjoint(names)
 
 
 def _advice(missing: list[str], there: Iterable[str]) -> str:
-    served = _whole(there)
+    served = whole(there)
+    # Of a node that was started without a namespace.
+    namespaces = sorted(
+        {
+            other.removesuffix(name).strip("/")
+            for name in missing
+            for other in served
+            if name != other and other.endswith(name)
+        }
+    )
+    if namespaces:
+        return f"give it a namespace: {some(namespaces)}"
     close = (difflib.get_close_matches(name, served, n=1, cutoff=_CLOSE) for name in missing)
     meant = next((matches[0] for matches in close if matches), None)
     return f"did you mean {meant}?" if meant else "start what serves it, or correct name, namespace or ROS_DOMAIN_ID"

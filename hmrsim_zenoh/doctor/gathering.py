@@ -5,14 +5,17 @@ from __future__ import annotations
 import json
 import time
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
+
+import zenoh
 
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
 from hmrsim_zenoh.envelopes import UnreadableError
 from hmrsim_zenoh.errors import NobodyThere, RequestTimeout
 from hmrsim_zenoh.keys import WORLD
-from hmrsim_zenoh.ros2.keys import HIGHEST_DOMAIN, read_token
+from hmrsim_zenoh.ros2.keys import DOMAINS, read_token
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -27,28 +30,38 @@ _PATIENCE: Final = 60.0
 _ANY_DOMAIN: Final = "@ros2_lv/**"
 _ANY_SIMULATOR: Final = "**/_world/alive"
 
-_DOMAINS: Final = {str(domain): domain for domain in range(HIGHEST_DOMAIN + 1)}
 _OURS: Final = ("ROS_", "RMW_", "ZENOH_")
 
 
-def gather(
+def asked_for(
     options: SessionOptions, *, domain: int, environment: Mapping[str, str], wants_ros: bool = False
 ) -> Snapshot:
-    """Return what is on the network.
+    """Return what is known before a look at the network, where nobody has been found yet.
 
     Args:
         options: Where to look.
         domain: ROS's domain id.
         environment: Variables, of which those that matter to ROS are kept.
         wants_ros: Whether whoever asks has to do with ROS.
+    """
+    file = (str(options.config_file),) if options.config_file else ()
+    return Snapshot(
+        endpoints=options.connect or options.listen or file or (options.default,),
+        prefix=options.prefix,
+        domain=domain,
+        environment={name: value for name, value in sorted(environment.items()) if name.startswith(_OURS) and value},
+        wants_ros=wants_ros,
+    )
+
+
+def gather(options: SessionOptions, asked: Snapshot) -> Snapshot:
+    """Return what is on the network, added to what was asked for.
 
     Raises:
         NobodyThere: Nobody answers at the endpoints, or somebody does and is neither simulator nor ROS node.
         BadOptions, PortTaken: The session can't be opened.
         SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError: The simulator does not answer.
     """
-    file = (str(options.config_file),) if options.config_file else ()
-    where = options.connect or options.listen or file or (options.default,)
     with Client(options, clock="realtime", acknowledge_timeout=options.timeout) as client:
         if options.listen or options.mode not in (None, "client"):
             # Others come to us, or tell us of others; that takes a while.
@@ -62,15 +75,10 @@ def gather(
     if not (prefixes or tokens or unreadable):
         who = "somebody answers" if routers or peers else "nobody comes"
         raise NobodyThere(
-            f"{', '.join(where)}: {who}, and there is neither a simulator nor a ROS node; start "
-            "`hmrsim run WORLD --ros2`, with --connect there if it is a router"
+            f"{asked.where}: {who}, and there is neither a simulator nor a ROS node; start {asked.command}"
         )
-    return Snapshot(
-        endpoints=where,
-        prefix=options.prefix,
-        domain=domain,
-        environment={name: value for name, value in sorted(environment.items()) if name.startswith(_OURS) and value},
-        wants_ros=wants_ros,
+    return replace(
+        asked,
         routers=routers,
         peers=peers,
         prefixes=prefixes,
@@ -87,12 +95,13 @@ def _simulator(client: Client, timeout: float) -> Simulator:
     robots = {keys.owner(token) for token in _tokens(client, keys.alive("*"))}
     participants = {token.rpartition("/")[2] for token in _tokens(client, keys.participants())}
     trees = {keys.owner(key): _read(key, body) for key, body in client.get_all(keys.trees(), timeout).items()}
-    info, session = client.info(timeout), _session_of(client, timeout)
+    info, sessions = client.info(timeout), _sessions(client, timeout)
     # What has stood still for so long stands.
     time.sleep(max(0.0, begin + _WATCH - time.monotonic()))
     return Simulator(
         info=info,
-        session=session,
+        session=next(iter(sessions), ""),
+        twins=tuple(sessions[1:]),
         times=(first, _time(client, timeout)),
         watched=time.monotonic() - begin,
         alive=frozenset(robots - {WORLD}),
@@ -114,11 +123,15 @@ def _read(key: str, body: bytes) -> dict[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
-def _session_of(client: Client, timeout: float) -> str:
-    """Return the Zenoh id of the simulator's session, by which its tokens are known."""
-    key = client.keys.world("time/state")
-    ids = [str(reply.replier_id.zid) for reply in client.session.get(key, timeout=timeout) if reply.replier_id]
-    return ids[0] if ids else ""
+def _sessions(client: Client, timeout: float) -> list[str]:
+    """Return the Zenoh ids of the sessions of all that answer as the simulator, by which their tokens are known."""
+    replies = client.session.get(
+        client.keys.world("info"),
+        target=zenoh.QueryTarget.ALL,
+        consolidation=zenoh.ConsolidationMode.NONE,
+        timeout=timeout,
+    )
+    return list(dict.fromkeys(str(reply.replier_id.zid) for reply in replies if reply.ok and reply.replier_id))
 
 
 def _tokens(client: Client, pattern: str) -> list[str]:
@@ -136,9 +149,10 @@ def _of_ros(texts: list[str]) -> tuple[dict[int, tuple[Token, ...]], tuple[str, 
     found: dict[int, list[Token]] = {}
     unreadable = []
     for text in texts:
-        token, domain = read_token(text), text.split("/")[1]
-        if token is None or domain not in _DOMAINS:
+        token = read_token(text)
+        domain = DOMAINS.get(text.split("/")[1]) if token else None
+        if token is None or domain is None:
             unreadable.append(text)
         else:
-            found.setdefault(_DOMAINS[domain], []).append(token)
+            found.setdefault(domain, []).append(token)
     return {domain: tuple(tokens) for domain, tokens in found.items()}, tuple(unreadable)

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hmrsim_zenoh.doctor.problem import Problem, some
 from hmrsim_zenoh.ros2.codec.distros import DISTROS
-from hmrsim_zenoh.ros2.keys import HIGHEST_DOMAIN
+from hmrsim_zenoh.ros2.keys import DOMAINS, HIGHEST_DOMAIN
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Collection, Iterator
 
     from hmrsim_zenoh.doctor.snapshot import Snapshot
 
 _RMW: Final = "rmw_zenoh_cpp"
 _ROLLING: Final = "rolling"
-_FILES: Final = ("ZENOH_SESSION_CONFIG_URI", "ZENOH_ROUTER_CONFIG_URI")
+_FILE, _OVERRIDE = "ZENOH_SESSION_CONFIG_URI", "ZENOH_CONFIG_OVERRIDE"
+_CONNECT: Final = re.compile(r"connect/endpoints\s*=\s*\[([^\]]*)\]")
 
 
 def no_simulator(snapshot: Snapshot) -> Iterator[Problem]:
@@ -30,11 +32,10 @@ def no_simulator(snapshot: Snapshot) -> Iterator[Problem]:
             f"ask with --prefix {snapshot.prefixes[0]}",
         )
     else:
-        first = snapshot.endpoints[0] if snapshot.endpoints else "ENDPOINT"
         yield Problem(
             "no_simulator",
             f"there are ROS nodes at {snapshot.where}, but no simulator",
-            f"start `hmrsim run WORLD --ros2 --connect {first}`",
+            f"start {snapshot.command}",
         )
 
 
@@ -77,13 +78,13 @@ def other_domain(snapshot: Snapshot) -> Iterator[Problem]:
     said = snapshot.environment.get("ROS_DOMAIN_ID", "")
     if not said:
         return
-    if not (said.isascii() and said.isdecimal() and int(said) <= HIGHEST_DOMAIN):
+    if said not in DOMAINS:
         yield Problem(
             "no_domain",
-            f"ROS_DOMAIN_ID is {said!r}, which is no domain: ROS nodes of this shell do not start",
+            f"ROS_DOMAIN_ID is {said[:20]!r}, which is no domain: ROS nodes of this shell do not start",
             f"`export ROS_DOMAIN_ID={snapshot.domain}`, or another from 0 to {HIGHEST_DOMAIN}",
         )
-    elif int(said) != snapshot.domain:
+    elif DOMAINS[said] != snapshot.domain:
         yield Problem(
             "domain_of_this_shell",
             f"ROS_DOMAIN_ID is {said}, and domain {snapshot.domain} was asked for",
@@ -94,12 +95,12 @@ def other_domain(snapshot: Snapshot) -> Iterator[Problem]:
 
 def configuration(snapshot: Snapshot) -> Iterator[Problem]:
     """Tell that ROS nodes started here fail, as their configuration is not there, or may connect elsewhere."""
-    for name in (*_FILES, "ZENOH_CONFIG_OVERRIDE"):
+    for name in (_FILE, _OVERRIDE):
         said = snapshot.environment.get(name)
-        if not said:
+        if not said or _leads_here(said, snapshot.endpoints):
             continue
-        if name in _FILES and not Path(said.removeprefix("file://")).is_file():
-            yield Problem("no_configuration", f"{name} is {said!r}, and there is no such file", f"`unset {name}`")
+        if name == _FILE and not _is_file(said.removeprefix("file://")):
+            yield Problem("no_configuration", f"{name} is {said[:100]!r}, and there is no such file", f"`unset {name}`")
         else:
             yield Problem(
                 "own_configuration",
@@ -107,6 +108,19 @@ def configuration(snapshot: Snapshot) -> Iterator[Problem]:
                 f"see that its connect/endpoints lead to {snapshot.where}, or `unset {name}`",
                 "warning",
             )
+
+
+def _leads_here(override: str, endpoints: Collection[str]) -> bool:
+    """Return whether nodes connect to where we look."""
+    return any(f'"{endpoint}"' in said for said in _CONNECT.findall(override) for endpoint in endpoints)
+
+
+def _is_file(text: str) -> bool:
+    try:
+        return Path(text).is_file()
+    except OSError:
+        # A folder that can't be read, or a name that is too long.
+        return False
 
 
 def unreadable_tokens(snapshot: Snapshot) -> Iterator[Problem]:

@@ -6,7 +6,7 @@ from collections import defaultdict
 from typing import TYPE_CHECKING, Final
 
 from hmrsim_zenoh.doctor.problem import Problem, some
-from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints
+from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints, whole
 from hmrsim_zenoh.ros2.hashes import known
 from hmrsim_zenoh.ros2.keys import Kind
 
@@ -23,6 +23,8 @@ _PARTS: Final = {
     "status": Kind.PUBLISHER,
 }
 """What an action consists of: ROS looks for all of it before it sends a goal."""
+
+_APART: Final = "start the simulator with another --ros-domain-id"
 
 
 def incomplete_actions(snapshot: Snapshot) -> dict[str, list[str]]:
@@ -59,8 +61,8 @@ def not_whole(snapshot: Snapshot) -> Iterator[Problem]:
     """Tell of actions that ROS does not find."""
     incomplete = incomplete_actions(snapshot) if snapshot.ros.ours else {}
     if incomplete and snapshot.simulator is not None:
-        whole, every = len(_PARTS), len(snapshot.simulator.names.actions)
-        told = some(f"{name} ({', '.join(p)})" if len(p) < whole else name for name, p in incomplete.items())
+        most, every = len(_PARTS), len(snapshot.simulator.names.actions)
+        told = some(f"{name} ({', '.join(p)})" if len(p) < most else name for name, p in incomplete.items())
         yield Problem(
             "incomplete_actions",
             f"{len(incomplete)} of {every} actions are missing, or parts of them: {told}",
@@ -84,7 +86,7 @@ def unknown_types(snapshot: Snapshot) -> Iterator[Problem]:
 
 
 def two_servers(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell of services that two programs serve: a client gets the answer of either."""
+    """Tell of actions and services that two programs serve: both act, and a client gets the answer of either."""
     servers: defaultdict[str, dict[str, str]] = defaultdict(dict)
     for token, endpoint in endpoints(snapshot.ros.tokens, Kind.SERVICE):
         servers[endpoint.name][token.session] = token.node.full_name
@@ -94,10 +96,12 @@ def two_servers(snapshot: Snapshot) -> Iterator[Problem]:
             doubled[tuple(sorted(sessions))].append(name)
     for programs, names in doubled.items():
         nodes = {servers[name][program] for name in names for program in programs}
+        ours = snapshot.simulator is not None and snapshot.simulator.session in programs
         yield Problem(
             "two_servers",
-            f"{len(programs)} programs serve {some(names)} (nodes {some(sorted(nodes))})",
-            "end one of them, or give it another ROS_DOMAIN_ID or other names",
+            f"{len(programs)} programs serve {some(whole(names))} (nodes {some(sorted(nodes))}): "
+            f"{'both' if len(programs) == 2 else 'all'} act on each goal and request",  # noqa: PLR2004 - both are two
+            f"end one of them, or {_APART if ours else 'give it another ROS_DOMAIN_ID or other names'}",
         )
 
 

@@ -16,6 +16,16 @@ _PLANNER: Final = "_planner"
 """Stands among whom time waits for."""
 
 
+def twins(simulator: Simulator) -> Iterator[Problem]:
+    """Tell that others answer on the same keys."""
+    if simulator.twins:
+        yield Problem(
+            "two_simulators",
+            f"{len(simulator.twins) + 1} simulators have the same prefix: a request may reach any of them, or all",
+            "end one of them, or start it with another --prefix",
+        )
+
+
 def contract(simulator: Simulator) -> Iterator[Problem]:
     """Tell that simulator and tools mean different things by the same key."""
     theirs = simulator.info.get("contract")
@@ -44,9 +54,10 @@ def robots(simulator: Simulator) -> Iterator[Problem]:
 def tokens(simulator: Simulator) -> Iterator[Problem]:
     """Tell of robots that a controller takes for lost."""
     if simulator.lost:
+        are = "is" if len(simulator.lost) == 1 else "are"
         yield Problem(
             "no_token",
-            f"{some(simulator.lost)} out of reach: no liveliness token, and goals are rejected",
+            f"{some(simulator.lost)} {are} out of reach: no liveliness token, and goals are rejected",
             "if it is a fault, it is in `hmrsim service call /_world/get_faults`, and /_world/clear_fault ends it",
         )
 
@@ -78,9 +89,12 @@ def time_stands(simulator: Simulator) -> Iterator[Problem]:
             "see what keeps them; they are dropped after --participant-timeout",
         )
     else:
+        here = time.get("participants", ())
+        # A number of those whose names are not known says itself what they have to do.
+        joining = (name.removesuffix(" to join") for name in awaited if name not in here)
         yield Problem(
             "time_stands",
-            f"{stands}: {some(awaited)} yet to join in lockstep",
+            f"{stands}: {some(joining)} yet to join in lockstep",
             "start a controller, such as `bt-controller run TREE --robot NAME --name PARTICIPANT`, or run with "
             "`--clock realtime`",
         )
@@ -109,6 +123,7 @@ def planner(simulator: Simulator) -> Iterator[Problem]:
 
 
 _OF_SIMULATORS: Final[tuple[Callable[[Simulator], Iterator[Problem]], ...]] = (
+    twins,
     contract,
     robots,
     tokens,

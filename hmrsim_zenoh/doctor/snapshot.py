@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim_zenoh.endpoints import DEFAULT_ENDPOINT
 from hmrsim_zenoh.keys import WORLD
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.names import Names
@@ -23,6 +24,9 @@ OFFER: Final = (Kind.SERVICE, Kind.PUBLISHER)
 WANT: Final = (Kind.CLIENT, Kind.SUBSCRIBER)
 """Endpoints that ask or listen."""
 
+_ACTION: Final = "/_action/"
+_DEFAULTS: Final = (DEFAULT_ENDPOINT, DEFAULT_ENDPOINT.replace("127.0.0.1", "localhost"))
+
 
 @dataclass(frozen=True)
 class Simulator:
@@ -31,6 +35,7 @@ class Simulator:
     Attributes:
         info: What it says of itself.
         session: The Zenoh id of its session, in hex.
+        twins: Those of others that answer on the same keys.
         times: How its time moved at the begin of the look, and at its end.
         watched: Wall seconds between the two.
         alive: The robots that have a liveliness token.
@@ -40,6 +45,7 @@ class Simulator:
 
     info: Mapping[str, Any]
     session: str = ""
+    twins: tuple[str, ...] = ()
     times: tuple[Mapping[str, Any], ...] = ()
     watched: float = 0.0
     alive: frozenset[str] = frozenset()
@@ -107,6 +113,11 @@ def endpoints(tokens: Iterable[Token], *kinds: Kind) -> Iterator[tuple[Token, En
             yield token, token.endpoint
 
 
+def whole(names: Iterable[str]) -> list[str]:
+    """Return names with actions in the place of their parts."""
+    return sorted({name.partition(_ACTION)[0] for name in names})
+
+
 @dataclass(frozen=True)
 class Snapshot:
     """All that was found.
@@ -161,3 +172,9 @@ class Snapshot:
     def where(self) -> str:
         """Where we looked, for people."""
         return ", ".join(self.endpoints)
+
+    @property
+    def command(self) -> str:
+        """How to start a simulator there; at the default endpoint it joins whoever is there by itself."""
+        elsewhere = [endpoint for endpoint in self.endpoints if endpoint not in _DEFAULTS]
+        return f"`hmrsim run WORLD --ros2{''.join(f' --connect {endpoint}' for endpoint in elsewhere[:1])}`"

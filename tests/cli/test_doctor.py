@@ -119,6 +119,49 @@ def test_everything_as_json(doctor, monkeypatch):
     assert found["simulator"]["session"] in found["network"]["routers"]
 
 
+@pytest.mark.parametrize("text", ["@ros2_lv", "@ros2_lv/0", "@ros2_lv/0/a/0/0/NN/%/%", "@ros2_lv/x/a/0/0/NN/%/%/n"])
+def test_token_of_any_text(doctor, router, text):
+    """What is no token of rmw_zenoh's is told, and nothing more."""
+    session, options = router
+    with session.liveliness().declare_token(text):
+        code, out, _ = doctor(options)
+
+    assert 1 == code
+    assert f"warning: 1 liveliness tokens are none of rmw_zenoh's: '{text}'; update" in out
+
+
+def test_two_simulators_with_one_prefix(doctor):
+    """They are told, and neither is taken for the other's planner."""
+    with hosted() as options, open_client(options) as session, Client(options) as client:
+        key = "hmrsim/_world/info"
+        info = client.get(key)
+        with (
+            session.declare_queryable(key, lambda query: query.reply(key, info)),
+            session.declare_queryable("hmrsim/_planner/compute_path_to_pose", lambda query: query.drop()),
+        ):
+            end = time.monotonic() + PATIENCE
+            while not client.info()["planner_present"] and time.monotonic() < end:
+                pass
+            code, out, _ = doctor(options)
+
+    assert 1 == code
+    assert "error: 2 simulators have the same prefix: a request may reach any of them, or all; end one of them" in out
+    assert "planner" not in out
+
+
+def test_actions_of_a_lost_robot_are_not_whole(doctor):
+    """They are not there, so they are not counted as if they were."""
+    fault = json.dumps({"type": "messages_lost", "robot": "wall_e"}).encode()
+    with hosted(wires=(RmwZenoh(7, ("kilted",)),)) as options, Client(options) as client:
+        client.get("hmrsim/_world/inject_fault", payload=fault)
+        end, out = time.monotonic() + PATIENCE, ""
+        while "27 of 43 action names whole" not in out and time.monotonic() < end:
+            _, out, _ = doctor(options, "--ros-domain-id", "7")
+
+    assert "; 27 of 43 action names whole; " in out
+    assert "error: wall_e is out of reach: no liveliness token" in out
+
+
 def test_lockstep_that_stands(doctor):
     """Whoever waits for time to move is told whom it waits for."""
     with hosted(clock="lockstep", participants=("nurses",)) as options:
@@ -191,7 +234,17 @@ def test_nobody_there_is_3(doctor):
     """Where nobody answers there is one line of advice, and JSON if asked for."""
     code, out, err = doctor(SessionOptions(connect=(NOBODY,)), "--timeout", "0.3", "--json")
 
-    assert (3, ["nobody_there"]) == (code, [one["kind"] for one in json.loads(out)["problems"]])
+    found = json.loads(out)
+    (problem,) = found.pop("problems")
+    assert (3, "nobody_there", "error") == (code, problem["kind"], problem["severity"])
+    assert problem["remedy"].startswith("start `hmrsim run WORLD`")
+    assert {
+        "network": {"endpoints": [NOBODY], "routers": [], "peers": []},
+        "prefixes": [],
+        "simulator": None,
+        "ros2": {"domain": 0, "domains": {}, "unreadable": [], "distros": [], "incomplete_actions": {}},
+        "environment": {},
+    } == found
     assert err.startswith(f"hmrsim: nobody answers at {NOBODY}; start `hmrsim run WORLD`")
 
 

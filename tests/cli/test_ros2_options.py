@@ -77,6 +77,24 @@ def test_a_domain_that_is_none_is_2(capsys):
     assert "--ros-domain-id: '233' is no domain; a whole number from 0 to 232 is" in capsys.readouterr().err
 
 
+def test_a_domain_of_thousands_of_digits_is_2(capsys):
+    """It is none, and nobody tries to make a number of it."""
+    code = main(["run", "scenario1", "--ros2", "--ros-domain-id", "7" * 5000])
+
+    assert 2 == code
+    assert "--ros-domain-id: '77777777777777777777' is no domain" in capsys.readouterr().err
+
+
+def test_variables_for_runs_with_ros_are_no_mistake_without(monkeypatch):
+    """What holds for a whole shell does not keep a plain run from starting."""
+    monkeypatch.setenv("HMRSIM_ROS_DOMAIN_ID", "7")
+    monkeypatch.setenv("HMRSIM_ROS_DISTRO", "jazzy")
+
+    assert () == wires()
+    assert (RmwZenoh(7, ("jazzy",)),) == wires("--ros2")
+    assert (Ros2Dds("jazzy"),) == wires("--ros2dds")
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -90,6 +90,8 @@ def kinds(snapshot):
         ros(),
         ros(client()),
         ros(client(), environment={"RMW_IMPLEMENTATION": "rmw_zenoh_cpp", "ROS_DISTRO": "jazzy", "ROS_DOMAIN_ID": "0"}),
+        ros(environment={"ZENOH_CONFIG_OVERRIDE": 'mode="client";connect/endpoints=["tcp/h:1"]'}),
+        ros(environment={"ZENOH_ROUTER_CONFIG_URI": "/no/such.json5"}),
         network(simulator=stood(now=4.0, clock="lockstep", participants=["a"])),
     ],
 )
@@ -114,6 +116,9 @@ def test_nothing_is_wrong(snapshot):
         ),
         (ros(environment={"ROS_DOMAIN_ID": "x"}), "no_domain"),
         (ros(environment={"ROS_DOMAIN_ID": "233"}), "no_domain"),
+        (ros(environment={"ROS_DOMAIN_ID": "7" * 5000}), "no_domain"),
+        (ros(environment={"ZENOH_SESSION_CONFIG_URI": "x" * 5000}), "no_configuration"),
+        (network(simulator=simulator(twins=(OTHERS,))), "two_simulators"),
         (ros(environment={"ROS_DOMAIN_ID": "4"}), "domain_of_this_shell"),
         (ros(environment={"ZENOH_SESSION_CONFIG_URI": "/no/such.json5"}), "no_configuration"),
         (ros(environment={"ZENOH_CONFIG_OVERRIDE": "mode='client'"}), "own_configuration"),
@@ -205,6 +210,48 @@ def test_waiting_participant_is_named():
     assert "time stands at 3 s, for 0.5 s at least: nurses yet to ask to advance" in text(
         network(simulator=stood(participants=["nurses", "porters"], waiting_for=["nurses"]))
     )
+
+
+def test_number_of_participants_that_are_missing():
+    """Whose names are not known are counted."""
+    assert "time stands at 3 s: 2 more yet to join in lockstep;" in text(
+        network(simulator=stood(participants=["a"], waiting_for=["2 more to join", "a"]))
+    )
+
+
+def test_client_without_a_namespace():
+    """Who asks for what several robots serve is told of all of them."""
+    served = (*SERVED, *action_tokens("/eve/wait"))
+
+    assert "/nav waits for /wait, which nobody serves; give it a namespace: eve, wall_e" == text(
+        network(tokens={0: (*served, client("/wait/_action/send_goal"))})
+    )
+
+
+def test_action_that_two_programs_serve():
+    """Its parts are not told one by one, and who has the simulator is told its option."""
+    assert (
+        "2 programs serve /wall_e/wait (nodes /n): both act on each goal and request; end one of them, "
+        "or start the simulator with another --ros-domain-id"
+    ) == text(ros(*action_tokens(session=THEM)))
+
+
+def test_robot_out_of_reach_is_told_as_one():
+    """A robot is, robots are."""
+    assert text(network(simulator=simulator(alive=frozenset()))).startswith("wall_e is out of reach: ")
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "command"),
+    [
+        ("tcp/127.0.0.1:7447", "start `hmrsim run WORLD --ros2`"),
+        ("tcp/localhost:7447", "start `hmrsim run WORLD --ros2`"),
+        ("tcp/h:1", "start `hmrsim run WORLD --ros2 --connect tcp/h:1`"),
+    ],
+)
+def test_simulator_joins_by_itself_where_it_would_listen(endpoint, command):
+    """Elsewhere it has to be told."""
+    assert command == problems(network(endpoints=(endpoint,), simulator=None, prefixes=()))[0].remedy
 
 
 def test_errors_come_before_warnings():
