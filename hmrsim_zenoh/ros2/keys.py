@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import xxhash
 
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 HIGHEST_DOMAIN: Final = 232
 """ROS takes no higher domain id; with DDS the ports end there."""
+
+DOMAINS: Final = {str(domain): domain for domain in range(HIGHEST_DOMAIN + 1)}
+"""All of ROS's domains, by how they are written."""
 
 NO_HASH: Final = "TypeHashNotSupported"
 """What stands for the hash in the keys of humble."""
@@ -54,8 +57,7 @@ TF_QOS: Final = "::,100:,:,:,,"
 """Of transforms."""
 
 
-@dataclass(frozen=True)
-class Node:
+class Node(NamedTuple):
     """A ROS node.
 
     Attributes:
@@ -129,11 +131,6 @@ def key(domain: int, name: str, type_: str, hash_: str) -> str:
 def everything(domain: int) -> str:
     """Return the wildcard that all topics and services of a domain match."""
     return f"{domain}/**"
-
-
-def any_type(domain: int, name: str) -> str:
-    """Return the wildcard of a topic or a service of any type; a chunk of its name may be a wildcard itself."""
-    return key(domain, name, "*", "*")
 
 
 def read_key(domain: int, text: str) -> Address | None:

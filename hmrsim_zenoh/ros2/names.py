@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
@@ -46,6 +46,9 @@ _WITHOUT_LIFECYCLE: Final = frozenset({"move_group", OTHER_NODE})
 
 _ROS_SERVICES: Final = "simulation_interfaces/"
 """What the types of those of the world's services begin with that ROS has."""
+
+_KEPT: Final = 4096
+"""Robots of which it is kept what they have."""
 
 _NODE_OF: Final = MappingProxyType({action: node for node, actions in NODES.items() for action in actions})
 
@@ -92,33 +95,49 @@ class Names:
         """Robot and action by each name that they have, such as ``/wall_e/navigate_to_pose``."""
         found: dict[str, tuple[str, str]] = {}
         for robot, actions in self.serves.items():
-            for action in actions:
-                for name in (action, *FURTHER_NAMES.get(action, ())):
-                    found[f"/{name}" if robot == WORLD else f"/{robot}/{name}"] = (robot, action)
+            found.update(_actions(robot, tuple(actions)))
         for alias, target in self.aliases.items():
             robot, _, action = target.partition("/")
             if action in self.serves.get(robot, ()):
                 found.setdefault(f"/{alias}", (robot, action))
         return found
 
+    def called(self, robot: str, action: str) -> list[str]:
+        """Return the names of an action of a robot, the first of them its own."""
+        names = [*_spelled(robot, action), *self._aliases_of.get(f"{robot}/{action}", ())]
+        return [name for name in dict.fromkeys(names) if self.actions.get(name) == (robot, action)]
+
     @cached_property
-    def of_actions(self) -> dict[tuple[str, str], list[str]]:
-        """The names of each action of each robot, the first of them its own."""
-        found: dict[tuple[str, str], list[str]] = {}
-        for name, target in self.actions.items():
-            found.setdefault(target, []).append(name)
+    def _aliases_of(self) -> dict[str, list[str]]:
+        found: dict[str, list[str]] = {}
+        for alias, target in self.aliases.items():
+            found.setdefault(target, []).append(f"/{alias}")
         return found
 
     @cached_property
     def lifecycle(self) -> dict[str, Node]:
         """The nodes that are active, as Nav2's are, by the service that says so: ``/wall_e/amcl/get_state``."""
-        nodes = [
-            node
-            for robot, actions in self.serves.items()
-            if robot != WORLD
-            for node in dict.fromkeys(
-                [*(node_of(robot, action) for action in actions), Node(f"/{robot}", LOCALIZATION)]
-            )
-            if node.name not in _WITHOUT_LIFECYCLE
-        ]
-        return {f"{node.full_name}/{LIFECYCLE_SERVICE}": node for node in nodes}
+        found: dict[str, Node] = {}
+        for robot, actions in self.serves.items():
+            if robot != WORLD:
+                found.update(_lifecycle(robot, tuple(actions)))
+        return found
+
+
+def _spelled(robot: str, action: str) -> list[str]:
+    """Return the names that an action of a robot has by itself."""
+    begin = "/" if robot == WORLD else f"/{robot}/"
+    return [f"{begin}{name}" for name in (action, *FURTHER_NAMES.get(action, ()))]
+
+
+# A robot comes among hundreds of others, of whom all is as it was.
+@lru_cache(_KEPT)
+def _actions(robot: str, actions: tuple[str, ...]) -> Mapping[str, tuple[str, str]]:
+    return {name: (robot, action) for action in actions for name in _spelled(robot, action)}
+
+
+@lru_cache(_KEPT)
+def _lifecycle(robot: str, actions: tuple[str, ...]) -> Mapping[str, Node]:
+    names = dict.fromkeys([*(_NODE_OF.get(action, OTHER_NODE) for action in actions), LOCALIZATION])
+    nodes = [Node(f"/{robot}", name) for name in names if name not in _WITHOUT_LIFECYCLE]
+    return {f"{node.full_name}/{LIFECYCLE_SERVICE}": node for node in nodes}

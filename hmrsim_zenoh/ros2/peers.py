@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections import OrderedDict
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
@@ -19,19 +18,20 @@ from hmrsim_zenoh.ros2.hashes import difference
 from hmrsim_zenoh.ros2.keys import Address, Kind
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Mapping
+    from collections.abc import Callable, Mapping
 
+    from hmrsim_zenoh.ros2.asking.complaints import Complaints
     from hmrsim_zenoh.ros2.hashes import Spoken
     from hmrsim_zenoh.ros2.keys import Endpoint, Token
 
 _log = logging.getLogger(__name__)
 
 _MOST: Final = 10_000
-"""Endpoints of others that are remembered, and things that are said once."""
-_MOST_BAD: Final = 20
-"""Tokens that nobody can read, and of which we say so."""
+"""Endpoints of others that are remembered."""
 _SHOWN: Final = 200
-"""Characters that are shown of one."""
+"""Characters that are shown of a token that nobody can read."""
+_SHOWN_OF_ID: Final = 8
+"""Digits that are shown of a client's id."""
 
 _WHAT: Final = {Kind.CLIENT: "client", Kind.SUBSCRIBER: "subscriber"}
 
@@ -43,6 +43,7 @@ class Peers:
         session: Where to watch; its own tokens are overlooked.
         domain: ROS's domain id.
         served: Gives what we serve and publish: types and hashes by name.
+        complaints: Says each thing once.
         gone: Told the id of a service's client that has gone; in a thread of Zenoh's.
     """
 
@@ -52,17 +53,17 @@ class Peers:
         domain: int,
         *,
         served: Callable[[], Mapping[str, set[Spoken]]],
+        complaints: Complaints,
         gone: Callable[[bytes], None],
     ) -> None:
         self._domain = domain
         self._own = str(session.info.zid())
         self._served = served
+        self._due = complaints.due
         self._gone = gone
         self._lock = threading.Lock()
         # Who asks or listens, by the id that its messages have.
         self._others: dict[bytes, Token] = {}
-        self._said: OrderedDict[Hashable, None] = OrderedDict()
-        self._bad = 0
         self._subscriber = session.liveliness().declare_subscriber(
             keys.all_tokens(domain), zenoh.handlers.Callback(self._on_sample), history=True
         )
@@ -82,18 +83,23 @@ class Peers:
             address: What it asked.
             who: The client's id in hex; empty if it has none.
         """
-        with suppress(ValueError):
-            with self._lock:
-                token = self._others.get(bytes.fromhex(who))
-            if token is not None:
-                self._warn(token.session, f"client {token.node.full_name}", address)
-                return
-        self._warn(who, f"client {who}" if who else "a client without an id", address)
+        token = self._token_of(who)
+        self._warn(token.session if token else who, self.name_of(who), address)
+
+    def name_of(self, who: str) -> str:
+        """Return what to call a client, by its id in hex: its node if that is known."""
+        token = self._token_of(who)
+        return f"client {token.node.full_name}" if token else numbered(who)
 
     def close(self) -> None:
         """Watch no longer."""
         with suppress(zenoh.ZError):
             self._subscriber.undeclare()
+
+    def _token_of(self, who: str) -> Token | None:
+        with self._lock, suppress(ValueError):
+            return self._others.get(bytes.fromhex(who))
+        return None
 
     def _on_sample(self, sample: zenoh.Sample) -> None:
         text = str(sample.key_expr)
@@ -137,35 +143,27 @@ class Peers:
     def _warn(self, whose: str, who: str, address: Address) -> None:
         spoken = self._served().get(address.name)
         # A program that talks to many robots would have to be told the same of each.
-        if not spoken or not self._first((whose, address.type, address.hash)):
+        if not spoken or not self._due((whose, address.type, address.hash)):
             return
         what, remedy = difference((address.type, address.hash), spoken)
         _log.warning("ROS domain %d: %s does not understand %s: %s; %s", self._domain, who, address.name, what, remedy)
 
     def _contest(self, token: Token, endpoint: Endpoint) -> None:
-        if endpoint.name in self._served() and self._first(("contest", token.session)):
+        if endpoint.name in self._served() and self._due(("contest", token.session)):
+            robot, _, name = endpoint.name[1:].partition("/")
             _log.warning(
-                "ROS domain %d: node %s serves %s, too, and clients get the answer of either; give one of us another "
-                "--ros-domain-id",
+                "ROS domain %d: node %s serves %s, too: both of them execute each goal%s, and clients get the answer "
+                "of either; give one of them another --ros-domain-id, or other names to its robots",
                 *(self._domain, token.node.full_name, endpoint.name),
+                f" of {robot}" if name and not name.startswith("_action/") else "",
             )
 
     def _say_unreadable(self, text: str) -> None:
-        with self._lock:
-            self._bad += 1
-            told = self._bad <= _MOST_BAD
-        if told:
-            more = "; more of them are not told" if self._bad == _MOST_BAD else ""
-            _log.warning(
-                "ROS domain %d: %r is no token of rmw_zenoh's; overlooked%s", self._domain, text[:_SHOWN], more
-            )
+        shown = text[:_SHOWN]
+        if self._due(shown):
+            _log.warning("ROS domain %d: %r is no token of rmw_zenoh's; overlooked", self._domain, shown)
 
-    def _first(self, said: Hashable) -> bool:
-        """Return whether something is to be said; the oldest are forgotten."""
-        with self._lock:
-            if said in self._said:
-                return False
-            self._said[said] = None
-            if len(self._said) > _MOST:
-                self._said.popitem(last=False)
-            return True
+
+def numbered(who: str) -> str:
+    """Return what to call a client of whom nothing but its id, in hex, is known, or not even that."""
+    return f"client {who[:_SHOWN_OF_ID]}" if who else "a client without an id"

@@ -21,7 +21,7 @@ from hmrsim_zenoh.ros2.asking.complaints import Complaints
 from hmrsim_zenoh.ros2.asking.requests import Requests
 from hmrsim_zenoh.ros2.asking.waiting import Waiting
 from hmrsim_zenoh.ros2.names import names_of
-from hmrsim_zenoh.ros2.peers import Peers
+from hmrsim_zenoh.ros2.peers import Peers, numbered
 from hmrsim_zenoh.ros2.publishing.publications import Publications
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 
@@ -116,18 +116,21 @@ class Ros2Server:
         self._changes_told = 0
         self._catalog = Catalog(names, wire.distros, actions=actions, services=services)
         self._waiting = Waiting()
-        self._complaints = Complaints()
+        complaints = Complaints()
         self._publications = Publications(
             session, wire, names, actions=actions, services=services, odom=odom, changed=self._interest_changed
         )
         self._peers: Peers | None = None
         if isinstance(wire, RmwZenoh):
-            self._peers = Peers(session, wire.domain, served=self._publications.served, gone=self._gone)
+            self._peers = Peers(
+                session, wire.domain, served=self._publications.served, complaints=complaints, gone=self._gone
+            )
         self._requests = Requests(
             wire,
             self._catalog,
             waiting=self._waiting,
-            complaints=self._complaints,
+            complaints=complaints,
+            name_of=self._peers.name_of if self._peers else numbered,
             wrong_hash=self._wrong_hash,
             max_payload=max_payload,
         )
@@ -143,10 +146,10 @@ class Ros2Server:
     def follow(self, simulator: Simulator, lost: Collection[str]) -> None:
         """Serve those who are there now; nothing is heard of who is lost."""
         names = names_of(simulator)
-        self._catalog.follow(names)
-        self._publications.follow(names, lost)
-        if self._peers is not None:
-            self._peers.look()
+        if self._publications.follow(names, lost):
+            self._catalog.follow(names)
+            if self._peers is not None:
+                self._peers.look()
 
     def wants(self, topic: Topic) -> bool:
         """Return whether anybody subscribes to a topic."""
@@ -172,7 +175,7 @@ class Ros2Server:
     def _answer(self, asked: Asked, answer: object) -> None:
         self._waiting.answered(asked)
         if isinstance(answer, GoalResponse) and not answer.accepted:
-            self._complaints.say(asked.client, asked.offer.name, f"rejected: {answer.error_msg}", answer.reason)
+            self._requests.complain(asked.client, asked.offer.name, f"rejected: {answer.error_msg}")
         asked.answer(answer)
         if isinstance(answer, GoalResponse):
             # Who subscribes and then sends a goal must see all of it; what is to be seen comes after this answer.

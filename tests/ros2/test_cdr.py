@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from types import MappingProxyType
 from typing import Any
 
@@ -11,7 +12,7 @@ from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, PoseWithCovariance, Twist
 from hmrsim.interfaces.moveit_msgs import AllowedCollisionEntry, AllowedCollisionMatrix, CollisionObject, Pickup
-from hmrsim.interfaces.nav2_msgs import FollowPath, NavigateToPose, WaypointStatus
+from hmrsim.interfaces.nav2_msgs import FollowPath, FollowWaypoints, NavigateToPose, WaypointStatus
 from hmrsim.interfaces.octomap_msgs import Octomap
 from hmrsim.interfaces.sensor_msgs import JointState
 from hmrsim.interfaces.shape_msgs import SolidPrimitive
@@ -34,6 +35,13 @@ def navigate_to_pose() -> ActionType:
     return action_type(
         "nav2_msgs/action/NavigateToPose", NavigateToPose.Goal, NavigateToPose.Result, NavigateToPose.Feedback
     )
+
+
+def names_and_entries(order: str, names: int, entries: int) -> bytes:
+    """Return an allowed collision matrix of empty names and entries, in an order of bytes."""
+    begin = bytes.fromhex("00010000" if order == "<" else "00000000")
+    counts = [struct.pack(f"{order}I", count) for count in (names, entries)]
+    return begin + counts[0] + bytes(4 * names) + counts[1] + bytes(4 * entries) + bytes(8)
 
 
 class TestGolden:
@@ -255,6 +263,33 @@ class TestReading:
         """A list that is said to be longer than the rest of the message is refused before there is room for it."""
         with pytest.raises(CdrError, match=error):
             message_type(cls).decode(b"\0\1\0\0" + before + b"\xff\xff\xff\xff")
+
+    @pytest.mark.parametrize("order", ["<", ">"])
+    def test_most_messages_and_texts(self, order: str) -> None:
+        """The lists of a message have 10,000 messages and texts at most: to check more would take too long."""
+        type_ = message_type(AllowedCollisionMatrix)
+        values = type_.decode(names_and_entries(order, 6_000, 4_000))
+
+        assert (6_000, 4_000) == (len(values["entry_names"]), len(values["entry_values"]))
+        with pytest.raises(CdrError, match="entry_values: more than 10000 messages and texts in the lists of one mess"):
+            type_.decode(names_and_entries(order, 6_000, 4_001))
+
+    def test_nested_messages_count(self) -> None:
+        """A message in a list counts with all that it nests: a pose with its header, and so on, is six."""
+        type_ = message_type(FollowWaypoints.Goal)
+        poses = [PoseStamped().model_dump()] * 1_667
+        data = type_.encode({"number_of_loops": 0, "goal_index": 0, "poses": poses[:1_666]})
+        larger = type_.encode({"number_of_loops": 0, "goal_index": 0, "poses": poses})
+
+        assert 1_666 == len(type_.decode(data)["poses"])
+        with pytest.raises(CdrError, match="FollowWaypoints_Goal: poses: more than 10000 messages"):
+            type_.decode(larger)
+
+    def test_many_numbers(self) -> None:
+        """Lists of numbers may be as long as a message can be."""
+        data = bytes.fromhex("00010000" + "40420f00") + bytes(1_000_000)
+
+        assert 1_000_000 == len(message_type(AllowedCollisionEntry).decode(data)["enabled"])
 
     def test_list_of_nothing(self) -> None:
         """A list of messages without fields has no more items than there are bytes."""

@@ -30,6 +30,7 @@ class Network:
         there: The tokens that are declared.
         gids: The ids with which outlets were opened, by name.
         refused: Part of tokens that can't be declared.
+        stuck: Part of tokens that can't be undeclared.
         closed: Whether the session is.
     """
 
@@ -37,7 +38,7 @@ class Network:
         self.said: list[tuple[str, str]] = []
         self.there: list[str] = []
         self.gids: dict[str, bytes | None] = {}
-        self.refused = "nothing"
+        self.refused = self.stuck = "nothing"
         self.closed = False
         self.info = SimpleNamespace(zid=lambda: "abc")
 
@@ -67,6 +68,8 @@ class Network:
         self.said.append(("shut", endpoint.name))
 
     def _undeclare(self, token: str) -> None:
+        if self.stuck in token:
+            raise zenoh.ZError("no")
         self.said.append(("gone", token))
         self.there.remove(token)
 
@@ -198,6 +201,39 @@ def test_one_that_fails(caplog: pytest.LogCaptureFixture) -> None:
     assert "/wall_e/odom" not in network.names()
     assert "/wall_e/amcl_pose" in network.names()
     assert "ROS will not hear of /wall_e/odom: no" in caplog.text
+
+
+def test_outlet_of_one_that_fails() -> None:
+    """Nothing is published of which nobody knows: what was opened for a token that can't be declared is shut."""
+    network = Network()
+    network.refused = "%wall_e%odom/"
+    declared(network, ONE)
+
+    assert [("open", "/wall_e/odom"), ("shut", "/wall_e/odom")] == [
+        each for each in network.said if each[1] == "/wall_e/odom"
+    ]
+
+
+def test_node_of_one_that_fails() -> None:
+    """What can't be declared needs no node: when the robot goes, its nodes go."""
+    network = Network()
+    network.refused = "%eve%odom/"
+    declared(network, BOTH, ONE)
+
+    assert not [name for name in network.names() if name.startswith("/eve")]
+
+
+def test_one_that_can_not_be_withdrawn(caplog: pytest.LogCaptureFixture) -> None:
+    """What can't be undeclared is said, and keeps nothing else from going or coming."""
+    network = Network()
+    declarations = declared(network, BOTH)
+    network.stuck = "%eve%odom/"
+    declarations._follow(parts(Names({"cart": ["navigate_to_pose"]})))
+
+    assert ["/eve/odom"] == [name for name in network.names() if name.startswith(("/eve", "/wall_e"))]
+    assert ("shut", "/eve/odom") in network.said
+    assert "/cart/odom" in network.names()
+    assert "ROS may still hear of /eve/odom: no" in caplog.text
 
 
 def test_end() -> None:

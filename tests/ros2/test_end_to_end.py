@@ -226,7 +226,7 @@ def test_nobody_waits_for_a_client_that_has_gone(monkeypatch):
             goal.client.cancel(bytes(range(16)))
 
         assert withdrawn.wait(PATIENCE)
-        assert [] == host.simulator.dispatcher.servers.goal("wall_e", "wait", goal.id.hex()).waiting
+        assert not host.simulator.dispatcher.servers.goal("wall_e", "wait", goal.id.hex()).waiting
 
 
 # --- commands and time -------------------------------------------------------------------------------------------

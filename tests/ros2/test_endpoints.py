@@ -122,6 +122,15 @@ def test_nav2_s_name_of_backing_up(small: Names) -> None:
     assert {"/eve/back_up/_action/status", "/eve/backup/_action/status"} == found
 
 
+def test_names_of_an_action() -> None:
+    """An action is called by its own names first, then by the world's aliases for it, but for names that are taken."""
+    aliases = {"retreat": "eve/back_up", "eve/wait": "eve/back_up", "eve/backup": "eve/back_up", "x": "eve/spin"}
+    names = Names({"eve": ["back_up", "wait"]}, aliases)
+
+    assert ["/eve/back_up", "/eve/backup", "/retreat"] == names.called("eve", "back_up")
+    assert [] == names.called("eve", "spin")
+
+
 def test_world_has_what_ros_knows(small: Names) -> None:
     """The services of simulation_interfaces are there under their usual names, and those that ROS lacks are not."""
     found = {one.name: one.type for node, one in owned(small) if node == Node("/", "hmrsim")}

@@ -8,6 +8,7 @@ import queue
 import pytest
 
 from hmrsim_zenoh.ros2 import keys
+from hmrsim_zenoh.ros2.asking.complaints import Complaints
 from hmrsim_zenoh.ros2.hashes import difference, distros_of, known, ros_name
 from hmrsim_zenoh.ros2.keys import NO_HASH, Address, Endpoint, Kind, Node
 from hmrsim_zenoh.ros2.peers import Peers
@@ -29,7 +30,7 @@ class Network:
     def __init__(self, ours, theirs, caplog):
         self.gone = queue.Queue()
         self.served = {NAME: {(TYPE, KILTED)}}
-        self.peers = Peers(ours, DOMAIN, served=lambda: self.served, gone=self.gone.put)
+        self.peers = Peers(ours, DOMAIN, served=lambda: self.served, complaints=Complaints(), gone=self.gone.put)
         self.ours = ours
         self._session = theirs
         self._caplog = caplog
@@ -126,7 +127,30 @@ def test_second_server_of_a_name(network):
     network.declare(Kind.SERVICE)
 
     (told,) = network.told()
-    assert told.startswith(f"ROS domain 7: node /nav_client serves {NAME}, too")
+    assert (
+        f"ROS domain 7: node /nav_client serves {NAME}, too: both of them execute each goal of wall_e, and clients get "
+        "the answer of either; give one of them another --ros-domain-id, or other names to its robots"
+    ) == told
+
+
+@pytest.mark.parametrize("name", ["/get_entities", "/simulate_steps/_action/send_goal"])
+def test_second_server_of_the_world(network, name):
+    """What belongs to the world has no robot's name in it."""
+    network.served[name] = {(TYPE, KILTED)}
+    network.declare(Kind.SERVICE, name)
+
+    (told,) = network.told()
+    assert "both of them execute each goal, and clients" in told
+
+
+def test_name_of_a_client(network):
+    """It is its node's if its token is known, else its id, shortened."""
+    text, _ = network.declare()
+    network.told()
+
+    assert ["client /nav_client", "client 10ffffff", "client nonsense", "a client without an id"] == [
+        network.peers.name_of(who) for who in (keys.gid(text).hex(), "10" + "f" * 30, "nonsense", "")
+    ]
 
 
 def test_request_of_a_known_client_is_not_told_again(network):
@@ -172,7 +196,7 @@ def test_who_was_there_first_is_seen(network):
     """Tokens that are older than the watch count, too."""
     network.declare(hash_=JAZZY)
     gone = queue.Queue()
-    later = Peers(network.ours, DOMAIN, served=lambda: network.served, gone=gone.put)
+    later = Peers(network.ours, DOMAIN, served=lambda: network.served, complaints=Complaints(), gone=gone.put)
     text, token = network.declare()
     token.undeclare()
 
@@ -205,9 +229,16 @@ def test_much_garbage_is_not_told(network):
     for number in range(50):
         network.token(f"@ros2_lv/{DOMAIN}/{number}")
 
-    told = network.told()
-    assert 20 == len(told)
-    assert told[-1].endswith("more of them are not told")
+    assert 20 == len(network.told())
+
+
+def test_invented_sessions_are_not_told(network):
+    """Nor does who declares servers of ours in the name of ever new sessions."""
+    for number in range(50):
+        ids = (0, number)
+        network.token(keys.endpoint_token(DOMAIN, f"{number:x}", ids, NODE, Endpoint(Kind.SERVICE, NAME, TYPE, KILTED)))
+
+    assert 20 == len(network.told())
 
 
 def test_hashes_of_a_type():

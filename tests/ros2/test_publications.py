@@ -309,6 +309,71 @@ def test_served(stage):
     assert {"9d1f6fa2", "2c1b4ec1"} == {hash_.removeprefix("RIHS01_")[:8] for _, hash_ in served}
 
 
+def test_served_of_one_more(stage, monkeypatch):
+    """When a robot comes, only what it has is looked up: there may be hundreds of others."""
+    names = names_of(stage.simulator)
+    stage.publications.follow(names, {"eve"})
+    stage.publications.served()
+    endpoints, asked = stage.publications._endpoints, []
+    of = endpoints.of
+    monkeypatch.setattr(stage.publications._declarations, "want", lambda _parts: None)
+    monkeypatch.setattr(endpoints, "of", lambda part: asked.append(part.robot) or of(part))
+    stage.publications.follow(names)
+
+    assert "/eve/wait/_action/status" in stage.publications.served()
+    assert {"eve"} == set(asked)
+
+
+def test_served_of_who_has_gone(stage):
+    """What a robot had is not served any more once it is lost."""
+    stage.publications.served()
+    stage.publications.follow(names_of(stage.simulator), {"eve"})
+
+    assert "/eve/odom" not in stage.publications.served()
+
+
+def test_robot_that_comes_while_somebody_asks(stage, monkeypatch):
+    """Who asks in another thread while a robot comes does not have the answer of before kept."""
+    names, spoken = names_of(stage.simulator), stage.publications._endpoints.spoken
+    stage.publications.follow(names, {"eve"})
+
+    def slow(parts: Any) -> Any:
+        found = spoken(parts)
+        monkeypatch.undo()
+        stage.publications.follow(names)
+        return found
+
+    monkeypatch.setattr(stage.publications._endpoints, "spoken", slow)
+    before = stage.publications.served()
+
+    assert "/eve/odom" not in before
+    assert "/eve/odom" in stage.publications.served()
+
+
+def test_nothing_changes(stage):
+    """Who is there still, and nobody else, is no news."""
+    names = names_of(stage.simulator)
+    found = [stage.publications.follow(names, lost) for lost in ((), ("eve",), ("eve",))]
+
+    assert [False, True, False] == found
+
+
+def test_feedback_before_anything_is_declared_where_there_are_no_tokens():
+    """Where nobody waits for tokens, the feedback of the first instants is not lost."""
+    stage = Stage(Ros2Dds())
+    try:
+        stage.publications._declarations.want = lambda _parts: None
+        stage.publications.start()
+        (type_,) = stage.endpoints.feedback_types("navigate_to_pose")
+        heard = stage.hear("/wall_e/navigate_to_pose/_action/feedback", type_)
+        stage.publications.emit(FeedbackSent("wall_e", "navigate_to_pose", GOAL, FEEDBACK))
+        found = heard.next()
+    finally:
+        stage.close()
+
+    assert list(bytes.fromhex(GOAL)) == list(found["goal_id"]["uuid"])
+
+
 def test_bridge_s_wire():
     """On zenoh-bridge-ros2dds's wire the key is the name, and nothing goes with a message."""
     stage = Stage(Ros2Dds())

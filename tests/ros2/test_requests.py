@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 import struct
 from dataclasses import dataclass, field
@@ -21,6 +22,7 @@ from hmrsim.gateway import (
     Refused,
     ResultResponse,
     SendGoal,
+    Withdraw,
 )
 from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
@@ -28,6 +30,7 @@ from hmrsim.interfaces.lifecycle_msgs import GetState
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.interfaces.simulation_interfaces import GetEntities, Result
 from hmrsim.services import registry as all_services
+from hmrsim_zenoh.ros2.asking import catalog as catalog_module
 from hmrsim_zenoh.ros2.asking import waiting as waiting_module
 from hmrsim_zenoh.ros2.asking.catalog import Catalog
 from hmrsim_zenoh.ros2.asking.complaints import Complaints
@@ -77,10 +80,15 @@ def key(verb, distro="jazzy", action="wait", robot="wall_e"):
     return f"0/{robot}/{action}/_action/{verb}/{type_.dds_name}/{type_.hash}"
 
 
+def attached(gid):
+    """Return what a client attaches."""
+    return struct.pack("<qqB16s", 7, 1, 16, gid)
+
+
 def query(key_, payload=b"", attachment=None):
     """Return a query as rmw_zenoh makes it."""
-    attached = struct.pack("<qqB16s", 7, 1, 16, GID) if attachment is None else attachment
-    return Query(key_, zenoh.ZBytes(payload), zenoh.ZBytes(attached) if attached else None)
+    signed = attached(GID) if attachment is None else attachment
+    return Query(key_, zenoh.ZBytes(payload), zenoh.ZBytes(signed) if signed else None)
 
 
 class Desk:
@@ -96,6 +104,7 @@ class Desk:
             catalog,
             waiting=self.waiting,
             complaints=Complaints(),
+            name_of=lambda who: f"client {who[:4]}",
             wrong_hash=lambda address, who: self.wrong.append((address, who)),
             max_payload=1000,
         )
@@ -161,9 +170,9 @@ class TestGoals:
         found = [desk.requests.decode(each) for each in asked]
 
         assert [[], [], []] == found
-        assert {"accepted": False, "stamp": {"sec": 0, "nanosec": 0}} == reply_of(asked[2], wait_type().send_goal)
+        assert {"accepted": False, "stamp": {"sec": 0, "nanosec": 1}} == reply_of(asked[2], wait_type().send_goal)
         (said,) = caplog.messages
-        assert said.startswith(f"ROS 2: client {GID.hex()}: /wall_e/wait/_action/send_goal: ")
+        assert said.startswith("ROS 2: client 6465: /wall_e/wait/_action/send_goal: ")
         assert "goal.time.nanosec" in said
 
     def test_not_a_number(self, caplog):
@@ -190,6 +199,16 @@ class TestGoals:
         assert [] == found
         assert not reply_of(asked, wait_type().send_goal)["accepted"]
         assert 1 == len(caplog.messages)
+
+    def test_each_mistake_is_told(self, caplog):
+        """A client that does another thing wrong is told of that, too."""
+        desk = Desk()
+        for size in (1001, 1002, 1001):
+            desk.requests.decode(query(key("send_goal"), bytes(size)))
+
+        assert ["payload of 1001 bytes", "payload of 1002 bytes"] == [
+            message.split(": ")[3].partition(";")[0] for message in caplog.messages
+        ]
 
     def test_too_large(self, caplog):
         """The log says how much is taken."""
@@ -325,7 +344,7 @@ class TestResults:
 
         (withdraw,) = desk.waiting.gone(GID.hex())
         assert ("wall_e", "wait", ID.hex()) == withdraw[:3]
-        assert mine.reply_to is withdraw.reply_to
+        assert (mine.reply_to,) == withdraw.reply_tos
         assert [] == desk.waiting.gone(GID.hex())
 
     def test_what_was_answered_is_not_taken_back(self):
@@ -336,16 +355,38 @@ class TestResults:
 
         assert [] == desk.waiting.gone(GID.hex())
 
-    def test_no_more_than_so_many_wait(self, monkeypatch, caplog):
-        """One more is answered at once, as if nothing were known of the goal."""
-        monkeypatch.setattr(waiting_module, "MOST", 1)
-        desk, asked = Desk(), query(key("get_result"), CDR + ID)
-        desk.one(query(key("get_result"), CDR + ID))
-        found = desk.requests.decode(asked)
+    @pytest.mark.parametrize("bound", ["MOST", "MOST_OF_ONE"])
+    def test_no_more_than_so_many_wait(self, monkeypatch, bound):
+        """For one more the oldest is told what the goal's status is now."""
+        monkeypatch.setattr(waiting_module, bound, 1)
+        desk = Desk()
+        first = desk.one(query(key("get_result"), CDR + ID))
+        withdraw, second = desk.requests.decode(query(key("get_result"), CDR + ID))
 
-        assert [] == found
-        assert 0 == reply_of(asked, wait_type().get_result)["status"]
-        assert "too many requests for results are waiting" in caplog.text
+        assert Withdraw("wall_e", "wait", ID.hex(), (first.reply_to,), tell=True) == withdraw
+        assert [second.reply_to] == [asked for each in desk.waiting.gone(GID.hex()) for asked in each.reply_tos]
+
+    def test_who_has_most_makes_room(self, monkeypatch):
+        """Where all have too many, it is no modest client's turn."""
+        monkeypatch.setattr(waiting_module, "MOST", 3)
+        desk, other = Desk(), bytes(range(16, 32))
+        modest = desk.one(query(key("get_result"), CDR + ID, attachment=struct.pack("<qqB16s", 1, 1, 16, other)))
+        first = desk.one(query(key("get_result"), CDR + ID))
+        desk.one(query(key("get_result"), CDR + ID))
+        withdraw, _ = desk.requests.decode(query(key("get_result"), CDR + ID))
+
+        assert (first.reply_to,) == withdraw.reply_tos
+        assert [(modest.reply_to,)] == [each.reply_tos for each in desk.waiting.gone(other.hex())]
+
+    def test_those_who_are_nobody(self, monkeypatch):
+        """Of clients without an id so many can wait for each goal."""
+        monkeypatch.setattr(waiting_module, "MOST_OF_NOBODY", 1)
+        desk, other = Desk(Ros2Dds()), bytes(range(16, 32))
+        for goal_id in (ID, other):
+            desk.one(query("wall_e/wait/_action/get_result", CDR + goal_id, b""))
+        withdraw, _ = desk.requests.decode(query("wall_e/wait/_action/get_result", CDR + ID, b""))
+
+        assert ID.hex() == withdraw.goal_id
 
 
 class TestServices:
@@ -426,14 +467,56 @@ class TestNames:
 
         assert ("wall_e", "wait") == (offer.robot, offer.action.name)
 
-    def test_who_has_gone(self):
-        """Nothing is on offer of a robot that has left."""
-        catalog = Desk().catalog
-        catalog.find("/wall_e/wait/_action/send_goal")
-        catalog.follow(Names({"eve": ["wait"]}))
+    @pytest.mark.parametrize(
+        ("verb", "payload", "expected"),
+        [
+            ("send_goal", SEND, {"accepted": False, "stamp": {"sec": 0, "nanosec": 1}}),
+            ("cancel_goal", CDR + bytes(24), {"return_code": 2, "goals_canceling": []}),
+            ("get_result", CDR + ID, {"status": 0}),
+            ("get_result", b"rubbish", {"status": 0}),
+        ],
+    )
+    def test_who_has_gone(self, verb, payload, expected, caplog):
+        """Whoever asks for a robot that has left is answered: nothing is known of it, nor of its goals."""
+        desk, asked = Desk(), query(key(verb), payload)
+        desk.catalog.follow(Names({"eve": ["wait"]}))
+        found = desk.requests.decode(asked)
 
-        assert catalog.find("/wall_e/wait/_action/send_goal") is None
-        assert catalog.find("/eve/wait/_action/send_goal") is not None
+        assert [] == found
+        assert expected.items() <= reply_of(asked, getattr(wait_type(), verb)).items()
+        assert caplog.messages[0].endswith(
+            f"/wall_e/wait/_action/{verb}: it is no longer there; it was while its robot was"
+        )
+
+    def test_node_of_who_has_gone(self):
+        """Its state is unknown: 0."""
+        desk = Desk()
+        type_ = service_type("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response, "jazzy")
+        asked = query(f"0/wall_e/amcl/get_state/{type_.dds_name}/{type_.hash}", CDR + b"\0")
+        desk.catalog.follow(Names({"eve": ["wait"]}))
+        desk.requests.decode(asked)
+
+        assert 0 == reply_of(asked, type_)["current_state"]["id"]
+
+    def test_who_has_come_back(self):
+        """It is on offer as before."""
+        catalog = Desk().catalog
+        catalog.follow(Names({"eve": ["wait"]}))
+        lost = [catalog.find(f"/{robot}/wait/_action/send_goal").lost for robot in ("wall_e", "eve")]
+        catalog.follow(NAMES)
+
+        assert [True, False] == lost
+        assert not catalog.find("/wall_e/wait/_action/send_goal").lost
+
+    def test_so_many_of_who_has_gone(self, monkeypatch):
+        """The oldest are forgotten."""
+        monkeypatch.setattr(catalog_module, "_MOST_LOST", 1)
+        catalog = Desk(names=Names({"a": ["wait"], "b": ["wait"]})).catalog
+        catalog.follow(Names({"b": ["wait"]}))
+        catalog.follow(Names({}))
+
+        assert catalog.find("/a/wait/_action/send_goal") is None
+        assert catalog.find("/b/wait/_action/send_goal").lost
 
 
 class TestRos2Dds:
@@ -486,14 +569,31 @@ class TestAnswers:
         assert [] == found
         assert not reply_of(asked, wait_type().send_goal)["accepted"]
 
-    def test_complaints_end(self, caplog):
-        """Whoever invents a thousand ids fills no disk."""
-        complaints = Complaints()
+    def test_complaints_of_a_minute(self, caplog):
+        """Whoever invents a thousand ids fills no disk, and others are heard a minute later."""
+        now = [0.0]
+        complaints = Complaints(clock=lambda: now[0])
         for number in range(1100):
-            complaints.say(f"{number:032x}", "/wall_e/wait", "rubbish")
+            complaints.say(f"rubbish of {number}")
+        now[0] = 60.0
+        complaints.say("rubbish of 3")
+        complaints.say("somebody else's")
 
-        assert 1000 == len(caplog.messages)
-        assert caplog.messages[-1].endswith("; no more is said")
+        assert "rubbish of 19" == caplog.messages[19]
+        assert ["ROS 2: 1080 more are not told: there were too many in a minute", "somebody else's"] == caplog.messages[
+            20:
+        ]
+
+    def test_complaints_are_forgotten(self, caplog):
+        """What has not been heard of for long is said again, and what goes on is not."""
+        minutes = itertools.count(step=60.0)
+        complaints = Complaints(clock=lambda: next(minutes))
+        for number in range(1000):
+            complaints.say(str(number))
+        for text in ("0", "new", "0", "1"):
+            complaints.say(text)
+
+        assert ["new", "1"] == caplog.messages[1000:]
 
     @pytest.mark.parametrize("distro", DISTROS)
     def test_every_service_of_every_action_can_be_refused(self, distro):

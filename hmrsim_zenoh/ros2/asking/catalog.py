@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from hmrsim.interfaces.lifecycle_msgs import GetState
 from hmrsim_zenoh.ros2.asking.offers import Cancels, Goals, Layouts, OfWorld, Results, States
-from hmrsim_zenoh.ros2.codec.types import ActionType, action_type, service_type
+from hmrsim_zenoh.ros2.codec.types import action_types, service_type
 from hmrsim_zenoh.ros2.names import ros_services
 
 if TYPE_CHECKING:
@@ -17,12 +17,19 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.services import AnyService
     from hmrsim_zenoh.ros2.asking.offers import Offer
+    from hmrsim_zenoh.ros2.keys import Node
     from hmrsim_zenoh.ros2.names import Names
+
+_Of = TypeVar("_Of")
 
 _ACTION: Final = "/_action/"
 _OF_ACTIONS: Final[Mapping[str, type[Goals | Cancels | Results]]] = MappingProxyType(
     {"send_goal": Goals, "cancel_goal": Cancels, "get_result": Results}
 )
+
+
+_MOST_LOST: Final = 10_000
+"""Names that are remembered of each kind; the oldest are forgotten."""
 
 
 class Catalog:
@@ -46,14 +53,18 @@ class Catalog:
         self._distros = distros
         self._actions = actions
         self._services = ros_services(services)
-        self._types = cache(self._made_types)
         self._layouts = cache(self._made_layouts)
-        self.follow(names)
-
-    def follow(self, names: Names) -> None:
-        """Offer what is served now."""
         self._names = names
         self._found: dict[str, Offer] = {}
+        self._lost_actions: dict[str, tuple[str, str]] = {}
+        self._lost_nodes: dict[str, Node] = {}
+
+    def follow(self, names: Names) -> None:
+        """Offer what is served now; what no longer is stays on offer as lost, as who asks for it is to be answered."""
+        _keep(self._lost_actions, self._names.actions, names.actions)
+        _keep(self._lost_nodes, self._names.lifecycle, names.lifecycle)
+        self._names = names
+        self._found.clear()
 
     def find(self, name: str) -> Offer | None:
         """Return what is on offer under one of ROS's names; None if nothing is."""
@@ -68,21 +79,29 @@ class Catalog:
         if name in self._services:
             service = self._services[name]
             return OfWorld(name, self._of_service(service.ros_type, service.request, service.response), service)
-        if name in self._names.lifecycle:
-            return States(name, self._of_service("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response))
+        nodes = self._names.lifecycle
+        if name in nodes or name in self._lost_nodes:
+            layouts = self._of_service("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response)
+            return States(name, layouts, lost=name not in nodes)
         of, _, verb = name.rpartition(_ACTION)
-        if of not in self._names.actions or verb not in _OF_ACTIONS:
+        actions = self._names.actions
+        target = actions.get(of) or self._lost_actions.get(of)
+        if target is None or verb not in _OF_ACTIONS:
             return None
-        robot, action = self._names.actions[of]
-        return _OF_ACTIONS[verb](name, self._layouts(action, verb), robot, self._actions[action])
+        robot, action = target
+        return _OF_ACTIONS[verb](
+            name, self._layouts(action, verb), robot, self._actions[action], lost=of not in actions
+        )
 
     def _of_service(self, ros_type: str, request: type, response: type) -> Layouts:
         return Layouts(tuple(service_type(ros_type, request, response, distro) for distro in self._distros))
 
     def _made_layouts(self, action: str, verb: str) -> Layouts:
-        return Layouts(tuple(getattr(one, verb) for one in self._types(action)))
+        return Layouts(tuple(getattr(one, verb) for one in action_types(self._actions[action], self._distros)))
 
-    def _made_types(self, name: str) -> tuple[ActionType, ...]:
-        action = self._actions[name]
-        kinds = (action.ros_type, action.goal, action.result, action.feedback)
-        return tuple(action_type(*kinds, distro) for distro in self._distros)
+
+def _keep(lost: dict[str, _Of], before: Mapping[str, _Of], now: Mapping[str, _Of]) -> None:
+    """Remember what has been served and is no longer."""
+    lost |= {name: of for name, of in before.items() if name not in now}
+    for name in list(lost)[: max(0, len(lost) - _MOST_LOST)]:
+        del lost[name]

@@ -4,37 +4,63 @@ from __future__ import annotations
 
 import logging
 import threading
-from typing import Final
+import time
+from collections import OrderedDict
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import printable
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable
+
 _log = logging.getLogger(__name__)
 
-_MOST: Final = 1_000
-"""Things that are said; whoever invents ids could fill a disk."""
+MOST_A_MINUTE: Final = 20
+"""Lines in a wall minute; whoever invents ids could fill a disk."""
+_MINUTE: Final = 60.0
+_REMEMBERED: Final = 1_000
+"""Things that are not said again; the oldest are forgotten."""
 
 
 class Complaints:
-    """Says each thing once for each client, from any thread."""
+    """Says each thing once, and not too many of them; from any thread.
 
-    def __init__(self) -> None:
+    Args:
+        clock: Gives the wall time in seconds.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
         self._lock = threading.Lock()
-        self._said: set[tuple[str, str, str]] = set()
+        self._said: OrderedDict[Hashable, None] = OrderedDict()
+        self._since = clock()
+        self._count = 0
 
-    def say(self, client: str, service: str, text: str, kind: str = "") -> None:
-        """Say what is wrong, if it was not said before.
+    def say(self, text: str, client: str = "") -> None:
+        """Say what is wrong, and what would do, if that is due to a client."""
+        if self.due((client, text)):
+            _log.warning("%s", printable(text))
 
-        Args:
-            client: The client's id in hex; empty if it has none.
-            service: What it asked.
-            text: What is wrong, and what would do.
-            kind: What tells it from other mistakes of the same client at the same place.
-        """
+    def due(self, what: Hashable) -> bool:
+        """Return whether something is to be said; it counts as said then."""
         with self._lock:
-            what = (client, service, kind)
-            if what in self._said or len(self._said) >= _MOST:
-                return
-            self._said.add(what)
-            last = len(self._said) == _MOST
-        who = f"client {client}" if client else "a client without an id"
-        _log.warning("ROS 2: %s: %s: %s%s", who, service, printable(text), "; no more is said" if last else "")
+            if what in self._said:
+                self._said.move_to_end(what)
+                return False
+            self._look_at_the_clock()
+            self._count += 1
+            if self._count > MOST_A_MINUTE:
+                return False
+            self._said[what] = None
+            if len(self._said) > _REMEMBERED:
+                self._said.popitem(last=False)
+            return True
+
+    def _look_at_the_clock(self) -> None:
+        now = self._clock()
+        if now - self._since < _MINUTE:
+            return
+        untold = self._count - MOST_A_MINUTE
+        self._since, self._count = now, 0
+        if untold > 0:
+            _log.warning("ROS 2: %d more are not told: there were too many in a minute", untold)

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.keys import Address
 
 _REJECTED: Final = CancelGoalService.Response.ERROR_REJECTED
+_UNKNOWN: Final = CancelGoalService.Response.ERROR_UNKNOWN_GOAL_ID
+_STAMP: Final = 1
+"""Of goals that are not accepted, in nanoseconds: ROS takes 0 for no time at all."""
 
 
 class Layouts:
@@ -55,6 +58,7 @@ class Offer(Protocol):
     Attributes:
         name: ROS's, such as ``/wall_e/wait/_action/send_goal``.
         layouts: In which layouts.
+        lost: Whether it was there and is no longer: all are refused, as nobody else answers them.
     """
 
     @property
@@ -62,6 +66,9 @@ class Offer(Protocol):
 
     @property
     def layouts(self) -> Layouts: ...  # noqa: D102
+
+    @property
+    def lost(self) -> bool: ...  # noqa: D102
 
     def commands(self, request: Mapping[str, Any], asked: Asked) -> list[AnyCommand]:
         """Return the commands that a request stands for; what needs none is answered.
@@ -86,12 +93,14 @@ class OfAction:
         layouts: In which layouts.
         robot: Whose.
         action: Which.
+        lost: Whether it is no longer there.
     """
 
     name: str
     layouts: Layouts
     robot: str
     action: AnyAction
+    lost: bool = False
 
 
 class Goals(OfAction):
@@ -108,7 +117,7 @@ class Goals(OfAction):
 
     def refusal(self, _text: str) -> Mapping[str, Any]:
         """Return that it was not accepted."""
-        return {"accepted": False, "stamp": values_of(0)}
+        return {"accepted": False, "stamp": values_of(_STAMP)}
 
 
 class Cancels(OfAction):
@@ -132,7 +141,7 @@ class Cancels(OfAction):
 
     def refusal(self, _text: str) -> Mapping[str, Any]:
         """Return that none is."""
-        return {"return_code": _REJECTED, "goals_canceling": []}
+        return {"return_code": _UNKNOWN if self.lost else _REJECTED, "goals_canceling": []}
 
 
 class Results(OfAction):
@@ -167,6 +176,8 @@ class OfWorld:
     layouts: Layouts
     service: AnyService
 
+    lost = False
+
     def commands(self, request: Mapping[str, Any], asked: Asked) -> list[AnyCommand]:
         """Return the request."""
         return [CallService(self.service.name, self.service.request.model_validate(request), asked)]
@@ -191,10 +202,12 @@ class States:
     Attributes:
         name: ROS's.
         layouts: In which layouts.
+        lost: Whether the node is no longer there.
     """
 
     name: str
     layouts: Layouts
+    lost: bool = False
 
     def commands(self, _request: Mapping[str, Any], asked: Asked) -> list[AnyCommand]:
         """Answer, and return nothing."""

@@ -39,6 +39,7 @@ class Requests:
         catalog: What is on offer.
         waiting: Remembers who waits for results.
         complaints: Says what is wrong.
+        name_of: Gives what to call a client, by its id in hex.
         wrong_hash: Told what was asked in a layout that is none of ours, and by whom.
         max_payload: Bytes that a request may have.
     """
@@ -50,13 +51,15 @@ class Requests:
         *,
         waiting: Waiting,
         complaints: Complaints,
+        name_of: Callable[[str], str],
         wrong_hash: Callable[[Address, str], None],
         max_payload: int,
     ) -> None:
         self._wire = wire
         self._catalog = catalog
         self._waiting = waiting
-        self._complain = complaints.say
+        self._say = complaints.say
+        self._name_of = name_of
         self._wrong_hash = wrong_hash
         self._max_payload = max_payload
 
@@ -80,7 +83,17 @@ class Requests:
         """Answer a query that is not going to be read; from any thread."""
         asked = self._asked(query)
         if asked is not None:
-            self._refuse(asked, text, text)
+            self._refuse(asked, text)
+
+    def complain(self, client: str, service: str, text: str) -> None:
+        """Say what is wrong with what a client asked; from any thread.
+
+        Args:
+            client: The client's id in hex; empty if it has none.
+            service: What it asked.
+            text: What is wrong, and what would do.
+        """
+        self._say(f"ROS 2: {self._name_of(client)}: {service}: {text}", client)
 
     def _asked(self, query: zenoh.Query) -> Asked | None:
         """Return what a query asks, and in which layout to answer; drop it if that is not for us to answer."""
@@ -95,12 +108,15 @@ class Requests:
             try:
                 attached = attached_to(query)
             except ValueError as error:
-                self._complain("", offer.name, str(error), "attachment")
+                self.complain("", offer.name, str(error))
                 attached = NOBODY
         asked = Asked(query, self._wire, offer, layout or offer.layouts.nearest(address), attached)
         if layout is None:
             self._wrong_hash(address, asked.client)
             asked.refuse("a type of another layout was asked for")
+            return None
+        if offer.lost:
+            self._refuse(asked, "it is no longer there; it was while its robot was")
             return None
         return asked
 
@@ -111,12 +127,11 @@ class Requests:
             self._refuse(asked, f"payload of {size} bytes; 1 to {self._max_payload} are taken")
             return []
         commands = asked.offer.commands(asked.type.request.decode(payload.to_bytes()), asked)
-        for command in commands:
-            if isinstance(command, GetResult) and not self._waiting.add(asked, command):
-                self._refuse(asked, "too many requests for results are waiting", "busy")
-                return []
-        return commands
+        room = [
+            each for command in commands if isinstance(command, GetResult) for each in self._waiting.add(asked, command)
+        ]
+        return [*room, *commands]
 
-    def _refuse(self, asked: Asked, text: str, kind: str = "") -> None:
-        self._complain(asked.client, asked.offer.name, text, kind)
+    def _refuse(self, asked: Asked, text: str) -> None:
+        self.complain(asked.client, asked.offer.name, text)
         asked.refuse(text)

@@ -10,7 +10,17 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.interfaces.message import Message
-from hmrsim_zenoh.ros2.codec.layout import FORMATS, HEADER, LITTLE_ENDIAN, least_size, padding, size_of
+from hmrsim_zenoh.ros2.codec.layout import (
+    FORMATS,
+    HEADER,
+    LITTLE_ENDIAN,
+    MOST_ITEMS,
+    TOO_MANY,
+    least_size,
+    padding,
+    size_of,
+    weight,
+)
 from hmrsim_zenoh.ros2.codec.rihs01 import PADDING, Field, Kind, Structure
 
 if TYPE_CHECKING:
@@ -71,6 +81,7 @@ class _Reader:
     def __init__(self, data: bytes, order: str) -> None:
         self._data = data
         self._order = order
+        self._left = MOST_ITEMS
         self.at = HEADER
 
     def structure(self, described: Structure) -> dict[str, Any]:
@@ -89,6 +100,9 @@ class _Reader:
         if field.kind is Kind.SINGLE:
             return self._single(field)
         count = field.capacity if field.kind is Kind.ARRAY else self._count(field)
+        self._left -= count * weight(field)
+        if self._left < 0:
+            raise _Flaw(TOO_MANY)
         return [_within(f"[{i}]", self._single, field) for i in range(count)]
 
     def _count(self, field: Field) -> int:

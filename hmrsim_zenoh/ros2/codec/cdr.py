@@ -57,6 +57,8 @@ def decoder(described: Structure) -> Callable[[bytes], dict[str, Any]]:
         if data[:2] == _CDR_LE and len(data) <= MOST_BYTES:
             try:
                 return quick(data)
+            except CdrError:
+                raise
             except _ANYTHING:
                 pass
         return _careful(described, data)

@@ -6,43 +6,62 @@ They read little-endian bytes, and what they raise says little: `careful` knows 
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from hmrsim_zenoh.ros2.codec.layout import FORMATS, HEADER, Leaf, Run, containers, least_size, leaves, size_of
+from hmrsim_zenoh.ros2.codec.careful import CdrError
+from hmrsim_zenoh.ros2.codec.layout import (
+    FORMATS,
+    HEADER,
+    MOST_ITEMS,
+    TOO_MANY,
+    Leaf,
+    Run,
+    containers,
+    least_size,
+    leaves,
+    size_of,
+    weight,
+)
 from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+_PRELUDE = {"unpack": struct.unpack_from, "flags": (False, True), "CdrError": CdrError}
 
-_PRELUDE = {"unpack": struct.unpack_from, "flags": (False, True)}
+_Read = Callable[[bytes, int, int, list[int]], tuple[dict[str, Any], int]]
 
 
 @cache
 def decoder(described: Structure) -> Callable[[bytes], dict[str, Any]]:
-    """Return what makes plain values of a message's bytes; it raises anything if it can't."""
+    """Return what makes plain values of a message's bytes; it raises anything if it can't.
+
+    `CdrError` is raised for nothing but a message that is too costly to be read.
+    """
     read = _reader(described, HEADER)
-    return lambda data: read(data, HEADER, len(data))[0]
+    return lambda data: read(data, HEADER, len(data), [MOST_ITEMS])[0]
 
 
 @cache
-def _reader(described: Structure, start: int | None = None) -> Callable[[bytes, int, int], tuple[dict[str, Any], int]]:
-    """Return a function that takes bytes, where in them a message begins, and their end; returns it and its end.
+def _reader(described: Structure, start: int | None = None) -> _Read:
+    """Return a function that reads a message: it returns that and its end.
+
+    It takes bytes, where in them the message begins, their end, and a list of how many more items there may be.
 
     Args:
         described: The message's type.
         start: Where it always begins; None if here and there.
     """
-    code = _Code(start)
+    code = _Code(described.name, start)
     for leaf in leaves(described):
         code.add(leaf)
     for path in containers(described):
         code.nest(path)
-    return code.function(described.name)
+    return code.function()
 
 
 class _Code:
-    def __init__(self, start: int | None) -> None:
+    def __init__(self, name: str, start: int | None) -> None:
+        self._of = name
         self._lines: list[str] = []
         self._names: dict[str, Any] = dict(_PRELUDE)
         self._at = start
@@ -51,13 +70,13 @@ class _Code:
         self._targets: list[str] = []
         self._values: dict[str, Any] = {}
 
-    def function(self, name: str) -> Callable[[bytes, int, int], tuple[dict[str, Any], int]]:
+    def function(self) -> _Read:
         """Return what was added, as a function."""
         self._flush()
         body = "\n    ".join([*self._lines, f"return {_literal(self._values)}, pos"])
-        source = f"def read(data, pos, end):\n    {body}\n"
-        exec(compile(source, f"<reader of {name}>", "exec"), self._names)  # noqa: S102 - made of nothing but field names
-        read: Callable[[bytes, int, int], tuple[dict[str, Any], int]] = self._names["read"]
+        source = f"def read(data, pos, end, left):\n    {body}\n"
+        exec(compile(source, f"<reader of {self._of}>", "exec"), self._names)  # noqa: S102 - made of nothing but field names
+        read: _Read = self._names["read"]
         return read
 
     def nest(self, path: tuple[str, ...]) -> dict[str, Any]:
@@ -124,11 +143,15 @@ class _Code:
         if field.nested is not None:
             read = f"read{len(self._names)}"
             self._names[read] = _reader(field.nested)
-            item = [f"item, pos = {read}(data, pos, end)"]
+            item = [f"item, pos = {read}(data, pos, end, left)"]
         else:
             item = ["pos += -pos & 3", "(size,) = unpack('<I', data, pos)", "pos += 4", *_text("size", "item")]
         # No room is made for more than there can be.
         self._lines.append(f"if {count} * {least_size(field)} > end - pos: raise ValueError")
+        self._lines += [
+            f"left[0] -= {count} * {weight(field)}",
+            f"if left[0] < 0: raise CdrError({f'{self._of}: {field.name}: {TOO_MANY}'!r})",
+        ]
         self._lines += [f"{items} = []", f"for _ in range({count}):"]
         self._lines += [f"    {line}" for line in [*item, f"{items}.append(item)"]]
         return items

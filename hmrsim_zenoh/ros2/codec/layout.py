@@ -25,6 +25,11 @@ LITTLE_ENDIAN: Final = b"\0\1\0\0"
 MOST_ALIGNED: Final = 8
 """Bytes to which the largest numbers are aligned: where a run begins matters only modulo this."""
 
+MOST_ITEMS: Final = 10_000
+"""Messages and texts that the lists of one message may have, nested ones counted: each takes microseconds to check."""
+
+TOO_MANY: Final = f"more than {MOST_ITEMS} messages and texts in the lists of one message"
+
 FORMATS: Final[Mapping[str, str]] = MappingProxyType(
     {
         "int8": "b",
@@ -73,6 +78,14 @@ def containers(described: Structure) -> Iterator[tuple[str, ...]]:
             if field.path:
                 yield field.path
             yield from (field.path + path for path in containers(field.nested))
+
+
+@cache
+def weight(field: Field) -> int:
+    """Return what one item of a list counts towards `MOST_ITEMS`: the messages in it; a number counts nothing."""
+    if field.nested is not None:
+        return 1 + sum(1 for _ in containers(field.nested))
+    return 1 if field.primitive == "string" else 0
 
 
 def padding(at: int, size: int) -> int:

@@ -17,8 +17,9 @@ from hmrsim_zenoh.ros2.codec.distros import OURS, structure_in
 from hmrsim_zenoh.ros2.codec.rihs01 import Structure, structure
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
+    from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
 
 
@@ -124,6 +125,16 @@ def action_type(
         _message(structure_in(distro, derived.feedback_message(name, structure(feedback)))),
         message_type(GoalStatusArray, distro),
     )
+
+
+def action_types(action: AnyAction, distros: Iterable[str]) -> tuple[ActionType, ...]:
+    """Return the types of an action as some distributions have them.
+
+    Raises:
+        ValueError: No such distribution is known.
+    """
+    kinds = (action.ros_type, action.goal, action.result, action.feedback)
+    return tuple(action_type(*kinds, distro) for distro in distros)
 
 
 def dds_name(name: str) -> str:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import itertools
 import logging
 import threading
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
@@ -15,7 +17,7 @@ from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.wires import RmwZenoh
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from hmrsim_zenoh.ros2.keys import Endpoint, Node
     from hmrsim_zenoh.ros2.publishing.endpoints import Owned, Part
@@ -85,7 +87,8 @@ class Declarations:
     def close(self) -> None:
         """Declare nothing more; what is declared goes with the session, which must not be closed before.
 
-        Zenoh's close and a declaration at the same time can wait for each other, for 10 s or more.
+        Returns once the declaration that is being made is done, after `_JOIN_SECONDS` at the latest: Zenoh's close and
+        a declaration at the same time can wait for each other, for 10 s or more.
         """
         with self._changed:
             self._closed = True
@@ -124,12 +127,18 @@ class Declarations:
         for owned in self._endpoints_of(part):
             if self._closed:
                 return
-            try:
+            with self._going_on("ROS will not hear of %s: %s", owned):
                 declared.append((owned, self._declared(owned)))
-            except zenoh.ZError as error:
-                if self._session.is_closed():
-                    raise
-                _log.warning("ROS will not hear of %s: %s", owned.endpoint.name, error)
+
+    @contextmanager
+    def _going_on(self, what: str, owned: Owned) -> Iterator[None]:
+        """Say what fails, and go on with the rest unless the session was closed."""
+        try:
+            yield
+        except zenoh.ZError as error:
+            if self._session.is_closed():
+                raise
+            _log.warning(what, owned.endpoint.name, error)
 
     def _declared(self, owned: Owned) -> _Declared | None:
         endpoint = owned.endpoint
@@ -138,12 +147,21 @@ class Declarations:
             return None
         ids = self._node(self._domain, owned.node), next(self._ids)
         token = keys.endpoint_token(self._domain, self._session_id, ids, owned.node, endpoint)
-        self._open(endpoint, keys.gid(token))
-        return _Declared(ids[1], self._liveliness.declare_token(token))
+        with ExitStack() as undoing:
+            undoing.callback(self._release, owned.node)
+            self._open(endpoint, keys.gid(token))
+            undoing.callback(self._shut, endpoint)
+            declared = _Declared(ids[1], self._liveliness.declare_token(token))
+            undoing.pop_all()
+        return declared
 
     def _open(self, endpoint: Endpoint, gid: bytes | None) -> None:
         if endpoint.kind is Kind.PUBLISHER:
             self._outlets.open(endpoint, gid)
+
+    def _shut(self, endpoint: Endpoint) -> None:
+        if endpoint.kind is Kind.PUBLISHER:
+            self._outlets.shut(endpoint)
 
     def _node(self, domain: int, node: Node) -> int:
         """Return the id of a node that is needed once more."""
@@ -159,12 +177,12 @@ class Declarations:
 
     def _undeclare(self, part: Part) -> None:
         for owned, declared in self._parts.pop(part):
+            undoing: list[Callable[[], None]] = [partial(self._shut, owned.endpoint)]
             if declared is not None:
-                declared.token.undeclare()
-            if owned.endpoint.kind is Kind.PUBLISHER:
-                self._outlets.shut(owned.endpoint)
-            if declared is not None:
-                self._release(owned.node)
+                undoing = [declared.token.undeclare, *undoing, partial(self._release, owned.node)]
+            for undo in undoing:
+                with self._going_on("ROS may still hear of %s: %s", owned):
+                    undo()
 
     def _release(self, node: Node) -> None:
         known = self._nodes[node]

@@ -15,7 +15,7 @@ from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.tf2_msgs import TFMessage
 from hmrsim.interfaces.vision_msgs import Detection3DArray
 from hmrsim_zenoh.keys import WORLD
-from hmrsim_zenoh.ros2.codec.types import MessageType, ServiceType, action_type, message_type, service_type
+from hmrsim_zenoh.ros2.codec.types import MessageType, ServiceType, action_types, message_type, service_type
 from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, TF_QOS, Endpoint, Kind, Node
 from hmrsim_zenoh.ros2.names import LOCALIZATION, OTHER_NODE, WORLD_NODE, node_of, ros_services
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.services import AnyService
     from hmrsim_zenoh.ros2.codec.types import ActionType
+    from hmrsim_zenoh.ros2.hashes import Spoken
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.wires import Wire
 
@@ -123,7 +124,7 @@ class Endpoints:
         self._wire = wire
         self._actions = actions
         self._services = ros_services(services)
-        self._action_types = cache(self._made_action_types)
+        self._spoken: dict[Part, dict[str, set[Spoken]]] = {}
         self._roles = cache(self._made_roles)
         self.feedback_types = cache(self._made_feedback_types)
         self.message_type = cache(self._made_message_type)
@@ -145,6 +146,25 @@ class Endpoints:
             yield from self._service(node, name, "lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response)
         for name, service in self._services.items() if part.robot == WORLD else ():
             yield from self._service(WORLD_NODE, name, service.ros_type, service.request, service.response)
+
+    def spoken(self, wanted: Iterable[Part]) -> dict[str, set[Spoken]]:
+        """Return types and hashes of the endpoints of some parts by their names; from any thread.
+
+        What is found of a part is kept for the next time, for as long as the part is wanted.
+        """
+        known = self._spoken
+        self._spoken = known = {part: known.get(part) or self._spoken_of(part) for part in wanted}
+        found: dict[str, set[Spoken]] = {}
+        # No two parts have an endpoint of the same name.
+        for of_part in known.values():
+            found.update(of_part)
+        return found
+
+    def _spoken_of(self, part: Part) -> dict[str, set[Spoken]]:
+        found: dict[str, set[Spoken]] = {}
+        for _, endpoint in self.of(part):
+            found.setdefault(endpoint.name, set()).add((endpoint.type, endpoint.hash))
+        return found
 
     def topic(self, robot: str, topic: str) -> Endpoint:
         """Return the publisher of a topic."""
@@ -171,10 +191,8 @@ class Endpoints:
             found.setdefault(self._wire.key("/any", one.dds_name, one.hash), one)
         return list(found.values())
 
-    def _made_action_types(self, name: str) -> list[ActionType]:
-        action = self._actions[name]
-        kinds = (action.ros_type, action.goal, action.result, action.feedback)
-        return [action_type(*kinds, distro) for distro in self._wire.distros]
+    def _action_types(self, name: str) -> tuple[ActionType, ...]:
+        return action_types(self._actions[name], self._wire.distros)
 
     def _made_feedback_types(self, action: str) -> list[MessageType]:
         return self._distinct(one.feedback for one in self._action_types(action))
@@ -185,14 +203,10 @@ class Endpoints:
     def _made_roles(self, action: str) -> list[tuple[Kind, str, MessageType | ServiceType, str]]:
         types = self._action_types(action)
         return [
-            *((Kind.SERVICE, "send_goal", one, DEFAULT_QOS) for one in self._distinct(one.send_goal for one in types)),
             *(
-                (Kind.SERVICE, "cancel_goal", one, DEFAULT_QOS)
-                for one in self._distinct(one.cancel_goal for one in types)
-            ),
-            *(
-                (Kind.SERVICE, "get_result", one, DEFAULT_QOS)
-                for one in self._distinct(one.get_result for one in types)
+                (Kind.SERVICE, role, one, DEFAULT_QOS)
+                for role in ("send_goal", "cancel_goal", "get_result")
+                for one in self._distinct(getattr(type_, role) for type_ in types)
             ),
             *((Kind.PUBLISHER, "feedback", one, DEFAULT_QOS) for one in self.feedback_types(action)),
             (Kind.PUBLISHER, "status", self.status_type, LATCHED_QOS),

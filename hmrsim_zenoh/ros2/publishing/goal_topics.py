@@ -78,7 +78,7 @@ class GoalTopics:
         type_ = self._endpoints.status_type
         there = self._there[robot] = {}
         for action in names.serves[robot]:
-            outlets = self._of(names.of_actions.get((robot, action), ()), "status", type_, LATCHED_QOS)
+            outlets = self._of(names.called(robot, action), "status", type_, LATCHED_QOS)
             there[action] = _Goals(Statuses(type_), outlets, [])
             for outlet in outlets:
                 outlet.send(type_.encode({"status_list": []}))
@@ -122,7 +122,7 @@ class GoalTopics:
         return there.get(event.action) if there else None
 
     def _layouts(self, event: FeedbackSent, names: Names) -> Iterator[_Layout]:
-        called = names.of_actions.get((event.robot, event.action), ())
+        called = names.called(event.robot, event.action)
         for type_ in self._endpoints.feedback_types(event.action):
             kind = _OF_WORLD if event.robot == WORLD else _OF_ROBOTS
             pattern = self._wire.key(kind, type_.dds_name, type_.hash)

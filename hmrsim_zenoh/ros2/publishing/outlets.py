@@ -121,23 +121,31 @@ class Outlets:
         self._publishers: dict[str, tuple[Outlet, ext.AdvancedPublisher | _Key]] = {}
 
     def of(self, endpoint: Endpoint) -> Outlet:
-        """Return the outlet of a publisher: always the same, as long as somebody holds it."""
+        """Return the outlet of a publisher: always the same, as long as somebody holds it.
+
+        It is open if there is no token that it would have to wait for, unless it is latched, which keeps what is said.
+        """
         key = self._key_of(endpoint)
         with self._lock:
             found = self._all.get(key)
             if found is None:
                 found = self._all[key] = Latched() if endpoint.qos == LATCHED_QOS else Outlet()
+                if not self._wire.tells_types and endpoint.qos != LATCHED_QOS:
+                    self._open(key, found, _Key(self._session, key), None)
         return found
 
     def open(self, endpoint: Endpoint, gid: bytes | None) -> None:
-        """Declare a publisher, and let it speak.
+        """Declare a publisher, and let it speak if it does not yet.
 
         Raises:
             ZError: The session is closed.
         """
-        key = self._key_of(endpoint)
-        publisher = self._advanced(key) if endpoint.qos == LATCHED_QOS else _Key(self._session, key)
-        outlet = self.of(endpoint)
+        key, outlet = self._key_of(endpoint), self.of(endpoint)
+        if not outlet:
+            publisher = self._advanced(key) if endpoint.qos == LATCHED_QOS else _Key(self._session, key)
+            self._open(key, outlet, publisher, gid)
+
+    def _open(self, key: str, outlet: Outlet, publisher: ext.AdvancedPublisher | _Key, gid: bytes | None) -> None:
         self._publishers[key] = outlet, publisher
         outlet.open(publisher.put, gid)
 

@@ -19,12 +19,14 @@ from hmrsim_zenoh.ros2.publishing.outlets import Outlets
 from hmrsim_zenoh.ros2.publishing.topics import Topics
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from hmrsim.actions import AnyAction
     from hmrsim.gateway import Event
     from hmrsim.services import AnyService
+    from hmrsim_zenoh.ros2.hashes import Spoken
     from hmrsim_zenoh.ros2.names import Names
+    from hmrsim_zenoh.ros2.publishing.endpoints import Part
     from hmrsim_zenoh.ros2.publishing.outlets import Outlet
     from hmrsim_zenoh.ros2.wires import Wire
 
@@ -69,7 +71,9 @@ class Publications:
         # What is latched must be held until the network knows of its publishers.
         self._poses: dict[str, Outlet] = {}
         self._poses_wanted = False
-        self._served: Mapping[str, set[tuple[str, str]]] | None = None
+        self._parts = parts(names)
+        # What is known of which parts: Zenoh's threads ask, too, and may still be at those of before.
+        self._served: tuple[Sequence[Part], Mapping[str, set[Spoken]]] = ((), {})
         self._emitters: dict[type, Callable[[Any], None]] = {
             GoalChanged: self._emit_change,
             StatusChanged: self._goals.emit_status,
@@ -81,35 +85,38 @@ class Publications:
         """Begin to tell the network who is there, in the background."""
         self._begin()
 
-    def follow(self, names: Names, lost: Collection[str] = ()) -> None:
-        """Publish of these robots from now on; nothing is heard of who is *lost*."""
+    def follow(self, names: Names, lost: Collection[str] = ()) -> bool:
+        """Publish of these robots from now on; nothing is heard of who is *lost*.
+
+        Returns:
+            Whether anything is another than before.
+        """
         gone = frozenset(lost)
         if names == self._names and gone == self._lost:
-            return
+            return False
         before, self._names, self._lost = self._names, names, gone
         for robot, actions in before.serves.items():
             if robot in gone or names.serves.get(robot) != actions or names.aliases != before.aliases:
                 self._goals.end(robot)
                 self._poses.pop(robot, None)
+        self._parts = parts(names, gone)
         self._begin()
+        return True
 
     def close(self) -> None:
-        """Have the network forget us; returns at once."""
+        """Declare nothing more, before the session is closed; waits for what is being declared, up to 1 s."""
         self._declarations.close()
 
     def join(self) -> None:
         """Wait until nothing runs any more, after the session was closed."""
         self._interest.join()
 
-    def served(self) -> Mapping[str, set[tuple[str, str]]]:
+    def served(self) -> Mapping[str, set[Spoken]]:
         """Return types and hashes of all endpoints by their names; from any thread."""
-        served = self._served
-        if served is None:
-            found: dict[str, set[tuple[str, str]]] = {}
-            for part in parts(self._names, self._lost):
-                for _, endpoint in self._endpoints.of(part):
-                    found.setdefault(endpoint.name, set()).add((endpoint.type, endpoint.hash))
-            served = self._served = found
+        wanted, (known, served) = self._parts, self._served
+        if known is not wanted:
+            served = self._endpoints.spoken(wanted)
+            self._served = wanted, served
         return served
 
     def look(self) -> int:
@@ -140,8 +147,7 @@ class Publications:
                 if robot != WORLD:
                     self._poses[robot] = self._outlets.of(self._endpoints.topic(robot, AMCL_POSE))
                     self._tell_pose(robot)
-        self._served = None
-        self._declarations.want(parts(self._names, self._lost))
+        self._declarations.want(self._parts)
 
     def _emit_change(self, event: GoalChanged) -> None:
         if event.status.terminal:
