@@ -11,13 +11,13 @@ from functools import cache
 from typing import Any
 
 from hmrsim_zenoh.ros2.codec.careful import CdrError
+from hmrsim_zenoh.ros2.codec.code import Code
 from hmrsim_zenoh.ros2.codec.layout import (
     FORMATS,
     HEADER,
     MOST_ITEMS,
     TOO_MANY,
     Leaf,
-    Run,
     containers,
     least_size,
     leaves,
@@ -59,12 +59,10 @@ def _reader(described: Structure, start: int | None = None) -> _Read:
     return code.function()
 
 
-class _Code:
+class _Code(Code):
     def __init__(self, name: str, start: int | None) -> None:
         self._of = name
-        self._lines: list[str] = []
-        self._names: dict[str, Any] = dict(_PRELUDE)
-        self._at = start
+        super().__init__(_PRELUDE, start)
         self._count = 0
         self._codes: list[str] = []
         self._targets: list[str] = []
@@ -73,10 +71,10 @@ class _Code:
     def function(self) -> _Read:
         """Return what was added, as a function."""
         self._flush()
-        body = "\n    ".join([*self._lines, f"return {_literal(self._values)}, pos"])
+        body = "\n    ".join([*self.lines, f"return {_literal(self._values)}, pos"])
         source = f"def read(data, pos, end, left):\n    {body}\n"
-        exec(compile(source, f"<reader of {self._of}>", "exec"), self._names)  # noqa: S102 - made of nothing but field names
-        read: _Read = self._names["read"]
+        exec(compile(source, f"<reader of {self._of}>", "exec"), self.names)  # noqa: S102 - made of nothing but field names
+        read: _Read = self.names["read"]
         return read
 
     def nest(self, path: tuple[str, ...]) -> dict[str, Any]:
@@ -116,9 +114,9 @@ class _Code:
             return self._number(FORMATS[field.primitive])
         length = self._number("I")
         self._flush()
-        self._at = None
+        self.at = None
         text = self._name()
-        self._lines += _text(length, text)
+        self.lines += _text(length, text)
         return text
 
     def _numbers(self, field: Field) -> str:
@@ -133,48 +131,35 @@ class _Code:
     def _list(self, field: Field) -> str:
         count = str(field.capacity) if field.kind is Kind.ARRAY else self._number("I")
         self._flush()
-        self._at = None
+        self.at = None
         items = self._name()
         if field.kind is Kind.BOUNDED:
-            self._lines.append(f"if {count} > {field.capacity}: raise ValueError")
+            self.lines.append(f"if {count} > {field.capacity}: raise ValueError")
         if field.primitive in FORMATS:
-            self._lines += _block(FORMATS[field.primitive], items, count)
+            self.lines += _block(FORMATS[field.primitive], items, count)
             return items
         if field.nested is not None:
-            read = f"read{len(self._names)}"
-            self._names[read] = _reader(field.nested)
+            read = f"read{len(self.names)}"
+            self.names[read] = _reader(field.nested)
             item = [f"item, pos = {read}(data, pos, end, left)"]
         else:
             item = ["pos += -pos & 3", "(size,) = unpack('<I', data, pos)", "pos += 4", *_text("size", "item")]
         # No room is made for more than there can be.
-        self._lines.append(f"if {count} * {least_size(field)} > end - pos: raise ValueError")
-        self._lines += [
+        self.lines.append(f"if {count} * {least_size(field)} > end - pos: raise ValueError")
+        self.lines += [
             f"left[0] -= {count} * {weight(field)}",
             f"if left[0] < 0: raise CdrError({f'{self._of}: {field.name}: {TOO_MANY}'!r})",
         ]
-        self._lines += [f"{items} = []", f"for _ in range({count}):"]
-        self._lines += [f"    {line}" for line in [*item, f"{items}.append(item)"]]
+        self.lines += [f"{items} = []", f"for _ in range({count}):"]
+        self.lines += [f"    {line}" for line in [*item, f"{items}.append(item)"]]
         return items
 
     def _flush(self) -> None:
         """Read the numbers that wait."""
         if not self._codes:
             return
-        run, name = Run(tuple(self._codes)), f"run{len(self._names)}"
         targets = f"({', '.join(self._targets)},)"
-        if self._at is not None:
-            packed = run.packed(self._at)
-            self._at += packed.size
-            self._lines += [f"{targets} = {name}(data, pos)", f"pos = {self._at}"]
-            self._names[name] = packed.unpack_from
-        elif run.shifts:
-            self._lines += [f"{targets} = {name}[pos & 7](data, pos)", f"pos += {name}_size[pos & 7]"]
-            self._names[name] = run.each(lambda packed: packed.unpack_from)
-            self._names[f"{name}_size"] = run.each(lambda packed: packed.size)
-        else:
-            packed = run.packed(0)
-            self._lines += [f"{targets} = {name}(data, pos)", f"pos += {packed.size}"]
-            self._names[name] = packed.unpack_from
+        self.run(self._codes, lambda packed: packed.unpack_from, lambda unpack: f"{targets} = {unpack}(data, pos)")
         self._codes, self._targets = [], []
 
 

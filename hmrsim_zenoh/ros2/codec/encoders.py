@@ -9,7 +9,8 @@ import struct
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from hmrsim_zenoh.ros2.codec.layout import FORMATS, HEADER, LITTLE_ENDIAN, Leaf, Run, leaves, size_of
+from hmrsim_zenoh.ros2.codec.code import Code
+from hmrsim_zenoh.ros2.codec.layout import FORMATS, HEADER, LITTLE_ENDIAN, Leaf, leaves, size_of
 from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure
 
 if TYPE_CHECKING:
@@ -49,11 +50,9 @@ def _writer(described: Structure, start: int | None = None) -> Callable[[Any, Ca
     return code.function(described.name)
 
 
-class _Code:
+class _Code(Code):
     def __init__(self, start: int | None) -> None:
-        self._lines: list[str] = []
-        self._names: dict[str, Any] = dict(_PRELUDE)
-        self._at = start
+        super().__init__(_PRELUDE, start)
         self._opened: dict[tuple[str, ...], str] = {}
         self._codes: list[str] = []
         self._arguments: list[str] = []
@@ -61,10 +60,10 @@ class _Code:
     def function(self, name: str) -> Callable[[Any, Callable[[bytes], None], int], int]:
         """Return what was added, as a function."""
         self._flush()
-        body = "\n    ".join([*self._lines, "return pos"])
+        body = "\n    ".join([*self.lines, "return pos"])
         source = f"def write(m, out, pos):\n    {body}\n"
-        exec(compile(source, f"<writer of {name}>", "exec"), self._names)  # noqa: S102 - made of nothing but field names
-        written: Callable[[Any, Callable[[bytes], None], int], int] = self._names["write"]
+        exec(compile(source, f"<writer of {name}>", "exec"), self.names)  # noqa: S102 - made of nothing but field names
+        written: Callable[[Any, Callable[[bytes], None], int], int] = self.names["write"]
         return written
 
     def add(self, leaf: Leaf) -> None:
@@ -91,12 +90,12 @@ class _Code:
         if path not in self._opened:
             got = f"{self._container(path[:-1])}[{path[-1]!r}]" if path else "m"
             name = self._opened[path] = f"d{len(self._opened)}"
-            self._lines += [f"{name} = {got}", f"if type({name}) is not dict: {name} = {name}.__dict__"]
+            self.lines += [f"{name} = {got}", f"if type({name}) is not dict: {name} = {name}.__dict__"]
         return self._opened[path]
 
     def _name(self, value: str) -> str:
-        name = f"v{len(self._lines)}"
-        self._lines.append(f"{name} = {value}")
+        name = f"v{len(self.lines)}"
+        self.lines.append(f"{name} = {value}")
         return name
 
     def _number(self, code: str, *arguments: str) -> None:
@@ -110,14 +109,14 @@ class _Code:
         text = self._name(f"{value}.encode()")
         self._number("I", f"len({text}) + 1")
         self._flush()
-        self._lines += [f"out({text})", f"pos += len({text})"]
-        self._at = None
+        self.lines += [f"out({text})", f"pos += len({text})"]
+        self.at = None
         self._number("x")
 
     def _numbers(self, field: Field, value: str) -> None:
         code = FORMATS[field.primitive]
         numbers = self._name(value)
-        self._lines.append(f"if len({numbers}) != {field.capacity}: raise ValueError")
+        self.lines.append(f"if len({numbers}) != {field.capacity}: raise ValueError")
         if code == "B":
             self._number(f"{field.capacity}s", f"bytes({numbers})")
         else:
@@ -126,24 +125,24 @@ class _Code:
     def _list(self, field: Field, value: str) -> None:
         items = self._name(value)
         if field.kind is Kind.ARRAY:
-            self._lines.append(f"if len({items}) != {field.capacity}: raise ValueError")
+            self.lines.append(f"if len({items}) != {field.capacity}: raise ValueError")
         else:
             self._number("I", f"len({items})")
         if field.kind is Kind.BOUNDED:
-            self._lines.append(f"if len({items}) > {field.capacity}: raise ValueError")
+            self.lines.append(f"if len({items}) > {field.capacity}: raise ValueError")
         self._flush()
-        self._at = None
+        self.at = None
         if field.nested is not None:
-            write = f"write{len(self._names)}"
-            self._names[write] = _writer(field.nested)
-            self._lines.append(f"for item in {items}: pos = {write}(item, out, pos)")
+            write = f"write{len(self.names)}"
+            self.names[write] = _writer(field.nested)
+            self.lines.append(f"for item in {items}: pos = {write}(item, out, pos)")
         elif field.primitive == "string":
             self._texts(items)
         else:
             self._block(FORMATS[field.primitive], items)
 
     def _texts(self, items: str) -> None:
-        self._lines += [
+        self.lines += [
             f"for text in {items}:",
             "    text = text.encode() + b'\\0'",
             "    pad = -pos & 3",
@@ -155,7 +154,7 @@ class _Code:
     def _block(self, code: str, items: str) -> None:
         size = size_of(code)
         block = f"bytes({items})" if code == "B" else f"pack(f'<{{len({items})}}{code}', *{items})"
-        self._lines += [
+        self.lines += [
             f"if len({items}):",
             f"    pad = {HEADER} - pos & {size - 1}",
             "    if pad: out(zeros[pad])",
@@ -167,19 +166,6 @@ class _Code:
         """Write the numbers that wait."""
         if not self._codes:
             return
-        run, name = Run(tuple(self._codes)), f"run{len(self._names)}"
         arguments = ", ".join(self._arguments)
-        if self._at is not None:
-            packed = run.packed(self._at)
-            self._at += packed.size
-            self._lines += [f"out({name}({arguments}))", f"pos = {self._at}"]
-            self._names[name] = packed.pack
-        elif run.shifts:
-            self._lines += [f"out({name}[pos & 7]({arguments}))", f"pos += {name}_size[pos & 7]"]
-            self._names[name] = run.each(lambda packed: packed.pack)
-            self._names[f"{name}_size"] = run.each(lambda packed: packed.size)
-        else:
-            packed = run.packed(0)
-            self._lines += [f"out({name}({arguments}))", f"pos += {packed.size}"]
-            self._names[name] = packed.pack
+        self.run(self._codes, lambda packed: packed.pack, lambda pack: f"out({pack}({arguments}))")
         self._codes, self._arguments = [], []

@@ -24,9 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class MessageType:
-    """A message type as one distribution has it."""
-
+class _Type:
     structure: Structure
 
     @property
@@ -41,8 +39,12 @@ class MessageType:
 
     @cached_property
     def hash(self) -> str:
-        """``RIHS01_`` and the hash in hex."""
+        """``RIHS01_`` and the hash in hex; a service's is that of the service itself."""
         return self.structure.hash()
+
+
+class MessageType(_Type):
+    """A message type as one distribution has it."""
 
     @cached_property
     def encode(self) -> Callable[[Message | Mapping[str, Any]], bytes]:
@@ -56,27 +58,11 @@ class MessageType:
 
 
 @dataclass(frozen=True, eq=False)
-class ServiceType:
+class ServiceType(_Type):
     """A service type as one distribution has it."""
 
-    structure: Structure
     request: MessageType
     response: MessageType
-
-    @property
-    def name(self) -> str:
-        """The name, such as ``nav2_msgs/action/NavigateToPose_SendGoal``."""
-        return self.structure.name
-
-    @cached_property
-    def dds_name(self) -> str:
-        """The name as it is in keys."""
-        return dds_name(self.name)
-
-    @cached_property
-    def hash(self) -> str:
-        """The service's hash, which is in keys."""
-        return self.structure.hash()
 
 
 @dataclass(frozen=True)
