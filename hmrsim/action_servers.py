@@ -54,6 +54,7 @@ class ServedGoal:
         stamp: When it was accepted.
         from_client: Whether the client made the id, and so may send it again.
         status: Where it is in its life.
+        message: What is asked for; None after the end.
         result: What came of it; None while it runs.
         process: What pursues it; None when nothing does any more.
         waiting: Whom to tell the result, each by its id, as not all can be hashed.
@@ -68,6 +69,7 @@ class ServedGoal:
     stamp: int
     from_client: bool
     status: GoalStatus = GoalStatus.ACCEPTED
+    message: Message | None = None
     result: Message | None = None
     process: simpy.Process | None = None
     waiting: dict[int, Any] = field(default_factory=dict)
@@ -80,6 +82,12 @@ class ServedGoal:
         """Return the result of a goal that did not succeed."""
         made: Message = (self.failure or self.server.action.failure)(code, message)
         return made
+
+    def describe(self) -> dict[str, Any]:
+        """Return what is asked of whom, as JSON values; of the message what was set."""
+        asked = self.message.model_dump(mode="json", exclude_unset=True) if self.message else None
+        named = {"robot": self.server.robot.name, "action": self.server.action.name, "goal_id": self.goal_id}
+        return {**named, "goal": asked}
 
     def entry(self) -> GoalEntry:
         """Return its line in a status list."""
@@ -220,6 +228,11 @@ class ActionServers:
     def of(self, robot: str) -> list[ActionServer]:
         """Return the actions of a robot that have been asked for, in order of name."""
         return [server for (name, _), server in sorted(self._servers.items(), key=itemgetter(0)) if name == robot]
+
+    def all(self) -> Iterator[ServedGoal]:
+        """Yield the goals that are kept, of all robots."""
+        for server in self._servers.values():
+            yield from server.goals.values()
 
     def active(self, robot: str | None = None) -> Iterator[ServedGoal]:
         """Yield the goals that have not ended, of one robot or of all; in the order of names, whoever asked first."""

@@ -168,6 +168,9 @@ class Dispatcher:
             code = holder.server.action.codes.preempted
             self._halt(holder, GoalEvent.ABORT, code, f"preempted by goal {goal.goal_id}")
         goal.server.goals[goal.goal_id] = goal
+        goal.message = message
+        if self._interest.motion:
+            self._happened.watched("goal", goal.describe)
         self._publish(goal, message)
         self._change(goal, GoalEvent.EXECUTE)
         goal.server.robot.act(action.name, begins=True)
@@ -218,7 +221,7 @@ class Dispatcher:
         if self._holders.get(name) is goal:
             del self._holders[name]
         goal.server.robot.act(goal.server.action.name, begins=False)
-        goal.result, goal.failure = result, None
+        goal.result, goal.failure, goal.message = result, None, None
         self._change(goal, event)
         self._tell(goal, inside=name in self.cut_off)
         ended = self._ended.setdefault(name, {})

@@ -111,9 +111,13 @@ class Topic(Enum):
     CLOCK = "clock"
     EVENTS = "events"
     MOTION = "motion"
-    """Each lane driven and each turn made, which is part of the events for whoever watches, but of no trace."""
+    """What whoever watches is told among the events, and no trace has: the kinds in `WATCHED`."""
     TIME = "time/state"
     """How time moves, and whom it waits for."""
+
+
+WATCHED = frozenset({"motion", "route", "goal"})
+"""Events of which no trace has any: a lane driven or a turn made, a way that is taken, what is asked of a robot."""
 
 
 class Read(NamedTuple):

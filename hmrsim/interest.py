@@ -89,7 +89,7 @@ class Happenings:
         if self.interest.in_(topic):
             self._emit(Sampled(topic, robot, message()))
 
-    def moved(self, fields: Callable[[], dict[str, Any]]) -> None:
-        """Tell that a robot begins to drive a lane or to turn, if somebody watches."""
+    def watched(self, kind: str, fields: Callable[[], dict[str, Any]]) -> None:
+        """Tell what no trace has, of one of the kinds in `WATCHED`, if somebody watches."""
         if self.interest.motion:
-            self._emit(Happened(stamp(self._env.now), "motion", fields()))
+            self._emit(Happened(stamp(self._env.now), kind, fields()))

@@ -328,6 +328,8 @@ class Mobile:
         """Begin a drive from where it is, or wait; nothing may be scheduled for the one before."""
         self._drive, self._seconds, self._number, self._waits = driven, driven.seconds, 0, False
         self._began = self._env.now
+        if self._happened.interest.motion:
+            self._happened.watched("route", lambda: {"robot": self.name, "points": self.route()})
         if admitted or self._may_begin(0):
             self._set_out(0)
 
@@ -359,7 +361,7 @@ class Mobile:
         if self.changed is not None:
             self.changed()
         if self._happened.interest.motion:
-            self._happened.moved(self._motion)
+            self._happened.watched("motion", lambda: {"robot": self.name, **(self.motion() or {})})
 
     def _may_begin(self, number: int) -> bool:
         """Return whether nothing is in the way of a piece of its drive; if something is, it waits here."""
@@ -388,10 +390,19 @@ class Mobile:
         else:
             arrived.succeed()
 
-    def _motion(self) -> dict[str, Any]:
-        """Return the piece that is being driven, as an observer sees it."""
+    def motion(self) -> dict[str, Any] | None:
+        """Return the piece that is being driven, as an observer sees it; None when it stands, or has to wait."""
         piece = self.piece
-        return {"robot": self.name, **(piece.describe() if piece else {})}
+        return piece.describe() if piece else None
+
+    @property
+    def began(self) -> float:
+        """When it began the piece that it drives just now, in simulated seconds."""
+        return self._began
+
+    def route(self) -> list[list[float]]:
+        """Return the points that it still drives to, as JSON values; none when it stands."""
+        return [[*leg.end] for leg in self.legs_ahead]
 
     # --- when something is in its way -----------------------------------------------------------------------------
 

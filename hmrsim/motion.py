@@ -10,7 +10,7 @@ had begun where it would have had to set out to be as fast by now.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from hmrsim.geometry import Pose, between, distance, turn
@@ -105,12 +105,21 @@ class Piece(NamedTuple):
         return length / self.duration, self.turned / self.duration
 
     def describe(self) -> dict[str, Any]:
-        """Return what an observer needs to draw the piece, as JSON values."""
+        """Return what an observer needs to draw the piece, as JSON values.
+
+        Of a turn it has what is ``turned``; where the speed is not constant its ``profile``: distance, speed and
+        acceleration of the `Trapezoid`, and how much of that distance lies behind the piece. In a ``ride`` one is
+        carried, and is where it began until it is over.
+        """
+        leg, profile = self.leg, self.profile
         return {
             "from": [*self.start],
             "to": [*self.end],
             "duration": self.duration,
-            "lane": list(self.leg.lane) if self.leg and self.leg.lane else None,
+            "lane": list(leg.lane) if leg and leg.lane else None,
+            **({} if leg else {"turned": self.turned}),
+            **({"ride": True} if leg and leg.ride else {}),
+            **({"profile": [*astuple(profile), self.driven_before]} if profile else {}),
         }
 
     def driven(self, elapsed: float) -> float:

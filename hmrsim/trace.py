@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim import CONTRACT, __version__
 from hmrsim.errors import HmrsimError
 from hmrsim.gateway import (
+    WATCHED,
     CallService,
     CancelGoal,
     GoalChanged,
@@ -146,7 +147,7 @@ class Trace:
             self._lines.append(self._status(event))  # type: ignore[arg-type]  # by its exact type: asked for each event
             if len(self._lines) >= _BATCH:
                 self.flush()
-        elif kind is Happened and event.kind != "motion":  # type: ignore[union-attr]  # likewise
+        elif kind is Happened and event.kind not in WATCHED:  # type: ignore[union-attr]  # likewise
             self._add(_happened(event))  # type: ignore[arg-type]
 
     def _status(self, event: GoalChanged) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import hmrsim
 from hmrsim.route_graph import to_geojson
+from hmrsim.scene import scene
 from hmrsim.services import registry as all_services
 from hmrsim.world import world_hash
 from hmrsim_zenoh import encoding
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from hmrsim.participation import TimeState
     from hmrsim.simulator import Simulator
 
-_TYPES = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH}
+_TYPES = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH, "scene": encoding.SCENE}
 
 
 class Description:
@@ -54,7 +55,8 @@ class Description:
     @property
     def latched(self) -> dict[str, tuple[str, Callable[[], bytes]]]:
         """What can be got by its topic: the encoding, and what gives the payload."""
-        return {"info": (_TYPES["info"], self.info), "route_graph": (_TYPES["route_graph"], self.route_graph)}
+        makers = {"info": self.info, "route_graph": self.route_graph, "scene": self.scene}
+        return {topic: (_TYPES[topic], maker) for topic, maker in makers.items()}
 
     def info(self) -> bytes:
         """Return the handshake."""
@@ -69,6 +71,10 @@ class Description:
             graph = to_geojson(self._simulator.world, closed=self._simulator.graph.closed, lifts=True)
             self._route_graph = json.dumps(graph).encode()
         return self._route_graph
+
+    def scene(self) -> bytes:
+        """Return all that can be seen now."""
+        return encoding.dump(scene(self._simulator))
 
     def _described(self) -> dict[str, Any]:
         simulator, serves = self._simulator, self.serves

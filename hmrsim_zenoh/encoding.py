@@ -26,6 +26,7 @@ STATUS = f"{JSON};{GoalStatusArray.ros_type}"
 EVENT = f"{JSON};hmrsim/Event"
 INFO = f"{JSON};hmrsim/WorldInfo"
 ROUTE_GRAPH = f"{JSON};hmrsim/RouteGraph"
+SCENE = f"{JSON};hmrsim/Scene"
 
 _MOST_SHOWN = 200
 """Characters of what is no goal id that are sent back."""

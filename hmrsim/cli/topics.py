@@ -20,6 +20,7 @@ _OF_THE_WORLD: Final = {
     "events": ("hmrsim/Event", False),
     "info": ("hmrsim/WorldInfo", True),
     "route_graph": ("hmrsim/RouteGraph", True),
+    "scene": ("hmrsim/Scene", True),
 }
 _OF_ROBOTS: Final = {
     "odom": ("nav_msgs/msg/Odometry", True),

@@ -67,10 +67,10 @@ class TestAccept:
         assert 1 == log.answer(A).stamp
 
     def test_the_answer_comes_before_the_status(self, run):
-        """A client learns of acceptance first."""
+        """A client learns of acceptance first; whoever watches learns what was asked before how it goes."""
         log = run((0.0, go()))
 
-        assert ["Answered", "GoalChanged"] == [type(event).__name__ for _, event in log.events[:2]]
+        assert ["Answered", "Happened", "GoalChanged"] == [type(event).__name__ for _, event in log.events[:3]]
 
     def test_a_goal_without_id_gets_one_from_the_seed(self, make_run):
         """Two runs of one seed make the same ids, another seed makes others."""

@@ -312,13 +312,20 @@ class TestWorld:
 
         bodies = heard.wait(lambda bodies: any(body.get("goal_id") == B and "result" in body for body in bodies))
 
-        first = [{key: value for key, value in body.items() if key != "result"} for body in bodies[:4]]
+        first = [{key: value for key, value in body.items() if key != "result"} for body in bodies[:6]]
         status = {"kind": "status", "robot": "wall_e", "action": "navigate_to_pose", "goal_id": A}
         start, end = {"sec": 0, "nanosec": 1}, {"sec": 4, "nanosec": 0}
         motion = {"robot": "wall_e", "from": [1, 2, 0], "to": [5, 2, 0], "duration": 4.0, "lane": ["home", "door"]}
+        asked = first.pop(0)
+        assert ("goal", A, {"x": 5.0, "y": 2.0}) == (
+            asked["kind"],
+            asked["goal_id"],
+            asked["goal"]["pose"]["pose"]["position"],
+        )
         assert first == [
             status | {"stamp": start, "status": 1},
             status | {"stamp": start, "status": 2},
+            {"kind": "route", "stamp": start, "robot": "wall_e", "points": [[5, 2]]},
             {"kind": "motion", "stamp": start} | motion,
             status | {"stamp": end, "status": 4},
         ]

@@ -1,0 +1,101 @@
+"""All that can be seen of a running world at one instant, for whoever begins to watch; events tell what comes next."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.detections import sensors_of
+from hmrsim.interfaces.builtin_interfaces import values_of
+from hmrsim.sim_time import stamp
+
+if TYPE_CHECKING:
+    from hmrsim.action_servers import ServedGoal
+    from hmrsim.robot import Robot
+    from hmrsim.simulator import Simulator
+
+
+def scene(simulator: Simulator) -> dict[str, Any]:
+    """Return what is there, in plain values of JSON; what does not change is in the world itself.
+
+    Points and poses are in the world's unit, in the frame ``map``; yaws in radians.
+    """
+    roster, mishaps = simulator.roster, simulator.mishaps.known
+    goals, held = defaultdict[str, list["ServedGoal"]](list), defaultdict[str, list[str]](list)
+    for goal in simulator.dispatcher.servers.all():
+        goals[goal.server.robot.name].append(goal)
+    for item in roster.items.values():
+        if item.carrier:
+            held[item.carrier.name].append(item.name)
+    return {
+        "stamp": values_of(stamp(simulator.now)),
+        "robots": [
+            {
+                **_robot(robot),
+                "connected": name not in simulator.dispatcher.cut_off,
+                "holds": held[name],
+                "goals": _goals(goals[name]),
+            }
+            for name, robot in roster.robots.items()
+        ],
+        "items": [
+            {
+                "name": item.name,
+                "weight": item.weight,
+                "at": [*item.position],
+                "carrier": item.carrier.name if item.carrier else None,
+            }
+            for item in roster.items.values()
+        ],
+        "fixtures": [
+            {"name": fixture.name, "kind": fixture.kind, "at": [*fixture.pose.point], "tags": fixture.tags}
+            for fixture in roster.fixtures.values()
+        ],
+        "closed_lanes": [
+            {"lane": [*lane], "why": "; ".join(why.values())} for lane, why in roster.passage.closures.lanes.items()
+        ],
+        "faults": [mishap.describe() for _, mishap in sorted(mishaps.items()) if mishap.end is not None],
+    }
+
+
+def _robot(robot: Robot) -> dict[str, Any]:
+    motion, battery = robot.motion(), robot.energy.battery if robot.energy else None
+    return {
+        "name": robot.name,
+        "type": robot.type,
+        "radius": robot.radius,
+        "flies": robot.flies,
+        "speed": robot.speed,
+        "pose": [*robot.pose()],
+        "motion": {**motion, "began": robot.began} if motion else None,
+        "route": robot.route(),
+        "waits": robot.waits,
+        "dock": robot.dock.name if robot.dock else None,
+        "ailments": dict(robot.ailments),
+        "battery": {"percentage": battery.share(robot.now), "charging": bool(battery.charging)} if battery else None,
+        "sensors": [
+            {
+                "name": name,
+                "range": sensor.range(robot.units),
+                "field_of_view": getattr(sensor.settings, "field_of_view", None),
+                "blind": sensor.blind,
+            }
+            for name, sensor in sensors_of(robot).items()
+        ],
+    }
+
+
+def _goals(kept: list[ServedGoal]) -> list[dict[str, Any]]:
+    """Return the last goal that ended, with its result, and those that run, with what was asked for."""
+    kept.sort(key=attrgetter("stamp"))
+    ended = [goal for goal in kept if goal.status.terminal]
+    return [
+        {
+            **goal.describe(),
+            "stamp": values_of(goal.stamp),
+            "status": int(goal.status),
+            "result": goal.result.model_dump(mode="json") if goal.result else None,
+        }
+        for goal in (*ended[-1:], *(goal for goal in kept if not goal.status.terminal))
+    ]
