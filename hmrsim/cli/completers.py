@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hmrsim.command_line import Completer
 
 
-_WITH_WORLD: Final = ("run", "simulate", "map validate", "map info", "map plan", "map convert")
+_WITH_WORLD: Final = ("run", "simulate", "map validate", "map info", "map plan", "map convert", "map render")
 
 
 def _worlds(prefix: str, **_unused: object) -> Iterable[str]:

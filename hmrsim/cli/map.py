@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.cli import map_convert, map_info, map_plan
+from hmrsim.cli import map_convert, map_info, map_plan, map_render
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.problems import line_of
@@ -27,7 +27,8 @@ examples:
   hmrsim map validate my_world.yaml && hmrsim run my_world.yaml
   hmrsim map info hospital
   hmrsim map plan hospital wall_e pharmacy
-  hmrsim map convert drawing.drawio my_world.yaml"""
+  hmrsim map convert drawing.drawio my_world.yaml
+  hmrsim map render hospital -o hospital.svg"""
 
 _VALIDATE_EXAMPLES: Final = f"""\
 exit codes: 0 no errors, maybe warnings; 1 errors; 2 the file, or an option, can't be read
@@ -41,7 +42,7 @@ examples:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim map``."""
-    parser.description = "Look at world files, plan on them, convert them."
+    parser.description = "Look at world files, plan on them, convert them, draw them."
     parser.epilog = _EXAMPLES
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     validate = commands.add_parser(
@@ -56,6 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     map_info.configure(commands.add_parser("info", help="tell what is in a world file"))
     map_plan.configure(commands.add_parser("plan", help="print the way from here to there, and how long it takes"))
     map_convert.configure(commands.add_parser("convert", help="write a world in another format"))
+    map_render.configure(commands.add_parser("render", help="draw a world as SVG or PNG"))
 
 
 def _validate(args: argparse.Namespace) -> int:

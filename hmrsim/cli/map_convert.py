@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
+from hmrsim.cli.targets import check_target, write_whole
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.command_line import ENVIRONMENT
 from hmrsim.route_graph import to_geojson
@@ -59,7 +60,7 @@ def _convert(args: argparse.Namespace) -> int:
     if args.out == _STDOUT and args.json:
         raise WrongUse("--json says what was written, and so does OUT -; name a file")
     if args.out != _STDOUT:
-        _check_target(out, force=args.force)
+        check_target(out, force=args.force)
     loaded = read_world(args, argument="in")
     for problem in loaded.warnings:
         warn(line_of(problem))
@@ -72,7 +73,7 @@ def _convert(args: argparse.Namespace) -> int:
     if args.out == _STDOUT:
         show(text.rstrip("\n"))
         return ExitCode.DONE
-    _write(out, text)
+    write_whole(out, text.encode())
     if args.json:
         told = {"file": args.out, "format": to, "world": loaded.world.name, "hash": loaded.hash, "left_out": left}
         show_json({**told, "warnings": [str(problem) for problem in loaded.warnings]})
@@ -91,30 +92,6 @@ def _format(out: str) -> str:
         known = ", ".join(f".{name}" for name in _WRITERS)
         raise WrongUse(f"{out}: is of no format that can be written; expected one of {known}, or --to")
     return suffix
-
-
-def _check_target(out: Path, *, force: bool) -> None:
-    if out.is_file():
-        if not force:
-            raise WrongUse(f"{out}: is there already; overwrite it with --force")
-    elif out.exists():
-        raise WrongUse(f"{out}: is no ordinary file; name another, or - for stdout")
-    elif not out.parent.is_dir():
-        raise WrongUse(f"{out}: there is no folder {str(out.parent)!r}")
-
-
-def _write(out: Path, text: str) -> None:
-    """Write a file as a whole or not at all."""
-    target = out.resolve()
-    draft = target.with_name(f".{target.name}.{os.getpid()}")
-    try:
-        try:
-            draft.write_text(text, encoding="utf-8")
-            draft.replace(target)
-        finally:
-            draft.unlink(missing_ok=True)
-    except OSError as error:
-        raise WrongUse(f"{out}: can't be written: {os.strerror(error.errno or 0).lower()}") from None
 
 
 def _left_out(world: World) -> dict[str, int]:

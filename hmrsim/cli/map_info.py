@@ -9,6 +9,7 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.command_line import ENVIRONMENT
+from hmrsim.drawing import extent
 from hmrsim.errors import printable
 from hmrsim.geometry import distance
 from hmrsim.graph import WaypointGraph
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Iterable, Iterator
 
-    from hmrsim.geometry import Point
     from hmrsim.world import LoadedWorld, World
 
 _EXAMPLES: Final = f"""\
@@ -77,7 +77,7 @@ def facts(loaded: LoadedWorld) -> dict[str, Any]:
         "format": kind.name if kind else None,
         "units": world.units,
         "bounds": world.bounds,
-        "extent": _extent(world),
+        "extent": extent(world),
         "seed": world.seed,
         "hash": loaded.hash,
         "warnings": len(loaded.warnings),
@@ -107,23 +107,6 @@ def _robot(world: World, name: str) -> dict[str, Any]:
         "yaw": robot.yaw,
         "script": len(robot.script),
     }
-
-
-def _extent(world: World) -> tuple[float, float, float, float] | None:
-    """Return least and greatest x and y of all that has a place; None in an empty world."""
-    points = list(_points(world))
-    if not points:
-        return None
-    xs, ys = zip(*points, strict=True)
-    return min(xs), min(ys), max(xs), max(ys)
-
-
-def _points(world: World) -> Iterator[Point]:
-    yield from world.points.values()
-    for wall in world.walls:
-        yield from wall if isinstance(wall, tuple) else wall.solid
-    named = (world.places, world.docks, world.robots, world.items)
-    yield from (world.point(thing.at) for things in named for thing in things.values())
 
 
 def _lines(values: dict[str, Any]) -> Iterator[str]:

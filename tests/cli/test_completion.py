@@ -37,7 +37,7 @@ def complete(tmp_path):
     ("line", "words"),
     [
         ("hmrsim ma", ["map"]),
-        ("hmrsim map ", ["validate", "info", "plan", "convert"]),
+        ("hmrsim map ", ["validate", "info", "plan", "convert", "render"]),
         ("hmrsim map info hosp", ["hospital", "hospital_fleet"]),
         ("hmrsim run hosp", ["hospital", "hospital_fleet"]),
         ("hmrsim map plan hospital wall", ["wall_e"]),

@@ -1,0 +1,61 @@
+"""SVG as text: elements, numbers and strings that may hold anything."""
+
+from __future__ import annotations
+
+import re
+from html import escape
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from hmrsim.geometry import Point
+
+Attributes: TypeAlias = "dict[str, str | float]"
+"""Of an element, by name."""
+
+_NOT_XML: Final = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""What no XML document may hold, not even escaped."""
+
+
+def text_of(text: str) -> str:
+    """Return a string as the content of an element, or of an attribute."""
+    return escape(_NOT_XML.sub("\ufffd", text))
+
+
+def number(value: float) -> str:
+    """Return a number with two decimals at most."""
+    text = f"{value:.2f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
+def element(tag: str, *content: str, **attributes: str | float) -> str:
+    """Return an element.
+
+    Args:
+        tag: Its name.
+        content: What is in it, as SVG.
+        attributes: By name, with ``_`` for ``-``; an underscore at the end is dropped, as in ``class_``.
+    """
+    written = "".join(
+        f' {key.rstrip("_").replace("_", "-")}="{text_of(value) if isinstance(value, str) else number(value)}"'
+        for key, value in attributes.items()
+    )
+    return f"<{tag}{written}>{''.join(content)}</{tag}>" if content else f"<{tag}{written}/>"
+
+
+def group(kind: str, parts: Iterable[str], **attributes: str | float) -> str:
+    """Return a group of elements, one a line; nothing of no elements."""
+    lines = "\n".join(parts)
+    return element("g", f"\n{lines}\n", class_=kind, **attributes) if lines else ""
+
+
+def titled(title: str) -> str:
+    """Return what a viewer shows of an element that is pointed at."""
+    return element("title", text_of(title))
+
+
+def path(points: Iterable[Point], *, closed: bool = False) -> str:
+    """Return the data of a path along straight lines."""
+    steps = "L".join(f"{number(x)} {number(y)}" for x, y in points)
+    return f"M{steps}{'Z' if closed else ''}"

@@ -1,0 +1,258 @@
+"""Worlds as pictures."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from pathlib import Path
+from time import process_time
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from hmrsim.drawing import THEMES, Drawing, type_colours
+from hmrsim.world import World, load_world
+
+MAPS = sorted(Path(__file__).parents[2].joinpath("maps").rglob("*.yaml"))
+SVG = "{http://www.w3.org/2000/svg}"
+HOSTILE = "<img src=x onerror=alert(1)> & \"'\x00\x1b]]>"
+
+TWO_ROOMS = World.model_validate(
+    {
+        "name": "two rooms",
+        "bounds": [0, 0, 20, 10],
+        "waypoints": {"a": [1, 2], "b": [9, 2], "c": [9, 8]},
+        "lanes": [["a", "b"], {"from": "b", "to": "c", "one_way": True, "speed_limit": 0.5, "capacity": 2}],
+        "walls": [[[5, 0], [5, 1]], [[5, 3], [5, 10]], {"solid": [[12, 1], [14, 1], [14, 3]]}],
+        "places": {"desk": {"at": [3, 8]}},
+        "docks": {"plug": {"at": [1, 5], "type": "charger"}, "ramp": {"at": [19, 5]}},
+        "doors": {"gate": {"at": [[5, 1], [5, 3]]}},
+        "lifts": {"tower": {"stops": ["a", "c"]}},
+        "items": {"box": {"at": "desk", "weight": 2}},
+        "robot_types": {"drone": {"base": {"flies": True, "radius": 0.5}}},
+        "robots": {
+            "eve": {"at": "b", "yaw": 1.5707963267948966},
+            "wall_e": {"type": "drone", "at": [16, 8]},
+        },
+    }
+)
+
+
+def drawn(world, theme="light", **options):
+    """Return the picture of a world, as a tree of elements."""
+    return ET.fromstring(Drawing(world, theme, **options).svg())
+
+
+def layer(picture, name):
+    """Return the elements of one layer."""
+    return list(next(group for group in picture.iter(f"{SVG}g") if group.get("class") == name))
+
+
+def texts(picture):
+    """Return all that is written."""
+    return [element.text for element in picture.iter(f"{SVG}text")]
+
+
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [
+        ("walls", 2),
+        ("solids", 1),
+        ("lanes", 2),
+        ("waypoints", 3),
+        ("places", 1),
+        ("docks", 2),
+        ("doors", 1),
+        ("lifts", 2),
+        ("items", 1),
+        ("robots", 2),
+    ],
+)
+def test_everything_is_drawn_once(name, number):
+    """Each thing is one element of its layer; a lift is one for each of its stops."""
+    assert number == len(layer(drawn(TWO_ROOMS), name))
+
+
+@pytest.mark.parametrize("theme", THEMES)
+@pytest.mark.parametrize("path", MAPS, ids=lambda path: path.stem)
+def test_shipped_worlds(path, theme):
+    """Every shipped world is well-formed SVG with all its lanes and robots."""
+    world = load_world(path).world
+    picture = drawn(world, theme)
+
+    assert len(world.robots) == len(layer(picture, "robots"))
+    assert len(world.lanes) == len(layer(picture, "lanes"))
+
+
+def test_the_same_world_is_the_same_picture():
+    """Drawing a world twice gives the same bytes."""
+    assert Drawing(TWO_ROOMS).svg() == Drawing(TWO_ROOMS.model_copy(deep=True)).svg()
+
+
+def test_metres_point_up():
+    """In metres what has a greater y is further up."""
+    low, _, high = layer(drawn(TWO_ROOMS), "waypoints")
+
+    assert float(low.get("cy")) > float(high.get("cy"))
+
+
+def test_pixels_point_down():
+    """In pixels what has a greater y is further down."""
+    low, _, high = layer(drawn(TWO_ROOMS.model_copy(update={"units": "px"})), "waypoints")
+
+    assert float(low.get("cy")) < float(high.get("cy"))
+
+
+@pytest.mark.parametrize(("units", "ahead"), [("m", -1), ("px", 1)])
+def test_robots_point_ahead(units, ahead):
+    """Half of a right angle's pi leads to greater y: up in metres, down in pixels."""
+    eve = layer(drawn(TWO_ROOMS.model_copy(update={"units": units})), "robots")[0]
+    (disc,) = eve.iter(f"{SVG}circle")
+    tip = re.match(r"M([\d.]+) ([\d.]+)L", next(eve.iter(f"{SVG}path")).get("d"))
+
+    assert float(disc.get("cx")) == pytest.approx(float(tip[1]), abs=0.02)
+    assert (float(tip[2]) - float(disc.get("cy"))) * ahead > 1
+
+
+def test_things_are_where_they_are():
+    """What is in the middle of the bounds is in the middle of the floor."""
+    drawing = Drawing(TWO_ROOMS)
+    floor = next(element for element in drawn(TWO_ROOMS).iter(f"{SVG}rect") if element.get("class") == "floor")
+    x, y, width, height = (float(floor.get(key)) for key in ("x", "y", "width", "height"))
+
+    assert (x + width / 2, y + height / 2) == pytest.approx(drawing.frame.at((10, 5)))
+    assert width == pytest.approx(2 * height)
+
+
+def test_the_first_type_is_yellow():
+    """Robots have the colour of their type; that of the first robot is yellow."""
+    assert {"carrier": "#f5c400", "drone": "#e69f00"} == type_colours(TWO_ROOMS)
+    fills = [next(robot.iter(f"{SVG}circle")).get("fill") for robot in layer(drawn(TWO_ROOMS, legend=False), "robots")]
+    assert fills == ["#f5c400", "none"]
+
+
+def test_only_who_flies_has_a_ring():
+    """A robot that flies has one circle more than the others."""
+    eve, drone = layer(drawn(TWO_ROOMS), "robots")
+
+    assert (1, 2) == (len(list(eve.iter(f"{SVG}circle"))), len(list(drone.iter(f"{SVG}circle"))))
+
+
+def test_a_one_way_lane_has_an_arrow():
+    """A one-way lane is two strokes, the other kind one."""
+    both, one_way = layer(drawn(TWO_ROOMS), "lanes")
+
+    assert (1, 2) == (both.get("d").count("M"), one_way.get("d").count("M"))
+
+
+def test_what_is_pointed_at_is_explained():
+    """A lane's title says where it leads, how fast and for how many."""
+    _, one_way = layer(drawn(TWO_ROOMS), "lanes")
+
+    assert "b → c, ≤ 0.5 m/s, 2 at once" == one_way[0].text
+
+
+def test_details_are_written():
+    """Speed limits and capacities are written only if that is asked for."""
+    assert "≤ 0.5 m/s, 2 at once" in texts(drawn(TWO_ROOMS, details=True))
+    assert "≤ 0.5 m/s, 2 at once" not in texts(drawn(TWO_ROOMS))
+
+
+def test_names_can_be_left_out():
+    """Without names and legend nothing is written."""
+    assert {"eve", "wall_e", "desk", "plug", "gate", "tower", "box"} <= set(texts(drawn(TWO_ROOMS)))
+    assert [] == texts(drawn(TWO_ROOMS, names=False, legend=False))
+
+
+def test_the_legend_has_what_there_is():
+    """A legend explains what is drawn, and nothing else."""
+    world = World.model_validate({"waypoints": {"a": [0, 0], "b": [5, 0]}, "lanes": [["a", "b"]]})
+
+    assert ["0.5 m", "world", "1 lane", "lane"] == [text for text in texts(drawn(world)) if text not in "ab"]
+
+
+@pytest.mark.parametrize("path", MAPS, ids=lambda path: path.stem)
+def test_names_do_not_overlap(path):
+    """No name is on another one, as far as the widths of a wide font tell."""
+    boxes = []
+    for name in drawn(load_world(path).world).findall(f"{SVG}g[@class='names']/{SVG}text"):
+        size, x, y = (float(name.get(key)) for key in ("font-size", "x", "y"))
+        half = len(name.text) * size * 0.3
+        boxes.append((x - half, y - size * 0.8, x + half, y + size * 0.2))
+
+    assert [] == [
+        (a, b)
+        for a, b in itertools.combinations(boxes, 2)
+        if a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+    ]
+
+
+def test_hostile_names_are_text():
+    """Whatever a name holds is shown as it is, and is no element of the picture."""
+    world = TWO_ROOMS.model_copy(update={"name": HOSTILE, "places": {HOSTILE: TWO_ROOMS.places["desk"]}})
+    picture = drawn(world.model_copy(update={"items": {}}))
+    shown = "<img src=x onerror=alert(1)> & \"'\ufffd\ufffd]]>"
+
+    assert shown == picture.find(f"{SVG}title").text == layer(picture, "places")[0][0].text
+    assert not list(picture.iter(f"{SVG}img"))
+
+
+def test_a_picture_loads_nothing():
+    """A picture has no script, no style and no link, to be put into any page."""
+    kinds = {element.tag.removeprefix(SVG) for element in drawn(load_world("hospital").world).iter()}
+
+    assert {"svg", "title", "rect", "circle", "path", "g", "text"} == kinds
+
+
+@pytest.mark.parametrize(
+    "world",
+    [
+        {},
+        {"waypoints": {"a": [3, 3]}},
+        {"bounds": [0, 0, 0, 0]},
+        {"waypoints": {"a": [-1e7, 0], "b": [1e7, 1e7]}, "lanes": [["a", "b"]]},
+        {"waypoints": {"a": [0, 0], "b": [0, 100]}, "lanes": [["a", "b"]]},
+    ],
+    ids=["empty", "a point", "bounds of no size", "huge", "a line"],
+)
+def test_odd_worlds(world):
+    """Worlds without extent, or with far too much, are drawn in a picture of reasonable size."""
+    width, height = Drawing(World.model_validate(world)).size
+
+    assert 1200 == width
+    assert 100 < height < 1700
+    assert "nan" not in Drawing(World.model_validate(world)).svg()
+
+
+def test_lanes_in_colours_of_their_own():
+    """Directions that somebody has counted are drawn beside each other in their own colour and width, and say it."""
+    svg = Drawing(TWO_ROOMS).svg(
+        {("a", "b"): ("#123456", 5.0), ("b", "a"): ("#654321", 2.0)}, lane_notes={("a", "b"): "12 times"}
+    )
+    lane, there, back, _ = layer(ET.fromstring(svg), "lanes")
+
+    assert ("#123456", "5", "a → b: 12 times") == (there.get("stroke"), there.get("stroke-width"), there[0].text)
+    assert ("#654321", "2", []) == (back.get("stroke"), back.get("stroke-width"), list(back))
+    assert 3 == len({way.get("d") for way in (lane, there, back)})
+
+
+def test_a_huge_world_takes_little_time():
+    """Ten thousand lanes are drawn in some seconds of processor time at most, names included."""
+    side = 71
+    grid = {
+        "waypoints": {f"w{x}_{y}": [x * 5, y * 5] for x in range(side) for y in range(side)},
+        "lanes": [
+            [f"w{x}_{y}", f"w{x + dx}_{y + dy}"]
+            for x in range(side)
+            for y in range(side)
+            for dx, dy in ((1, 0), (0, 1))
+            if x + dx < side and y + dy < side
+        ],
+    }
+    world = World.model_validate(grid)
+
+    began = process_time()
+    svg = Drawing(world).svg()
+
+    assert process_time() - began < 5
+    assert 9940 + len(["scale bar", "lane of the legend"]) == svg.count("<path ")
