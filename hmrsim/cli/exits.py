@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.errors import HmrsimError, TraceError, WorldError
+from hmrsim.errors import HmrsimError, RecordingError, TraceError, WorldError
 from hmrsim_zenoh.errors import (
     BadOptions,
     NobodyThere,
@@ -42,6 +42,7 @@ _CODES: Final[Mapping[type[HmrsimError], ExitCode]] = {
     WrongUse: ExitCode.WRONG_USE,
     WorldError: ExitCode.WRONG_USE,
     TraceError: ExitCode.WRONG_USE,
+    RecordingError: ExitCode.WRONG_USE,
     BadOptions: ExitCode.WRONG_USE,
     PortTaken: ExitCode.WRONG_USE,
     PrefixTaken: ExitCode.WRONG_USE,

@@ -1,4 +1,4 @@
-"""Batteries and joints."""
+"""Batteries, joints and pictures."""
 
 from __future__ import annotations
 
@@ -79,3 +79,11 @@ class MultiDOFJointState(Message):
     transforms: list[Transform] = Field(default_factory=list)
     twist: list[Twist] = Field(default_factory=list)
     wrench: list[Wrench] = Field(default_factory=list)
+
+
+class CompressedImage(Message):
+    """A picture as a file has it; *format* is ``jpeg`` or ``png``."""
+
+    header: Header = Field(default_factory=Header)
+    format: String = ""
+    data: list[UInt8] = Field(default_factory=list)

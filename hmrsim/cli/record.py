@@ -1,0 +1,118 @@
+"""``hmrsim record``: write what a simulator publishes into a file, from wherever it can be reached."""
+
+from __future__ import annotations
+
+import math
+import queue
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.cli import numbers
+from hmrsim.cli.connection import add_connection_options, connected
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show_json, warn
+from hmrsim.cli.recording import account
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.signals import on_signals
+from hmrsim_zenoh.errors import Unreachable
+from hmrsim_zenoh.options import ENVIRONMENT
+
+if TYPE_CHECKING:
+    import argparse
+
+    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.recording.listening import Listener
+    from hmrsim_zenoh.recording.recorder import Recorder
+
+_EXAMPLES: Final = f"""\
+examples:
+  hmrsim record run.mcap
+  hmrsim record run.mcap --duration 60 --connect tcp/10.0.0.7:7447
+  hmrsim record run.mcap && hmrsim view run.mcap
+
+{ENVIRONMENT}"""
+
+_LOOK: Final = 0.2
+_GRACE: Final = 5.0
+"""Wall seconds in which a simulator that went may come back, as when it is started anew."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim record``."""
+    parser.description = (
+        "Write all that a simulator publishes into an MCAP file until Ctrl-C, or until the simulator has gone."
+    )
+    parser.epilog = _EXAMPLES
+    parser.add_argument("file", type=Path, metavar="OUT.mcap", help="what is there is overwritten")
+    parser.add_argument(
+        "--duration",
+        type=numbers.positive,
+        default=math.inf,
+        metavar="S",
+        help="end after so many simulated seconds (default: never)",
+    )
+    parser.add_argument("--json", action="store_true", help="print how much was recorded as one JSON object")
+    add_connection_options(parser)
+    parser.set_defaults(function=_record)
+
+
+def _record(args: argparse.Namespace) -> int:
+    # Takes its time to load, which --help need not wait for.
+    from hmrsim.cli.rosout import told  # noqa: PLC0415
+    from hmrsim_zenoh.recording.listening import Listener  # noqa: PLC0415
+    from hmrsim_zenoh.recording.recorder import Recorder  # noqa: PLC0415
+    from hmrsim_zenoh.recording.writing import RecordingFile  # noqa: PLC0415
+
+    signals: list[int] = []
+    with on_signals(signals.append), connected(args) as (client, _), RecordingFile(args.file) as file:
+        recorder = Recorder(file, told)
+        with Listener(client, recorder) as listener:
+            _follow(client, listener, recorder, signals, args)
+    if listener.lost:
+        warn(f"{listener.lost} messages came faster than they could be written, and are not in it")
+    if args.json:
+        begin, end = recorder.time.begin, recorder.time.now
+        written = {"messages": file.messages, "bytes": args.file.stat().st_size, "lost": listener.lost}
+        show_json({"file": str(args.file), **written, "begin": begin / NANOSECONDS, "end": end / NANOSECONDS})
+    else:
+        warn(account(args.file, file, recorder))
+    return ExitCode.DONE
+
+
+def _follow(
+    client: Client, listener: Listener, recorder: Recorder, signals: list[int], args: argparse.Namespace
+) -> None:
+    """Record until a signal, the end of the time, or of the simulator.
+
+    Raises:
+        Unreachable: The simulator says nothing of itself.
+    """
+    began = looked = seen = time.monotonic()
+    away = said = False
+    while not signals:
+        with suppress(queue.Empty):
+            listener.work(_LOOK)
+        if listener.begun and not said:
+            said = True
+            warn(f"recording to {args.file}")
+        if recorder.time.now - recorder.time.begin >= args.duration * NANOSECONDS:
+            return
+        now = time.monotonic()
+        if now - looked < _LOOK:
+            continue
+        looked = now
+        if not listener.begun and now - began > _GRACE:
+            raise Unreachable("the simulator is there, but does not say what is in it")
+        if not client.alive:
+            away = True
+            if now - seen > _GRACE:
+                warn("the simulator is gone")
+                break
+            continue
+        seen = now
+        if away:
+            away = False
+            listener.look_anew()
+    listener.drain()

@@ -1,0 +1,204 @@
+"""Recording a simulation over the network: what is published, in the order in which it is."""
+
+from __future__ import annotations
+
+import json
+import logging
+from queue import SimpleQueue
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import zenoh
+from pydantic import ValidationError
+
+from hmrsim.actions import registry as actions
+from hmrsim.gateway import FeedbackSent, GoalEntry, Sampled, StatusChanged, Topic
+from hmrsim.goal import GoalStatus
+from hmrsim.interfaces.builtin_interfaces import values_of
+from hmrsim.interfaces.nav_msgs import Odometry
+from hmrsim.interfaces.rosgraph_msgs import Clock
+from hmrsim.interfaces.sensor_msgs import BatteryState
+from hmrsim.interfaces.vision_msgs import Detection3DArray
+from hmrsim_zenoh.encoding import dump
+from hmrsim_zenoh.errors import RequestError
+from hmrsim_zenoh.keys import TREE, WORLD, ActionKey, Keys, TopicKey, Verb
+from hmrsim_zenoh.recording.timeline import nanoseconds_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Self
+
+    from hmrsim.interfaces.message import Message
+    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.link import Answer
+    from hmrsim_zenoh.recording.recorder import Recorder
+
+_log = logging.getLogger(__name__)
+
+_MOST_WAITING: Final = 100_000
+"""Samples that wait to be written; what comes then is lost."""
+
+_PATIENCE: Final = 10.0
+"""Wall seconds for an answer."""
+
+_INFO, _DEFINITION, _SCENE = "info", "get_current_world", "scene"
+
+_MESSAGES: Final[Mapping[str, tuple[Topic, type[Message]]]] = {
+    "odom": (Topic.ODOM, Odometry),
+    "battery_state": (Topic.BATTERY_STATE, BatteryState),
+    "detections": (Topic.DETECTIONS, Detection3DArray),
+}
+
+_UNREADABLE: Final = (ValueError, LookupError, TypeError, ValidationError)
+
+
+class _Answered(NamedTuple):
+    """What came back of what we asked for."""
+
+    topic: str
+    answer: Answer
+
+
+class Listener:
+    """Subscribes to all that a simulation publishes, and records it when `work` is called.
+
+    Args:
+        client: Who reaches the simulator.
+        recorder: What writes it down.
+
+    Attributes:
+        lost: How many samples could not be kept until they were written.
+        begun: Whether the simulator has said what is there, before which nothing is recorded.
+    """
+
+    def __init__(self, client: Client, recorder: Recorder) -> None:
+        self._client = client
+        self._keys = client.keys
+        self._recorder = recorder
+        self._waiting: SimpleQueue[tuple[str, bytes] | _Answered] = SimpleQueue()
+        self._told: dict[str, dict[str, Any]] = {}
+        self._asking = False
+        self._warned = False
+        self.lost = 0
+        self.begun = False
+        handler = zenoh.handlers.Callback(self._on_sample, indirect=False)
+        self._subscriber = client.session.declare_subscriber(self._keys.everything(), handler)
+        self._ask()
+
+    def __enter__(self) -> Self:
+        """Return the listener."""
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        """Listen no more."""
+        self._subscriber.undeclare()
+
+    def work(self, timeout: float) -> None:
+        """Write what has come, or the first that comes in *timeout* wall seconds.
+
+        Raises:
+            queue.Empty: Nothing has come.
+            HmrsimError: The file can't be written.
+        """
+        item = self._waiting.get(timeout=timeout)
+        try:
+            if isinstance(item, _Answered):
+                self._on_answer(item)
+            elif self.begun:
+                self._record(*item)
+        except _UNREADABLE as error:
+            if not self._warned:
+                self._warned = True
+                _log.warning("what can't be read is not recorded: %s", str(error).partition("\n")[0])
+
+    def drain(self) -> None:
+        """Write all that has come."""
+        for _ in range(self._waiting.qsize()):
+            self.work(0.0)
+
+    def look_anew(self) -> None:
+        """Ask what is there: the simulator was out of reach, or is another."""
+        recorder = self._recorder
+        if self.begun:
+            now, fields = recorder.time.simulated, {"kind": "simulator_returned"}
+            recorder.event(fields, dump({"stamp": values_of(now), **fields}), now)
+            recorder.world_stale = True
+        self._ask()
+
+    # --- in Zenoh's threads ----------------------------------------------------------------------------------------
+
+    def _on_sample(self, sample: zenoh.Sample) -> None:
+        if self._waiting.qsize() < _MOST_WAITING:
+            self._waiting.put((str(sample.key_expr), sample.payload.to_bytes()))
+        else:
+            self.lost += 1
+
+    # --- what is asked ---------------------------------------------------------------------------------------------
+
+    def _ask(self) -> None:
+        """Ask what is there; the answers wait in line with what is published: what comes later, happens later."""
+        self._asking = True
+        for topic in (_INFO, _DEFINITION, _SCENE):
+            self._client.ask(
+                self._keys.world(topic),
+                b"",
+                lambda answer, topic=topic: self._waiting.put(_Answered(topic, answer)),  # type: ignore[misc]  # default
+                timeout=_PATIENCE,
+            )
+
+    def _on_answer(self, answered: _Answered) -> None:
+        if answered.answer is None or isinstance(answered.answer, RequestError):
+            # It has gone; `look_anew` comes when it is back.
+            self._asking = False
+            return
+        told = json.loads(answered.answer)
+        if answered.topic == _DEFINITION:
+            told = json.loads(told["world"]["world_resource"]["resource_string"])
+        self._told[answered.topic] = told
+        if answered.topic != _SCENE:
+            return
+        self._asking = False
+        self._keys = Keys(self._keys.prefix, self._told[_INFO]["aliases"])
+        now = (self._told[_DEFINITION], self._told[_INFO], told)
+        if not self.begun:
+            self.begun = True
+            self._recorder.begin(*now)
+        elif self._recorder.world_stale:
+            self._recorder.tell_anew(*now)
+        else:
+            self._recorder.scene(told)
+
+    # --- what is published -----------------------------------------------------------------------------------------
+
+    def _record(self, key: str, payload: bytes) -> None:
+        match self._keys.parse(key):
+            case TopicKey(robot, topic) if robot == WORLD:
+                self._record_world(topic, payload)
+            case TopicKey(robot, topic) if topic == TREE:
+                self._recorder.tree(robot, json.loads(payload))
+            case TopicKey(robot, topic) if topic in _MESSAGES:
+                kind, cls = _MESSAGES[topic]
+                message: Any = cls.model_validate_json(payload)
+                self._recorder.sample(Sampled(kind, robot, message), message.header.stamp.to_nanoseconds())
+            case ActionKey(robot, action, verb) if key == self._keys.action(robot, action, verb):
+                self._record_goals(robot, action, verb, json.loads(payload))
+        if self._recorder.stale and not self._asking:
+            self._ask()
+
+    def _record_world(self, topic: str, payload: bytes) -> None:
+        if topic == "events":
+            event = json.loads(payload)
+            self._recorder.event(event, payload, nanoseconds_of(event["stamp"]))
+        elif topic == "clock":
+            clock = Clock.model_validate_json(payload)
+            self._recorder.sample(Sampled(Topic.CLOCK, "", clock), clock.clock.to_nanoseconds())
+
+    def _record_goals(self, robot: str, action: str, verb: Verb, message: dict[str, Any]) -> None:
+        if verb is Verb.FEEDBACK and action in actions():
+            self._recorder.feedback(FeedbackSent(robot, action, message["goal_id"], message["feedback"]))
+        elif verb is Verb.STATUS:
+            self._recorder.status(StatusChanged(robot, action, tuple(map(_entry, message["status_list"]))))
+
+
+def _entry(goal: Mapping[str, Any]) -> GoalEntry:
+    info = goal["goal_info"]
+    return GoalEntry(info["goal_id"], nanoseconds_of(info["stamp"]), GoalStatus(goal["status"]))

@@ -1,0 +1,132 @@
+"""A world and what is in it as markers: pictures for RViz and Foxglove.
+
+All is in the frame ``map``, robots and what they carry in the robots' own. In a world in pixels 1 px is 1 m there, and
+y points down; ``map`` is upside down in a further frame ``world`` then, so that one can look at it as at the page.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.interfaces.visualization_msgs import Marker
+from hmrsim.world.model import Solid, World
+from hmrsim_zenoh.recording.marking import MAP, Marking, colour_of_type
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+_WORLD: Final = "world"
+
+_UNIT: Final = {"m": 1.0, "px": 40.0}
+"""What is a metre about, in the world's unit: for what has no size."""
+
+_DOORS: Final = {"door_opening": "opening", "door_opened": "open", "door_closed": "closed"}
+"""The states that events tell of doors."""
+
+
+def looked_at_from_above(units: str) -> dict[str, str]:
+    """Return what is to be known of the frames of a world in these units."""
+    if units == "m":
+        return {"frames": f"{MAP}, in metres, y up"}
+    return {"frames": f"{MAP}, 1 px as 1 m, y down; {_WORLD}, in which {MAP} is upside down: look at it from above"}
+
+
+class Pictures:
+    """Makes markers; what moves but rarely apart from what changes often."""
+
+    def __init__(self) -> None:
+        self._world = World()
+        self._robots: list[Mapping[str, Any]] = []
+        self._items: dict[str, dict[str, Any]] = {}
+        self._doors: dict[str, str] = {}
+        self._closed: dict[tuple[str, str], str] = {}
+
+    def load(self, definition: Mapping[str, Any]) -> None:
+        """Show another world."""
+        self._world = World.model_validate(definition)
+
+    def follow(self, scene: Mapping[str, Any]) -> None:
+        """Show what a scene says."""
+        self._robots = scene["robots"]
+        self._items = {item["name"]: dict(item) for item in scene["items"]}
+        doors = (fixture for fixture in scene["fixtures"] if fixture["kind"] == "door")
+        self._doors = {door["name"]: "open" if "open" in door["tags"] else "closed" for door in doors}
+        self._closed = {(lane["lane"][0], lane["lane"][1]): lane["why"] for lane in scene["closed_lanes"]}
+
+    def change(self, event: Mapping[str, Any]) -> bool:
+        """Show what has happened; return whether that makes a difference to `things`."""
+        match event:
+            case {"kind": "picked", "robot": str(robot), "item": str(name)} if name in self._items:
+                self._items[name]["carrier"] = robot
+            case {"kind": "placed" | "dropped", "item": str(name), "at": at} if name in self._items:
+                self._items[name].update(carrier=None, at=at)
+            case {"kind": str(kind), "door": str(door)} if kind in _DOORS and self._doors.get(door) != _DOORS[kind]:
+                self._doors[door] = _DOORS[kind]
+            case {"kind": "lane_closed", "lane": [a, b], **more}:
+                self._closed[a, b] = more.get("why", "")
+            case {"kind": "lane_opened", "lane": [a, b]}:
+                self._closed.pop((a, b), None)
+            case _:
+                return False
+        return True
+
+    def frames(self, time: int) -> dict[str, Any] | None:
+        """Return how the frames lie in each other that don't move; None if there is only one."""
+        if self._world.units == "m":
+            return None
+        return Marking(time).upside_down(_WORLD, MAP)
+
+    def markers(self, time: int) -> dict[str, Any]:
+        """Return what stands, and the robots' bodies."""
+        marking = self._marking(time)
+        self._draw_ground(marking)
+        for name, place in self._world.places.items():
+            marking.at("places", Marker.SPHERE, place.at, 0.15, "place")
+            marking.text("places", name, place.at)
+        for name, dock in self._world.docks.items():
+            at = self._world.dock_point(name)
+            marking.at("docks", Marker.CUBE, at, 0.5, "charger" if dock.charges else "dock", z=-0.25)
+            marking.text("docks", name, at)
+        for name, lift in self._world.lifts.items():
+            for stop in lift.stops:
+                marking.at("lifts", Marker.CUBE, self._world.point(stop), 0.8, "lift", z=-0.4)
+                marking.text("lifts", name, self._world.point(stop))
+        types = [*self._world.robot_types]
+        for robot in self._robots:
+            self._draw_robot(marking, robot, colour_of_type(types, robot["type"]))
+        return marking.array()
+
+    def things(self, time: int) -> dict[str, Any]:
+        """Return what changes: items, doors, closed lanes."""
+        marking = self._marking(time)
+        for name, item in self._items.items():
+            carrier = item["carrier"]
+            at, frame = ((0.0, 0.0), f"{carrier}/base_link") if carrier else (item["at"], MAP)
+            marking.at("items", Marker.SPHERE, at, 0.25, "item", z=0.5 if carrier else 0.1, frame=frame)
+            if not carrier:
+                marking.text("items", name, at)
+        for name, door in self._world.doors.items():
+            shut = self._doors.get(name, "closed") != "open"
+            marking.lines("doors", [door.at], 0.12, "door", alpha=1.0 if shut else 0.25, z=0.1)
+        points = self._world.points
+        closed = [(points[a], points[b]) for a, b in self._closed if a in points and b in points]
+        marking.lines("closed lanes", closed, 0.12, "lane_closed", z=0.05)
+        return marking.array()
+
+    def _marking(self, time: int) -> Marking:
+        units = self._world.units
+        return Marking(time, unit=_UNIT[units], up=1.0 if units == "m" else -1.0)
+
+    def _draw_ground(self, marking: Marking) -> None:
+        points = self._world.points
+        marking.lines("lanes", [(points[lane.from_], points[lane.to]) for lane in self._world.lanes], 0.04, "lane")
+        walls = [wall.solid + wall.solid[:1] if isinstance(wall, Solid) else wall for wall in self._world.walls]
+        marking.lines("walls", walls, 0.1, "wall", z=0.1)
+
+    def _draw_robot(self, marking: Marking, robot: Mapping[str, Any], painted: Mapping[str, float]) -> None:
+        frame = f"{robot['name']}/base_link"
+        across = 2 * robot["radius"] / marking.unit if robot["radius"] else 0.6
+        centre = (0.0, 0.0)
+        marking.at("robots", Marker.CYLINDER, centre, across, painted, z=0.1, high=0.2, frame=frame)
+        marking.at("robots", Marker.ARROW, centre, across * 0.7, "robot_outline", z=0.25, high=0.1, frame=frame)
+        marking.text("robots", robot["name"], centre, z=0.6, frame=frame)

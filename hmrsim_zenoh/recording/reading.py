@@ -1,0 +1,191 @@
+"""Reading a recording, also one that ends in the middle."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, Final
+
+from mcap.records import Channel, Chunk, Footer, Message, Schema
+
+from hmrsim.errors import RecordingError
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.interfaces.sensor_msgs import BatteryState
+from hmrsim_zenoh.keys import TREE
+from hmrsim_zenoh.recording.chunks import Piece, records, unpacked
+from hmrsim_zenoh.recording.recorder import EVENTS, INFO, SCENE, WORLD
+from hmrsim_zenoh.ros2.codec.cdr import CdrError
+from hmrsim_zenoh.ros2.codec.types import message_type
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+_OURS: Final = (EVENTS, SCENE, INFO, WORLD)
+_BATTERY: Final = "battery_state"
+
+
+class Recording:
+    """A recording, read anew from its file each time that something is asked of it.
+
+    Args:
+        path: Where it is.
+
+    Attributes:
+        path: Where it is.
+        world: The world in the beginning, as a native file has it.
+        info: What the simulator said of itself, as on ``_world/info``.
+        begin: The time of the first message, in nanoseconds of the recording's time: simulated time that goes on where
+            it began anew.
+        end: The time of the last message.
+        truncated: Whether its end is missing, or something in it is damaged as far as it has been read.
+
+    Raises:
+        RecordingError: It is none of ours.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.begin = self.end = 0
+        self.truncated = True
+        self._look_over()
+        found = self._first_of((WORLD, INFO))
+        self.world, self.info = found[WORLD], found[INFO]
+
+    @property
+    def name(self) -> str:
+        """The name of its file."""
+        return self.path.name
+
+    def events(self) -> Iterator[dict[str, Any]]:
+        """Yield all events as on ``_world/events``, in order.
+
+        Raises:
+            RecordingError: One can't be read.
+        """
+        for topic, time, data in self._messages(lambda topic: topic == EVENTS):
+            yield self._event(topic, time, data)
+
+    def samples(self) -> Iterator[tuple[int, str, dict[str, Any]]]:
+        """Yield time, key and payload of what the page needs, in order: events, scenes, worlds, batteries, trees.
+
+        Raises:
+            RecordingError: A message can't be read.
+        """
+        decode = message_type(BatteryState).decode
+        for topic, time, data in self._messages(_is_for_the_page):
+            key = topic.removeprefix("/")
+            if topic == EVENTS:
+                yield time, key, self._event(topic, time, data)
+            elif not topic.endswith(f"/{_BATTERY}"):
+                yield time, key, self._json(topic, time, data)
+            else:
+                try:
+                    yield time, key, decode(data)
+                except CdrError as error:
+                    raise RecordingError(f"{self.path}: {topic} at {time / NANOSECONDS:.3f} s: {error}") from None
+
+    def _look_over(self) -> None:
+        """Look where it begins and ends, and whether it is complete and ours, without unpacking anything.
+
+        Raises:
+            RecordingError: It can't be read, or is none of ours.
+        """
+        times: list[int] = []
+        topics: set[str] = set()
+        for record in self._records():
+            match record:
+                case Chunk():
+                    times += (record.message_start_time, record.message_end_time)
+                    topics.clear()
+                case Message():
+                    times.append(record.log_time)
+                    topics.clear()
+                case Channel():
+                    topics.add(record.topic)
+                case Footer():
+                    self.truncated = False
+            times = [min(times), max(times)] if times else []
+        if times:
+            self.begin, self.end = times
+        # Those after the last message are those of the index, which names all.
+        if not self.truncated and topics and EVENTS not in topics:
+            raise self._not_ours(EVENTS)
+
+    def _first_of(self, topics: tuple[str, ...]) -> dict[str, dict[str, Any]]:
+        """Return the first message of each of some topics.
+
+        Raises:
+            RecordingError: There is none.
+        """
+        found: dict[str, dict[str, Any]] = {}
+        for topic, time, data in self._messages(lambda topic: topic in topics):
+            found.setdefault(topic, self._json(topic, time, data))
+            if len(found) == len(topics):
+                return found
+        raise self._not_ours(next(topic for topic in topics if topic not in found))
+
+    def _messages(self, wanted: Callable[[str], bool]) -> Iterator[tuple[str, int, bytes]]:
+        """Yield topic, time and bytes of the messages on some topics; what is damaged is left out."""
+        topics: dict[int, str] = {}
+        for piece in self._pieces():
+            if isinstance(piece, Piece):
+                if piece.channel in topics:
+                    yield topics[piece.channel], piece.time, piece.data
+            elif isinstance(piece, Channel) and wanted(piece.topic):
+                topics[piece.id] = piece.topic
+
+    def _pieces(self) -> Iterator[Piece | Channel | Schema]:
+        for record in self._records():
+            match record:
+                case Chunk():
+                    try:
+                        yield from unpacked(record)
+                    except ValueError:
+                        self.truncated = True
+                case Message():
+                    yield Piece(record.channel_id, record.log_time, record.data)
+                case Channel() | Schema():
+                    yield record
+
+    def _records(self) -> Iterator[Any]:
+        try:
+            with self.path.open("rb") as file:
+                yield from records(file, self.path.stat().st_size)
+        except OSError as error:
+            raise RecordingError(f"{self.path}: can't be read: {(error.strerror or str(error)).lower()}") from None
+        except ValueError:
+            raise RecordingError(f"{self.path}: no recording: it is no MCAP file") from None
+
+    def _event(self, topic: str, time: int, data: bytes) -> dict[str, Any]:
+        match event := self._json(topic, time, data):
+            case {"kind": str(), "stamp": {"sec": int(), "nanosec": int()}}:
+                return event
+        raise RecordingError(f"{self.path}: {topic} at {time / NANOSECONDS:.3f} s: no event")
+
+    def _json(self, topic: str, time: int, data: bytes) -> dict[str, Any]:
+        try:
+            value = json.loads(data)
+        except (ValueError, RecursionError):
+            value = None
+        if not isinstance(value, dict):
+            raise RecordingError(f"{self.path}: {topic} at {time / NANOSECONDS:.3f} s: no JSON object")
+        return value
+
+    def _not_ours(self, topic: str) -> RecordingError:
+        return RecordingError(
+            f"{self.path}: no recording of hmrsim's: nothing is on {topic}; "
+            "make one with `hmrsim run WORLD --record FILE.mcap` or `hmrsim record FILE.mcap`"
+        )
+
+
+def open_recording(path: Path) -> Recording:
+    """Return a recording.
+
+    Raises:
+        RecordingError: There is none, or it is none of ours.
+    """
+    return Recording(path)
+
+
+def _is_for_the_page(topic: str) -> bool:
+    return topic in _OURS or topic.endswith((f"/{_BATTERY}", f"/{TREE}"))

@@ -1,0 +1,213 @@
+"""What is recorded of a simulation, wherever it is heard of: messages of ROS 2, and the JSON of the wire."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from hmrsim import CONTRACT, __version__
+from hmrsim.actions import registry as actions
+from hmrsim.interfaces.action_msgs import GoalStatusArray
+from hmrsim.interfaces.builtin_interfaces import values_of
+from hmrsim.interfaces.nav_msgs import Odometry
+from hmrsim.interfaces.rcl_interfaces import Log
+from hmrsim.interfaces.tf2_msgs import TFMessage
+from hmrsim.interfaces.visualization_msgs import MarkerArray
+from hmrsim_zenoh.encoding import dump
+from hmrsim_zenoh.recording import schemas
+from hmrsim_zenoh.recording.pictures import Pictures, looked_at_from_above
+from hmrsim_zenoh.recording.timeline import Timeline, nanoseconds_of
+from hmrsim_zenoh.recording.writing import Schema
+from hmrsim_zenoh.ros2.codec.definitions import definition
+from hmrsim_zenoh.ros2.codec.types import action_types, message_type
+from hmrsim_zenoh.ros2.publishing.statuses import Statuses
+from hmrsim_zenoh.ros2.publishing.topics import tf_of_all
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from hmrsim.gateway import FeedbackSent, Sampled, StatusChanged
+    from hmrsim.interfaces.message import Message
+    from hmrsim_zenoh.recording.writing import RecordingFile
+    from hmrsim_zenoh.ros2.codec.types import MessageType
+
+EVENTS, SCENE, INFO, WORLD = "/_world/events", "/_world/scene", "/_world/info", "/_world/world"
+MARKERS, THINGS = "/world/markers", "/world/things"
+
+_MAKES_SCENE_STALE: Final = frozenset({"reset", "world_loaded", "spawned", "deleted", "teleported"})
+"""What changes so much that everything is to be told anew."""
+_MAKES_WORLD_STALE: Final = frozenset({"world_loaded"})
+
+_LATCHED: Final = frozenset({MARKERS, THINGS, "/tf_static"})
+_LATCHED_PROFILE: Final = """\
+- history: keep_last
+  depth: 1
+  reliability: reliable
+  durability: transient_local
+"""
+"""How rosbag2 says that whoever comes later gets the last message, too."""
+
+
+class Told(NamedTuple):
+    """What people are told of an event.
+
+    Attributes:
+        level: How grave it is, as `Log` has it.
+        name: Of whom.
+        text: What.
+    """
+
+    level: int
+    name: str
+    text: str
+
+
+class Recorder:
+    """Writes what it is told; times of the simulation become the recording's, which never go back.
+
+    Args:
+        file: Where to.
+        words: What people are told of an event, given its fields; None for nothing.
+
+    Attributes:
+        stale: Whether `scene` is to be told anew.
+        world_stale: Whether `world` and `info` are, too.
+        time: The recording's time.
+    """
+
+    def __init__(self, file: RecordingFile, words: Callable[[Mapping[str, Any]], Told | None]) -> None:
+        self._file = file
+        self._words = words
+        self._pictures = Pictures()
+        self._statuses: dict[tuple[str, str], Statuses] = {}
+        self._channels: dict[str, tuple[int, MessageType]] = {}
+        self._json: dict[str, int] = {}
+        self.time = Timeline()
+        self.stale = self.world_stale = False
+
+    def begin(self, definition: Mapping[str, Any], info: Mapping[str, Any], scene: dict[str, Any], **more: str) -> None:
+        """Write what is there in the beginning; *more* is to be known of the recording."""
+        world = info["world"]
+        about = {
+            "hmrsim": __version__,
+            "contract": str(CONTRACT),
+            "world": str(world["name"]),
+            "world_hash": str(world["hash"]),
+            "units": str(world["units"]),
+            **looked_at_from_above(world["units"]),
+            **more,
+        }
+        self._file.describe("hmrsim", about)
+        self._file.attach("world.json", "application/json", json.dumps(definition).encode())
+        # Whoever looks for events knows at once that they are here.
+        self._json_channel(EVENTS, schemas.EVENT)
+        self.tell_anew(definition, info, scene)
+
+    def tell_anew(self, definition: Mapping[str, Any], info: Mapping[str, Any], scene: dict[str, Any]) -> None:
+        """Write another world, or one that began anew elsewhere, with what is there now."""
+        self.world_stale = False
+        self.time.at(nanoseconds_of(scene["stamp"]))
+        self._add_json(WORLD, schemas.world, definition)
+        self._add_json(INFO, schemas.INFO, info)
+        self._pictures.load(definition)
+        if static := self._pictures.frames(self.time.now):
+            self._add("/tf_static", TFMessage, static)
+        self.scene(scene)
+
+    def scene(self, scene: dict[str, Any]) -> None:
+        """Write all that is there now."""
+        self.stale = False
+        self.time.at(nanoseconds_of(scene["stamp"]))
+        shifted = self.time.scene(scene)
+        self._add_json(SCENE, schemas.SCENE, shifted)
+        self._pictures.follow(shifted)
+        self._add(MARKERS, MarkerArray, self._pictures.markers(self.time.now))
+        self._add(THINGS, MarkerArray, self._pictures.things(self.time.now))
+
+    def event(self, fields: Mapping[str, Any], payload: bytes, nanoseconds: int) -> None:
+        """Write something that happened, and what people are told of it.
+
+        Args:
+            fields: What it is; a result may be a message.
+            payload: The same, as on the wire.
+            nanoseconds: When, in simulated time.
+        """
+        time = self.time.at(nanoseconds)
+        if self.time.offset:
+            payload = dump({**json.loads(payload), "stamp": values_of(time)})
+        self._file.add(self._json_channel(EVENTS, schemas.EVENT), time, payload)
+        kind = fields["kind"]
+        self.stale |= kind in _MAKES_SCENE_STALE
+        self.world_stale |= kind in _MAKES_WORLD_STALE
+        told = self._words(fields)
+        if told is not None:
+            self.log(told)
+        if self._pictures.change(fields):
+            self._add(THINGS, MarkerArray, self._pictures.things(time))
+
+    def log(self, told: Told) -> None:
+        """Write what people are told now."""
+        line = {"stamp": values_of(self.time.now), "level": told.level, "name": told.name, "msg": told.text}
+        self._add("/rosout", Log, {**line, "file": "", "function": "", "line": 0})
+
+    def sample(self, sample: Sampled, nanoseconds: int) -> None:
+        """Write the latest of a topic."""
+        self.time.at(nanoseconds)
+        message = self.time.message(sample.message)
+        topic = sample.topic.value
+        self._add(f"/{sample.robot}/{topic}" if sample.robot else f"/{topic}", type(message), message)
+        if isinstance(message, Odometry):
+            self._add("/tf", TFMessage, tf_of_all(message))
+
+    def status(self, event: StatusChanged) -> None:
+        """Write how the goals of an action are, at the time of what was told last."""
+        topic = f"/{event.robot}/{event.action}/_action/status"
+        channel, type_ = self._channel(topic, GoalStatusArray)
+        statuses = self._statuses.get((event.robot, event.action))
+        if statuses is None:
+            statuses = self._statuses[event.robot, event.action] = Statuses(type_)
+        goals = event.goals
+        if offset := self.time.offset:
+            goals = tuple(goal._replace(stamp=goal.stamp + offset) for goal in goals)
+        self._file.add(channel, self.time.now, statuses.encode(goals))
+
+    def feedback(self, event: FeedbackSent, nanoseconds: int | None = None) -> None:
+        """Write how a goal is doing; at the time of what was told last, if no other is known."""
+        if nanoseconds is not None:
+            self.time.at(nanoseconds)
+        topic = f"/{event.robot}/{event.action}/_action/feedback"
+        known = self._channels.get(topic)
+        if known is None:
+            action = actions()[event.action]
+            type_ = action_types(action, ("kilted",))[0].feedback
+            known = self._opened(topic, type_, action.feedback)
+        goal_id = {"uuid": bytes.fromhex(event.goal_id)}
+        self._file.add(known[0], self.time.now, known[1].encode({"goal_id": goal_id, "feedback": event.feedback}))
+
+    def tree(self, robot: str, state: Mapping[str, Any]) -> None:
+        """Write the state of a robot's behaviour tree, at the time of what was told last."""
+        self._add_json(f"/{robot}/_tree", schemas.tree, state)
+
+    def _add(self, topic: str, cls: type[Message], values: Message | Mapping[str, Any]) -> None:
+        channel, type_ = self._channel(topic, cls)
+        self._file.add(channel, self.time.now, type_.encode(values))
+
+    def _channel(self, topic: str, cls: type[Message]) -> tuple[int, MessageType]:
+        return self._channels.get(topic) or self._opened(topic, message_type(cls), cls)
+
+    def _opened(self, topic: str, type_: MessageType, cls: type[Message]) -> tuple[int, MessageType]:
+        schema = Schema(type_.name, "ros2msg", definition(type_.structure, cls), "cdr")
+        about = {"topic_type_hash": type_.hash}
+        if topic in _LATCHED or topic.endswith("/_action/status"):
+            about["offered_qos_profiles"] = _LATCHED_PROFILE
+        opened = self._channels[topic] = self._file.channel(topic, schema, about), type_
+        return opened
+
+    def _add_json(self, topic: str, schema: Schema | Callable[[], Schema], values: Mapping[str, Any]) -> None:
+        self._file.add(self._json_channel(topic, schema), self.time.now, dump(values))
+
+    def _json_channel(self, topic: str, schema: Schema | Callable[[], Schema]) -> int:
+        number = self._json.get(topic)
+        if number is None:
+            number = self._json[topic] = self._file.channel(topic, schema if isinstance(schema, Schema) else schema())
+        return number

@@ -1,0 +1,92 @@
+"""Recording a simulation from inside of its process."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.gateway import FeedbackSent, GoalChanged, Happened, Sampled, StatusChanged, Topic
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.scene import scene
+from hmrsim.sim_time import stamp
+from hmrsim.world.writing import native_data
+from hmrsim_zenoh import encoding
+from hmrsim_zenoh.description import Description
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim.gateway import Event
+    from hmrsim.participation import TimeState
+    from hmrsim.simulator import Simulator
+    from hmrsim_zenoh.recording.recorder import Recorder
+
+_HEARD: Final = frozenset(Topic) - {Topic.TIME}
+
+
+class RecordingSink:
+    """Records what happens, all of it: nothing is thinned out.
+
+    Args:
+        simulator: A simulator that has not begun.
+        recorder: What writes it down.
+        time: Tells how time moves.
+        clock_rate: Samples of the clock a simulated second.
+    """
+
+    def __init__(
+        self, simulator: Simulator, recorder: Recorder, time: Callable[[], TimeState], *, clock_rate: float
+    ) -> None:
+        self._simulator = simulator
+        self._recorder = recorder
+        self._description = Description(simulator, time)
+        self._period = round(NANOSECONDS / clock_rate)
+        self._clock = -1
+        recorder.begin(*self._now(), seed=str(simulator.seed))
+        simulator.attach(self)
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether it takes a topic."""
+        return topic in _HEARD
+
+    def emit(self, event: Event) -> None:
+        """Write an event."""
+        match event:
+            case Sampled():
+                self._sample(event)
+            case GoalChanged():
+                self._recorder.event({**event._asdict(), "kind": "status"}, encoding.happened(event), event.stamp)
+            case Happened():
+                fields = {"kind": event.kind, **event.fields}
+                self._recorder.event(fields, encoding.happened(event), event.stamp)
+            case StatusChanged():
+                self._recorder.status(event)
+            case FeedbackSent():
+                self._recorder.feedback(event, stamp(self._simulator.now))
+
+    def close(self) -> None:
+        """Write what is still to be told."""
+        self._settle()
+
+    def _sample(self, event: Sampled) -> None:
+        now = stamp(self._simulator.now)
+        if event.topic is not Topic.CLOCK:
+            self._recorder.sample(event, now)
+            return
+        # The time is told also whenever it stands still, which depends on when who controls the robots answers.
+        if now % self._period == 0 and now != self._clock:
+            self._clock = now
+            self._recorder.sample(event, now)
+        self._settle()
+
+    def _settle(self) -> None:
+        """Tell anew what has changed too much; when nothing else is being done."""
+        if self._recorder.world_stale:
+            self._description.forget()
+            self._recorder.tell_anew(*self._now())
+        elif self._recorder.stale:
+            self._recorder.scene(scene(self._simulator))
+
+    def _now(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+        simulator = self._simulator
+        return native_data(simulator.world), json.loads(self._description.info()), scene(simulator)

@@ -1,0 +1,86 @@
+"""The time of a recording: simulated time, that goes on where it begins anew."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time, values_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.interfaces.message import Message
+
+
+_JITTER: Final = 1_000_000
+"""Nanoseconds by which time may go back without having begun anew."""
+
+
+class Timeline:
+    """Says where in the recording an instant is: later than all before, though the simulation was reset.
+
+    Attributes:
+        offset: Nanoseconds by which the recording's time is later than simulated time.
+        begin: The first time in the recording; 0 while there is none.
+        now: The latest.
+    """
+
+    def __init__(self) -> None:
+        self.offset = 0
+        self.begin = 0
+        self.now = 0
+
+    @property
+    def simulated(self) -> int:
+        """The simulated time of the latest."""
+        return self.now - self.offset
+
+    def at(self, nanoseconds: int) -> int:
+        """Return the time in the recording of what happens at an instant now."""
+        # As everywhere, the first instant is 1: ROS reads zero as "unset".
+        nanoseconds = max(1, nanoseconds)
+        if nanoseconds + self.offset < self.now - _JITTER:
+            self.offset = self.now - (nanoseconds if nanoseconds > 1 else 0)
+        self.now = max(self.now, nanoseconds + self.offset)
+        self.begin = self.begin or self.now
+        return self.now
+
+    def seconds(self, simulated: float) -> float:
+        """Return the time of an instant in seconds."""
+        return simulated + self.offset / NANOSECONDS
+
+    def stamp(self, stamp: Mapping[str, int]) -> dict[str, int]:
+        """Return a stamp, as plain values."""
+        return values_of(nanoseconds_of(stamp) + self.offset)
+
+    def message(self, message: Message) -> Message:
+        """Return a message with the stamp of its header, or its clock, in the recording's time."""
+        if not self.offset:
+            return message
+        if (clock := getattr(message, "clock", None)) is not None:
+            return message.model_copy(update={"clock": self._later(clock)})
+        header = getattr(message, "header", None)
+        if header is None:
+            return message
+        return message.model_copy(update={"header": header.model_copy(update={"stamp": self._later(header.stamp)})})
+
+    def scene(self, scene: dict[str, Any]) -> dict[str, Any]:
+        """Return a scene with all its times in the recording's."""
+        if not self.offset:
+            return scene
+        return {**scene, "stamp": self.stamp(scene["stamp"]), "robots": [self._robot(each) for each in scene["robots"]]}
+
+    def _robot(self, robot: dict[str, Any]) -> dict[str, Any]:
+        motion = robot["motion"]
+        if motion:
+            motion = {**motion, "began": self.seconds(motion["began"])}
+        goals = [{**goal, "stamp": self.stamp(goal["stamp"])} for goal in robot["goals"]]
+        return {**robot, "motion": motion, "goals": goals}
+
+    def _later(self, time: Time) -> Time:
+        return Time.from_nanoseconds(time.to_nanoseconds() + self.offset)
+
+
+def nanoseconds_of(stamp: Mapping[str, int]) -> int:
+    """Return a stamp's nanoseconds."""
+    return stamp["sec"] * NANOSECONDS + stamp["nanosec"]

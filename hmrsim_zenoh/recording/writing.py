@@ -1,0 +1,201 @@
+"""An MCAP file that is written while things happen, and that can be read up to nearly its end after a crash."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import suppress
+from typing import IO, TYPE_CHECKING, Final, NamedTuple, Self
+
+from mcap.writer import Writer
+
+from hmrsim import __version__
+from hmrsim.errors import HmrsimError, RecordingError
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FLUSH_SECONDS: Final = 2.0
+"""Wall seconds after which what was written is in the file, at the latest."""
+_FLUSH_SIMULATED: Final = 5 * NANOSECONDS
+"""Likewise, in simulated time, where the file has to be the same in every run."""
+
+_JOIN_SECONDS: Final = 1.0
+
+
+class Schema(NamedTuple):
+    """What the messages of a channel are.
+
+    Attributes:
+        name: Their type.
+        encoding: What *text* is: ``ros2msg`` or ``jsonschema``.
+        text: The definition.
+        message_encoding: What their bytes are: ``cdr`` or ``json``.
+    """
+
+    name: str
+    encoding: str
+    text: str
+    message_encoding: str
+
+
+class RecordingFile:
+    """Writes messages in chunks that are complete, and in the file, a moment later; from one thread.
+
+    Args:
+        path: The file; what is there is overwritten.
+        reproducible: Whether the same messages have to make the same file: then chunks end by simulated time.
+
+    Attributes:
+        messages: How many were written.
+
+    Raises:
+        RecordingError: The file can't be opened.
+    """
+
+    def __init__(self, path: Path, *, reproducible: bool = False) -> None:
+        self._file = _opened(path)
+        self._reproducible = reproducible
+        self._writer = Writer(self._file)
+        self._lock = threading.Lock()
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
+        self._begun = 0
+        self._error: OSError | None = None
+        self._closed = threading.Event()
+        self.messages = 0
+        self._writer.start(profile="ros2", library=f"hmrsim {__version__}")
+        self._thread = threading.Thread(target=self._flush_regularly, name="hmrsim-recording", daemon=True)
+        if not reproducible:
+            self._thread.start()
+
+    def __enter__(self) -> Self:
+        """Return the file."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_error: object) -> None:
+        """Close it; what can't be written any more is passed over if something else went wrong before."""
+        with suppress(*([HmrsimError] if kind else [])):
+            self.close()
+
+    def channel(self, topic: str, schema: Schema, metadata: dict[str, str] | None = None) -> int:
+        """Return the number of a channel, made with the first call.
+
+        Raises:
+            HmrsimError: The file can't be written.
+        """
+        known = self._channels.get(topic)
+        if known is not None:
+            return known
+        with self._lock, _Failing(self):
+            if schema.name not in self._schemas:
+                self._schemas[schema.name] = self._writer.register_schema(
+                    schema.name, schema.encoding, schema.text.encode()
+                )
+            number = self._writer.register_channel(
+                topic, schema.message_encoding, self._schemas[schema.name], metadata or {}
+            )
+        self._channels[topic] = number
+        return number
+
+    def add(self, channel: int, time: int, data: bytes) -> None:
+        """Write a message of a channel; *time* in nanoseconds.
+
+        Raises:
+            HmrsimError: The file can't be written.
+        """
+        with self._lock, _Failing(self):
+            self._writer.add_message(channel, time, data, time)
+            self.messages += 1
+            if self._reproducible and time - self._begun >= _FLUSH_SIMULATED:
+                self._begun = time
+                self._writer.flush()  # type: ignore[no-untyped-call]
+
+    def describe(self, name: str, values: dict[str, str]) -> None:
+        """Write what is to be known of the recording itself.
+
+        Raises:
+            HmrsimError: The file can't be written.
+        """
+        with self._lock, _Failing(self):
+            self._writer.add_metadata(name, values)
+
+    def attach(self, name: str, media_type: str, data: bytes) -> None:
+        """Put a file into the recording.
+
+        Raises:
+            HmrsimError: The file can't be written.
+        """
+        with self._lock, _Failing(self):
+            self._writer.add_attachment(0, 0, name, media_type, data)
+
+    def close(self) -> None:
+        """Write the index, without which a reader has to look through all of the file.
+
+        Raises:
+            HmrsimError: The file can't be written.
+        """
+        if self._closed.is_set():
+            return
+        self._closed.set()
+        if self._thread.is_alive():
+            self._thread.join(_JOIN_SECONDS)
+        try:
+            with self._lock, _Failing(self):
+                self._writer.finish()  # type: ignore[no-untyped-call]
+                self._file.flush()
+        finally:
+            # Would try to write once more what could not be written.
+            with suppress(OSError):
+                self._file.close()
+
+    def _flush_regularly(self) -> None:
+        flushed = 0
+        while not self._closed.wait(FLUSH_SECONDS):
+            if self.messages == flushed or self._error:
+                continue
+            with self._lock:
+                flushed = self.messages
+                try:
+                    self._writer.flush()  # type: ignore[no-untyped-call]
+                except OSError as error:
+                    self._error = error
+
+    def check(self) -> None:
+        """Do nothing if all could be written.
+
+        Raises:
+            HmrsimError: It could not.
+        """
+        if self._error is not None:
+            raise HmrsimError(f"the recording can't be written: {_reason(self._error)}")
+
+    def failed(self, error: OSError) -> None:
+        """Take note that something could not be written."""
+        self._error = error
+
+
+class _Failing:
+    """Makes an error of a file one for people, also of what was found in the background."""
+
+    def __init__(self, file: RecordingFile) -> None:
+        self._file = file
+
+    def __enter__(self) -> None:
+        self._file.check()
+
+    def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
+        if isinstance(error, OSError):
+            self._file.failed(error)
+            raise HmrsimError(f"the recording can't be written: {_reason(error)}") from None
+
+
+def _opened(path: Path) -> IO[bytes]:
+    try:
+        return path.open("wb")
+    except OSError as error:
+        raise RecordingError(f"{path}: can't be written: {_reason(error)}") from None
+
+
+def _reason(error: OSError) -> str:
+    return (error.strerror or str(error)).lower()

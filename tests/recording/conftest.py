@@ -1,0 +1,66 @@
+"""Recordings of the small world, and processes that make some."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from hmrsim.cli.rosout import told
+from hmrsim.participation import TimeState
+from hmrsim_zenoh.recording.recorder import Recorder
+from hmrsim_zenoh.recording.sink import RecordingSink
+from hmrsim_zenoh.recording.writing import RecordingFile
+from tests.simulation import simulate
+
+STATE = TimeState(0.0, "realtime", 1.0, False, 0, (), (), 0.0)
+
+
+@pytest.fixture(autouse=True)
+def _own_settings(monkeypatch):
+    """Keep the settings of whoever runs the tests away."""
+    for name in list(os.environ):
+        if name.startswith("HMRSIM_"):
+            monkeypatch.delenv(name)
+
+
+@pytest.fixture
+def record(tmp_path):
+    """Return the function that records commands, each with its time, and returns the file."""
+
+    def run(*commands, until=10.0, world=None, path=None, services=()):
+        path = path or tmp_path / "run.mcap"
+        simulated = simulate(world)
+        with RecordingFile(path, reproducible=True) as file:
+            sink = RecordingSink(simulated.simulator, Recorder(file, told), lambda: STATE, clock_rate=10.0)
+            simulated(*commands, until=until)
+            for service, request, later in services:
+                simulated.ask(service, request)
+                simulated.simulator.advance(later)
+            sink.close()
+        return path
+
+    return run
+
+
+@pytest.fixture
+def start():
+    """Return the function that starts hmrsim as a process; what still runs at the end of the test is killed."""
+    started = []
+
+    def run(*arguments):
+        process = subprocess.Popen(
+            [sys.executable, "-m", "hmrsim.cli", *map(str, arguments)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        started.append(process)
+        return process
+
+    yield run
+    for process in started:
+        with process:
+            process.kill()
