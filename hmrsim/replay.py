@@ -108,16 +108,17 @@ class _Line(BaseModel):
     by: str = ""
 
 
-def replay(lines: Iterable[str]) -> Outcome:
+def replay(lines: Iterable[str], watch: Callable[[Simulator], object] | None = None) -> Outcome:
     """Run a trace again and compare.
 
     Args:
         lines: Those of the trace, with their ends. A last one without an end is half a line, and is left out.
+        watch: Given the simulation before it begins, so as to attach a sink; None if nobody else looks.
 
     Raises:
         TraceError: It is no trace, or one of another version.
     """
-    return _Replay(line[:-1] for line in lines if line.endswith("\n")).run()
+    return _Replay((line[:-1] for line in lines if line.endswith("\n")), watch).run()
 
 
 class _Replay:
@@ -125,9 +126,10 @@ class _Replay:
 
     Args:
         lines: Its lines, without their ends.
+        watch: Given the simulation before it begins.
     """
 
-    def __init__(self, lines: Iterator[str]) -> None:
+    def __init__(self, lines: Iterator[str], watch: Callable[[Simulator], object] | None) -> None:
         first = next(lines, "")
         self._lines = chain([first], lines)
         self._header = _header(first)
@@ -140,6 +142,8 @@ class _Replay:
         self._made: deque[str] = deque()
         self._trace = Trace(self._simulator, lambda text: self._made.extend(text.splitlines()), self._header)
         self._trace.flush()
+        if watch is not None:
+            watch(self._simulator)
         self._commands = 0
 
     def run(self) -> Outcome:

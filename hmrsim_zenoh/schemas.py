@@ -1,4 +1,4 @@
-"""Writes ``schemas/``: the JSON Schema of worlds, of every action's and service's messages, and of the envelopes.
+"""Writes ``schemas/``: the JSON Schema of worlds, of actions' and services' messages, of envelopes and of reports.
 
 Run as ``python -m hmrsim_zenoh.schemas [--check] [DIRECTORY]``; the files are generated and never edited.
 """
@@ -16,6 +16,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from hmrsim.actions import registry
+from hmrsim.report.model import Report
 from hmrsim.services import registry as services
 from hmrsim.world.schema import world_schema
 from hmrsim_zenoh import envelopes, time_requests
@@ -85,12 +86,17 @@ def tree_schema() -> dict[str, Any]:
     return {"$schema": _DIALECT, **TreeState.model_json_schema(mode="serialization")}
 
 
+def report_schema() -> dict[str, Any]:
+    """Return the schema of what ``hmrsim report --json`` prints."""
+    return {"$schema": _DIALECT, **Report.model_json_schema(mode="serialization")}
+
+
 def all_schemas() -> dict[str, dict[str, Any]]:
     """Return every schema by the name of its file below ``schemas/``."""
     actions = {f"actions/{name}.schema.json": action_schema(action) for name, action in registry().items()}
     asked = {f"services/{name}.schema.json": service_schema(service) for name, service in services().items()}
     shared = {"envelopes.schema.json": envelope_schema(), "time.schema.json": time_schema()}
-    shared["tree.schema.json"] = tree_schema()
+    shared |= {"tree.schema.json": tree_schema(), "report.schema.json": report_schema()}
     return {"world.schema.json": world_schema(), **shared, **actions, **asked}
 
 

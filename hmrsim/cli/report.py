@@ -1,0 +1,143 @@
+"""``hmrsim report``: what happened in a trace or a recording, as a page, as JSON or as tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.garbage import collect_rarely
+from hmrsim.cli.output import show, warn
+from hmrsim.cli.report_text import show_summary
+from hmrsim.errors import TraceError, printable
+from hmrsim.log_options import add_log_options, logging_to_stderr
+from hmrsim.report import of_recording, of_trace, report_of
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Iterator
+
+    from hmrsim.report import Report, Told
+
+_EXAMPLES: Final = """\
+A trace is run again, so that each motion is known; so it takes as long as `hmrsim replay`. Where this version can't
+run it again, the report is of what the trace says itself, and tells what is missing.
+
+exit codes: 0 done, also if goals failed; 2 it is no trace and no recording, or the output can't be written
+
+examples:
+  hmrsim simulate warehouse --trace run.jsonl && hmrsim report run.jsonl
+  hmrsim report run.jsonl -o report.html
+  hmrsim report shift.mcap -o report.html --csv tables
+  hmrsim report run.jsonl --json | jq '.robots[] | {name, waited, waited_for}'
+  python -c 'import pandas; print(pandas.read_csv("tables/goals.csv").groupby("action").duration.describe())'"""
+
+_MCAP: Final = b"\x89MCAP"
+_MOST_CHARACTERS: Final = 64 * 1024 * 1024
+"""No line is so long: a world is smaller, and all else is much smaller."""
+
+_STDOUT: Final = "-"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim report``."""
+    parser.description = (
+        "Say what happened in a run, of which there is a trace (--trace) or a recording (--record): how goals ended\n"
+        "and why, what each robot did, for whom it waited, how far it drove, where the lanes are full.\n"
+        "Without -o, --json or --csv a summary is printed."
+    )
+    parser.epilog = _EXAMPLES
+    parser.add_argument("file", type=Path, metavar="TRACE|MCAP", help="a file that --trace or --record has written")
+    parser.add_argument(
+        "-o", "--output", metavar="FILE", help="write a page of HTML that needs nothing else; - is the standard output"
+    )
+    parser.add_argument("--json", action="store_true", help="print all of it as one JSON object")
+    parser.add_argument(
+        "--csv", type=Path, metavar="DIR", help="write tables: goals.csv with a row a goal, robots.csv, waits.csv, …"
+    )
+    add_log_options(parser, default="error")
+    parser.set_defaults(function=_report)
+
+
+def _report(args: argparse.Namespace) -> int:
+    if args.json and args.output == _STDOUT:
+        raise WrongUse("hmrsim report: -o - and --json both want the standard output; give -o a file")
+    collect_rarely()
+    with logging_to_stderr(args):
+        told = _read(args.file)
+        report = report_of(told)
+    for note in report.source.notes:
+        warn(f"{args.file}: {printable(note)}")
+    if args.output is not None:
+        _write_page(args.output, report, told)
+    if args.csv is not None:
+        _write_tables(args.csv, report)
+    if args.json:
+        show(report.model_dump_json())
+    elif args.output is None and args.csv is None:
+        show_summary(report)
+    return ExitCode.DONE
+
+
+def _read(path: Path) -> Told:
+    """Return what a file tells.
+
+    Raises:
+        TraceError: It can't be read, or is neither a trace nor a recording.
+    """
+    try:
+        with path.open("rb") as file:
+            begins = file.read(len(_MCAP))
+        if begins == _MCAP:
+            return _recorded(path)
+        return of_trace(lambda: _lines(path))
+    except OSError as error:
+        raise TraceError(f"{path}: can't be read: {(error.strerror or str(error)).lower()}") from None
+    except UnicodeDecodeError:
+        raise TraceError(f"{path}: is no text, and so no trace") from None
+    except TraceError as error:
+        raise TraceError(f"{path}: {error}") from None
+
+
+def _lines(path: Path) -> Iterator[str]:
+    with path.open(encoding="utf-8", newline="\n") as file:
+        yield from iter(lambda: file.readline(_MOST_CHARACTERS), "")
+
+
+def _recorded(path: Path) -> Told:
+    # What reads them takes its time to load.
+    from hmrsim_zenoh.recording import open_recording  # noqa: PLC0415
+
+    return of_recording(open_recording(path))
+
+
+def _write_page(output: str, report: Report, told: Told) -> None:
+    from hmrsim.report.page import page_of  # noqa: PLC0415 - likewise
+
+    page = page_of(report, told.definition)
+    if output == _STDOUT:
+        show(page)
+    else:
+        _write(Path(output), page, "-o")
+
+
+def _write_tables(directory: Path, report: Report) -> None:
+    from hmrsim.report.tables import tables_of  # noqa: PLC0415 - likewise
+
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WrongUse(_unwritable("--csv", directory, error)) from None
+    for name, text in tables_of(report).items():
+        _write(directory / name, text, "--csv")
+
+
+def _write(path: Path, text: str, option: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise WrongUse(_unwritable(option, path, error)) from None
+
+
+def _unwritable(option: str, path: Path, error: OSError) -> str:
+    return f"hmrsim report: {option} {path}: can't be written: {(error.strerror or str(error)).lower()}"

@@ -1,0 +1,79 @@
+"""A report in a few lines, for a terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.cli.output import show
+from hmrsim.errors import printable
+from hmrsim.report.wording import UNKNOWN, amount, seconds, share, times
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rich.table import Table
+
+    from hmrsim.report import Report
+
+_MOST_ROBOTS: Final = 40
+_MOST_ERRORS: Final = 10
+_WIDTH: Final = 200
+"""Of a table that nobody reads on a terminal."""
+
+
+def show_summary(report: Report) -> None:
+    """Print what a person wants to know first."""
+    # Takes its time to load, which programs that read JSON need not wait for.
+    from rich.console import Console  # noqa: PLC0415
+
+    for line in _lines(report):
+        show(line)
+    if report.robots:
+        show("")
+        Console(width=None if Console().is_terminal else _WIDTH).print(_robots(report))
+        if len(report.robots) > _MOST_ROBOTS:
+            show(f"… and {len(report.robots) - _MOST_ROBOTS} more; see --json or --csv")
+    if report.errors:
+        show("")
+    for error in report.errors[:_MOST_ERRORS]:
+        code = error.error_name if error.error_code is None else f"{error.error_code} {error.error_name}".strip()
+        while_waiting = f"; it waited for {error.waited_for}" if error.waited_for else ""
+        said = (
+            f"{error.at:.1f} s  {error.robot} {error.action} {error.status}: {error.error_msg} ({code}){while_waiting}"
+        )
+        show(printable(said))
+    if len(report.errors) > _MOST_ERRORS:
+        show(f"… and {len(report.errors) - _MOST_ERRORS} more errors; see --json or --csv")
+
+
+def _lines(report: Report) -> Iterator[str]:
+    summary, unit = report.summary, report.world.units
+    robots = times(summary.robots, "robot")
+    seed = "" if report.world.seed is None else f", seed {report.world.seed}"
+    yield printable(f"{report.world.name}: {robots}, {summary.sim_time:.3f} simulated seconds{seed}")
+    ended = ", ".join(f"{count} {status}" for status, count in summary.by_status.items()) or "none"
+    rejected = f"; {summary.rejected} rejected" if summary.rejected else ""
+    rate = "" if summary.success_rate is None else f" ({share(summary.success_rate)} of those that ended succeeded)"
+    yield f"goals: {ended}{rate}{rejected}"
+    waited = f"waited {seconds(summary.waited)} in {times(summary.waits, 'wait')}"
+    yield f"driven {amount(summary.distance, unit)}, {waited}, {times(summary.reroutes, 'time')} replanned"
+    if summary.energy_used is not None:
+        yield f"energy used {amount(summary.energy_used)}, charged {amount(summary.energy_charged)}"
+    counts = {"deadlock": summary.deadlocks, "fault": summary.faults, "error": len(report.errors)}
+    yield ", ".join(times(count, what) for what, count in counts.items())
+
+
+def _robots(report: Report) -> Table:
+    from rich.table import Table  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    table = Table(box=None, pad_edge=False)
+    for heading in ("robot", "succeeded", "failed", "driven", "driving", "waiting", "idle", "waited", "mostly for"):
+        table.add_column(heading, justify="left" if heading in ("robot", "mostly for") else "right")
+    for robot in report.robots[:_MOST_ROBOTS]:
+        shares = [share(robot.share[state]) for state in ("driving", "waiting", "idle")]
+        waited = seconds(robot.waited + robot.queued) if robot.waits else UNKNOWN
+        mostly = Text(printable(next(iter(robot.waited_for), "")))
+        counts = str(robot.succeeded), str(robot.failed), amount(robot.distance, report.world.units)
+        table.add_row(Text(printable(robot.name)), *counts, *shares, waited, mostly)
+    return table

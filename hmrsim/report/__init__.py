@@ -1,0 +1,7 @@
+"""What happened in a run: read from a trace or a recording, told as a page, as JSON or as tables."""
+
+from hmrsim.report.compile import report_of
+from hmrsim.report.model import Report
+from hmrsim.report.reading import Told, of_recording, of_trace
+
+__all__ = ["Report", "Told", "of_recording", "of_trace", "report_of"]

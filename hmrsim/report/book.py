@@ -1,0 +1,172 @@
+"""The goals of a run, from what is told of each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.actions import registry
+from hmrsim.goal import GoalStatus
+from hmrsim.report.occurrence import text, whole
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from hmrsim.geometry import Point
+    from hmrsim.interfaces.message import Message
+    from hmrsim.report.occurrence import Occurrence
+    from hmrsim.report.track import Standing
+
+_MOST: Final = 80
+"""Characters of what was asked for."""
+
+
+@dataclass(slots=True, eq=False)
+class Pursuit:
+    """One goal, as far as it has come; times in nanoseconds."""
+
+    robot: str
+    action: str
+    goal_id: str
+    accepted: int
+    asked: Any = None
+    status: GoalStatus = GoalStatus.ACCEPTED
+    ended: int | None = None
+    error_code: int | None = None
+    error_msg: str = ""
+    distance: float = 0.0
+    waited: int = 0
+    waits: int = 0
+    reroutes: int = 0
+    deadlock: bool = False
+    waiting: Standing | None = None
+    holds_base: bool = True
+    faults: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class Book:
+    """All goals, in order of acceptance, and those that were rejected."""
+
+    goals: list[Pursuit] = field(default_factory=list)
+    rejected: list[tuple[int, Mapping[str, Any]]] = field(default_factory=list)
+    _asked: dict[tuple[str, str], Any] = field(default_factory=dict)
+    _known: dict[str, Pursuit] = field(default_factory=dict)
+
+    def ask_of(self, event: Occurrence) -> None:
+        """Take note of what is asked for by an event or a command, if it is a goal's."""
+        if event.fields.get("command", "send_goal") == "send_goal":
+            self.ask(event.fields)
+
+    def ask(self, fields: Mapping[str, Any]) -> None:
+        """Take note of what is asked for by the goal that is going to be accepted next."""
+        self._asked[text(fields, "robot"), text(fields, "action")] = fields.get("goal")
+
+    def change(self, event: Occurrence) -> Pursuit:
+        """Take note of the status of a goal, and return the goal."""
+        fields = event.fields
+        robot, action = text(fields, "robot"), text(fields, "action")
+        status = GoalStatus(whole(fields, "status"))
+        goal_id = text(fields, "goal_id")
+        goal = self._known.get(goal_id)
+        if goal is None or (goal.ended is not None and not status.terminal):
+            known = registry().get(action)
+            goal = Pursuit(robot, action, goal_id, event.at, holds_base=known is None or known.holds_base)
+            goal.asked = self._asked.pop((robot, action), None)
+            self.goals.append(goal)
+            self._known[goal_id] = goal
+        goal.status = status
+        if status.terminal:
+            goal.ended = event.at
+            goal.error_code, goal.error_msg = error_in(fields.get("result"))
+        return goal
+
+
+def error_in(result: Any) -> tuple[int | None, str]:
+    """Return code and text of a result's error, in Nav2's fields, MoveIt's or the simulation's."""
+    if not isinstance(result, dict):
+        return None, ""
+    code, outcome = result.get("error_code", 0), result.get("result")
+    said = result.get("error_msg") or ""
+    if isinstance(code, dict):
+        code, said = code.get("val", 0), said or code.get("message", "")
+    elif isinstance(outcome, dict):
+        code, said = outcome.get("result", 0), said or outcome.get("error_message", "")
+    return (code if isinstance(code, int) else None), said if isinstance(said, str) else ""
+
+
+@cache
+def name_of(action: str, code: int | None) -> str:
+    """Return what an action calls an error code, or another one whose code it hands on; empty if none does."""
+    known = registry().get(action)
+    if known is None or not code:
+        return ""
+    others = [other for name, other in sorted(registry().items()) if name != action]
+    return next(filter(None, (_named(each.result, code) for each in (known, *others))), "")
+
+
+def _named(result: type[Message], code: int) -> str:
+    fields = [each.annotation for each in result.model_fields.values()]
+    for kind in (result, *(each for each in fields if isinstance(each, type))):
+        names: list[str] = sorted(vars(kind))
+        for name in names:
+            if name.isupper() and vars(kind)[name] == code:
+                return name
+    return ""
+
+
+def target_of(asked: Any) -> tuple[str, Point | None]:
+    """Return what a goal asks for in a few words, and the first point that it names."""
+    points = list(_points(asked, 0))
+    words = [f"({x:g}, {y:g})" for x, y in points[:3]] + list(_words(asked, 0))[:3]
+    said = ", ".join(words) + (f" and {len(points) - 3} more" if len(points) > 3 else "")  # noqa: PLR2004 - as above
+    return (said if len(said) <= _MOST else f"{said[:_MOST]}…"), points[0] if points else None
+
+
+_DEEPEST: Final = 8
+
+
+def _points(value: Any, depth: int) -> Iterator[Point]:
+    if depth > _DEEPEST:
+        return
+    if isinstance(value, dict):
+        at = value.get("position")
+        if isinstance(at, dict):
+            x, y = at.get("x", 0.0), at.get("y", 0.0)
+            if all(isinstance(each, (int, float)) and abs(each) < 1e300 for each in (x, y)):  # noqa: PLR2004
+                yield float(x), float(y)
+            return
+        for part in value.values():
+            yield from _points(part, depth + 1)
+    elif isinstance(value, list):
+        for part in value:
+            yield from _points(part, depth + 1)
+
+
+_UNSAID: Final = {"header", "position", "orientation", "stamp", "frame_id"}
+
+
+def _words(value: Any, depth: int, key: str = "") -> Iterator[str]:
+    if depth > _DEEPEST:
+        return
+    if isinstance(value, dict):
+        if value.keys() <= {"sec", "nanosec"} and value:
+            yield _seconds(value)
+            return
+        for name, part in value.items():
+            if name not in _UNSAID:
+                yield from _words(part, depth + 1, name)
+    elif isinstance(value, list):
+        for part in value:
+            yield from _words(part, depth + 1, key)
+    elif isinstance(value, str) and value:
+        yield value
+    elif isinstance(value, (int, float)) and value and not isinstance(value, bool):
+        yield f"{key} {value:g}" if abs(value) < 1e300 else key  # noqa: PLR2004
+
+
+def _seconds(value: Mapping[str, Any]) -> str:
+    sec, nanosec = value.get("sec", 0), value.get("nanosec", 0)
+    known = all(isinstance(each, int) and abs(each) < 2**63 for each in (sec, nanosec))
+    return f"{sec + nanosec / 1e9:g} s" if known else ""

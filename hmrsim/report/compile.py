@@ -1,0 +1,209 @@
+"""From the story of a run to its report: sums, shares and what belongs together."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.goal import GoalStatus
+from hmrsim.report import model
+from hmrsim.report.outcomes import errors_of, goal_of, throughput_of
+from hmrsim.report.places import fixtures_of, lanes_of, paths_of
+from hmrsim.report.quantities import as_text, in_seconds, length, rounded
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from hmrsim.report.book import Pursuit
+    from hmrsim.report.reading import Told
+    from hmrsim.report.story import Story
+    from hmrsim.report.track import Standing, Track
+    from hmrsim.report.troubles import Trouble
+
+_MOST_POINTS: Final = 300
+"""Of a battery's curve."""
+
+
+def report_of(told: Told) -> model.Report:
+    """Return the report of what was read; the story must have ended."""
+    story, source = told.story, told.source
+    goals = [goal_of(goal, exact=source.exact) for goal in story.book.goals]
+    robots = _robots(story, exact=source.exact)
+    waits = [_wait(standing) for standing in story.standings]
+    return model.Report(
+        source=source,
+        world=_world(told),
+        summary=_summary(story, robots, waits, exact=source.exact),
+        robots=tuple(robots),
+        goals=tuple(goals),
+        errors=tuple(errors_of(story)),
+        waits=tuple(waits),
+        states=tuple(_spans(story.tracks.values())),
+        faults=tuple(_fault(trouble) for trouble in story.troubles.all),
+        deadlocks=tuple(
+            model.Deadlock(at=in_seconds(at), robots=names, lanes=lanes) for at, names, lanes in story.deadlocks
+        ),
+        lanes=tuple(lanes_of(story)),
+        paths=tuple(paths_of(story)),
+        fixtures=tuple(fixtures_of(story)),
+        throughput=tuple(throughput_of(story)),
+        batteries={name: curve for name, track in sorted(story.tracks.items()) if (curve := _thinned(track.curve))},
+        events=dict(sorted(story.counts.items())),
+    )
+
+
+def _world(told: Told) -> model.World:
+    header, definition = told.header, told.definition
+    said = header.get("world")
+    named: Mapping[str, Any] = said if isinstance(said, dict) else {}
+    units = definition.get("units", "m")
+    return model.World(
+        name=as_text(named.get("name", definition.get("name", ""))),
+        hash=as_text(named.get("hash", "")),
+        units=units if isinstance(units, str) else "m",
+        seed=_whole(header.get("seed")),
+        hmrsim=as_text(header.get("hmrsim", header.get("version", ""))),
+        contract=_whole(header.get("contract")),
+    )
+
+
+def _whole(value: Any) -> int | None:
+    return value if isinstance(value, int) else None
+
+
+def _summary(story: Story, robots: list[model.Robot], waits: list[model.Wait], *, exact: bool) -> model.Summary:
+    goals = story.book.goals
+    statuses = Counter(goal.status.name for goal in goals)
+    actions: dict[str, Counter[str]] = defaultdict(Counter)
+    for goal in goals:
+        actions[goal.action][goal.status.name] += 1
+    ended = sum(statuses[status] for status in model.ENDED)
+    energy = [robot for robot in robots if robot.energy_used is not None]
+    return model.Summary(
+        sim_time=in_seconds(story.now - (story.began or 0)),
+        robots=len(robots),
+        goals=len(goals),
+        by_status=dict(sorted(statuses.items())),
+        by_action={name: dict(sorted(counts.items())) for name, counts in sorted(actions.items())},
+        rejected=len(story.book.rejected),
+        success_rate=statuses["SUCCEEDED"] / ended if ended else None,
+        distance=rounded(math.fsum(robot.distance or 0.0 for robot in robots)) if exact else None,
+        energy_used=rounded(math.fsum(robot.energy_used or 0.0 for robot in energy)) if energy else None,
+        energy_charged=rounded(math.fsum(robot.energy_charged or 0.0 for robot in energy)) if energy else None,
+        waits=len(waits),
+        waited=rounded(math.fsum(wait.duration for wait in waits)),
+        reroutes=story.counts["rerouted"],
+        made_room=story.counts["made_room"],
+        deadlocks=len(story.deadlocks),
+        faults=len(story.troubles.all),
+    )
+
+
+# --- robots ----------------------------------------------------------------------------------------------------------
+
+
+def _robots(story: Story, *, exact: bool) -> list[model.Robot]:
+    goals = defaultdict[str, list["Pursuit"]](list)
+    for goal in story.book.goals:
+        goals[goal.robot].append(goal)
+    tracks = sorted(story.tracks.items())
+    return [_robot(track, goals[name], track.stood, exact=exact) for name, track in tracks]
+
+
+def _robot(track: Track, goals: list[Pursuit], standings: list[Standing], *, exact: bool) -> model.Robot:
+    times: Counter[model.State] = Counter()
+    for began, ended, state in track.spans:
+        times[state] += ended - began
+    whole = sum(times.values())
+    whom: Counter[str] = Counter()
+    for standing in standings:
+        for what in standing.robots or (standing.what,):
+            whom[what] += length(standing)
+    statuses = Counter(goal.status for goal in goals)
+    metered = track.charge is not None
+    return model.Robot(
+        name=track.name,
+        type=track.type,
+        began=in_seconds(track.began),
+        ended=in_seconds(track.ended if track.ended is not None else track.began),
+        distance=rounded(track.distance) if exact else None,
+        energy_used=rounded(track.used) if metered else None,
+        energy_charged=rounded(track.charged) if metered else None,
+        battery=rounded(track.curve[-1][1]) if track.curve else None,
+        lowest_battery=rounded(min(share for _, share in track.curve)) if track.curve else None,
+        seconds={state: in_seconds(times[state]) for state in model.STATES},
+        share={state: times[state] / whole if whole else float(state == "idle") for state in model.STATES},
+        goals=len(goals),
+        succeeded=statuses[GoalStatus.SUCCEEDED],
+        failed=statuses[GoalStatus.ABORTED],
+        canceled=statuses[GoalStatus.CANCELED],
+        waits=len(standings),
+        waited=in_seconds(sum(length(standing) for standing in standings if standing.kind == "way")),
+        queued=in_seconds(sum(length(standing) for standing in standings if standing.kind == "dock")),
+        waited_for={
+            what: in_seconds(time) for what, time in sorted(whom.items(), key=lambda each: (-each[1], each[0]))
+        },
+    )
+
+
+def _spans(tracks: Iterable[Track]) -> Iterator[model.Span]:
+    for track in sorted(tracks, key=lambda each: each.name):
+        for began, ended, state in track.spans:
+            yield model.Span(
+                robot=track.name,
+                state=state,
+                began=in_seconds(began),
+                ended=in_seconds(ended),
+                duration=in_seconds(ended - began),
+            )
+
+
+def _thinned(curve: list[tuple[int, float]]) -> tuple[tuple[float, float], ...]:
+    """Return a curve with no more points than can be told apart, with its peaks."""
+    if len(curve) > _MOST_POINTS:
+        size = math.ceil(len(curve) / (_MOST_POINTS // 3))
+        parts = [curve[i : i + size] for i in range(0, len(curve), size)]
+        kept = {curve[0], curve[-1]}
+        for part in parts:
+            kept |= {part[-1], min(part, key=lambda each: each[1]), max(part, key=lambda each: each[1])}
+        curve = sorted(kept, key=lambda each: each[0])
+    return tuple((in_seconds(at), rounded(share)) for at, share in curve)
+
+
+# --- waits and faults -----------------------------------------------------------------------------------------------
+
+
+def _wait(standing: Standing) -> model.Wait:
+    ended = standing.ended or standing.began
+    return model.Wait(
+        robot=standing.robot,
+        began=in_seconds(standing.began),
+        ended=in_seconds(ended),
+        duration=in_seconds(ended - standing.began),
+        kind="dock" if standing.kind == "dock" else "way",
+        robots=standing.robots,
+        why=standing.why,
+        lane=standing.lane,
+        x=standing.at[0] if standing.at else None,
+        y=standing.at[1] if standing.at else None,
+        goal_id=standing.goal.goal_id if standing.goal else "",
+        until=standing.until,
+    )
+
+
+def _fault(trouble: Trouble) -> model.Fault:
+    said = trouble.fields
+    lane = said.get("lane")
+    subjects = [trouble.robot, as_text(said.get("door")), " → ".join(map(str, lane)) if isinstance(lane, list) else ""]
+    known = {"fault", "name", "robot", "door", "lane", "stamp", "kind", "type", "at", "until"}
+    detail = ", ".join(f"{key} {value}" for key, value in sorted(said.items()) if key not in known)
+    return model.Fault(
+        name=trouble.name,
+        fault=trouble.fault,
+        subject=next(filter(None, subjects), ""),
+        robot=trouble.robot,
+        began=in_seconds(trouble.began),
+        ended=None if trouble.ended is None else in_seconds(trouble.ended),
+        detail=detail,
+    )

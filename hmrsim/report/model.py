@@ -1,0 +1,241 @@
+"""What a report says, in plain values: times in simulated seconds since the run began, lengths in the world's unit.
+
+What nobody knows, since a trace could not be run again for instance, is None.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+State = Literal["offline", "stopped", "waiting", "driving", "charging", "busy", "idle"]
+"""What a robot does; of several that hold, the first is told."""
+
+STATES: tuple[State, ...] = ("offline", "stopped", "waiting", "driving", "charging", "busy", "idle")
+
+Status = Literal["ACCEPTED", "EXECUTING", "CANCELING", "SUCCEEDED", "CANCELED", "ABORTED"]
+
+ENDED: tuple[Status, ...] = ("SUCCEEDED", "CANCELED", "ABORTED")
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class Source(_Model):
+    """Of what a report is made, and what is missing for that."""
+
+    kind: Literal["trace", "recording"]
+    exact: bool = Field(description="Whether motions are known, so that distances and states are exact.")
+    complete: bool = Field(description="Whether it was read to its end; one that was cut short was not.")
+    notes: tuple[str, ...] = Field((), description="What is missing, or should be known, for people.")
+
+
+class World(_Model):
+    """Which world it was."""
+
+    name: str
+    hash: str
+    units: str
+    seed: int | None
+    hmrsim: str
+    contract: int | None
+
+
+class Summary(_Model):
+    """The whole in numbers."""
+
+    sim_time: float
+    robots: int
+    goals: int = Field(description="Goals that were accepted.")
+    by_status: dict[str, int]
+    by_action: dict[str, dict[str, int]] = Field(description="Numbers by action and status.")
+    rejected: int
+    success_rate: float | None = Field(description="Succeeded, as a share of the goals that ended; None if none did.")
+    distance: float | None
+    energy_used: float | None
+    energy_charged: float | None
+    waits: int
+    waited: float = Field(description="Seconds, of all robots together.")
+    reroutes: int
+    made_room: int
+    deadlocks: int
+    faults: int
+
+
+class Robot(_Model):
+    """One robot's account."""
+
+    name: str
+    type: str
+    began: float = Field(description="When it came; 0 unless it was spawned later.")
+    ended: float = Field(description="When it went, or the run ended.")
+    distance: float | None
+    energy_used: float | None = Field(description="Units of energy; None without a battery.")
+    energy_charged: float | None
+    battery: float | None = Field(description="Share of the battery that is left.")
+    lowest_battery: float | None
+    seconds: dict[State, float] = Field(description="In each state.")
+    share: dict[State, float] = Field(description="Of its time, in each state; their sum is 1.")
+    goals: int
+    succeeded: int
+    failed: int = Field(description="Goals that were aborted.")
+    canceled: int
+    waits: int
+    waited: float
+    queued: float = Field(description="Seconds in queues before docks.")
+    waited_for: dict[str, float] = Field(description="Seconds by the robot, or the reason, for which it waited.")
+
+
+class Goal(_Model):
+    """One goal, from its acceptance to its end."""
+
+    robot: str
+    action: str
+    goal_id: str
+    accepted: float
+    ended: float | None
+    duration: float | None
+    status: Status
+    target: str = Field(description="What was asked for, in a few words.")
+    target_x: float | None
+    target_y: float | None
+    distance: float | None
+    waited: float
+    waits: int
+    reroutes: int
+    error_code: int | None
+    error_msg: str
+
+
+class Wait(_Model):
+    """A robot stood on its way, or in the queue of a dock."""
+
+    robot: str
+    began: float
+    ended: float
+    duration: float
+    kind: Literal["way", "dock"]
+    robots: tuple[str, ...] = Field(description="For whom.")
+    why: str = Field(description="For what, where it was for nobody.")
+    lane: tuple[str, str] | None
+    x: float | None
+    y: float | None
+    goal_id: str
+    until: str = Field(description="What ended it: went_on, rerouted, stopped, made_room, docked, end, …")
+
+
+class Span(_Model):
+    """A robot was in one state."""
+
+    robot: str
+    state: State
+    began: float
+    ended: float
+    duration: float
+
+
+class Error(_Model):
+    """A goal that was aborted or rejected, and what was going on then."""
+
+    at: float
+    robot: str
+    action: str
+    goal_id: str
+    status: Literal["ABORTED", "REJECTED"]
+    error_code: int | None
+    error_name: str = Field(description="The code's name, or the reason of a rejection.")
+    error_msg: str
+    target: str
+    waited_for: str = Field(description="For what or whom the robot was waiting just then; empty if it was not.")
+    waiting_since: float | None
+    faults: tuple[str, ...] = Field(description="Faults that were going on and may have to do with it.")
+    deadlock: bool = Field(description="Whether it was in a deadlock while it pursued the goal.")
+
+
+class Fault(_Model):
+    """Something went wrong on purpose."""
+
+    name: str
+    fault: str
+    subject: str = Field(description="The robot, door or lane.")
+    robot: str
+    began: float
+    ended: float | None
+    detail: str
+
+
+class Deadlock(_Model):
+    """A circle of robots of which each waited for the next."""
+
+    at: float
+    robots: tuple[str, ...]
+    lanes: tuple[tuple[str, str], ...]
+
+
+class Lane(_Model):
+    """How one direction of a lane was used; without names, all ways off the lanes."""
+
+    begin: str
+    end: str
+    drives: int
+    distance: float
+    seconds: float
+    waits: int
+    waited: float
+    closed: float = Field(description="Seconds for which nobody was let in, in either direction.")
+
+
+class Path(_Model):
+    """A straight way that was driven off the lanes, in either direction."""
+
+    begin: tuple[float, float]
+    end: tuple[float, float]
+    drives: int
+
+
+class Fixture(_Model):
+    """How a door, a lift or a dock was used."""
+
+    name: str
+    kind: Literal["door", "lift", "dock"]
+    uses: int = Field(description="Of a door openings, of a lift trips, of a dock dockings.")
+    robots: int = Field(description="Different robots for which it was used.")
+    seconds: float = Field(description="For how long it was open, under way, or taken by somebody.")
+    share: float = Field(description="That, as a share of the whole time.")
+    waits: int = Field(description="How often a robot waited for it.")
+    waited: float
+    longest_queue: int | None = Field(description="Of a dock: the most robots that stood in its queue.")
+
+
+class Bucket(_Model):
+    """How many goals ended in a stretch of time."""
+
+    began: float
+    ended: float
+    succeeded: int
+    canceled: int
+    aborted: int
+
+
+class Report(_Model):
+    """What happened in one run."""
+
+    report: Literal[1] = 1
+    source: Source
+    world: World
+    summary: Summary
+    robots: tuple[Robot, ...]
+    goals: tuple[Goal, ...] = Field(description="In order of acceptance.")
+    errors: tuple[Error, ...]
+    waits: tuple[Wait, ...]
+    states: tuple[Span, ...]
+    faults: tuple[Fault, ...]
+    deadlocks: tuple[Deadlock, ...]
+    lanes: tuple[Lane, ...]
+    paths: tuple[Path, ...]
+    fixtures: tuple[Fixture, ...]
+    throughput: tuple[Bucket, ...]
+    batteries: dict[str, tuple[tuple[float, float], ...]] = Field(description="Time and share, by robot; thinned.")
+    events: dict[str, int] = Field(description="How often each kind of event was told.")

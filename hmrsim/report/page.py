@@ -1,0 +1,123 @@
+"""A report as one page of HTML, which needs nothing else: no script, style, font or picture from anywhere."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from functools import cache
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any, Final
+
+from jinja2 import Environment, FunctionLoader, StrictUndefined
+from markupsafe import Markup
+
+from hmrsim.drawing import PALETTE, THEMES
+from hmrsim.errors import WorldError
+from hmrsim.report import wording
+from hmrsim.report.charts import MOST_BATTERIES, battery_curves, throughput_chart
+from hmrsim.report.heat import STEPS, heat_map, most_drives
+from hmrsim.report.model import STATES
+from hmrsim.report.timeline import timeline_of
+from hmrsim.world.loading import world_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.report.model import Report
+
+_MOST_ROWS: Final = 500
+"""Of a table; more are in the JSON and in the CSV files."""
+
+
+def page_of(report: Report, definition: Mapping[str, Any]) -> str:
+    """Return the page.
+
+    Args:
+        report: What it says.
+        definition: The world of which it is, as a native file has it.
+    """
+    script, style = (_part(name) for name in ("page.js", "page.css"))
+    chart, most = throughput_chart(report.throughput)
+    page: str = (
+        _templates()
+        .get_template("page.html")
+        .render(
+            report=report,
+            unit=report.world.units,
+            # All that is made of SVG has been escaped by those who made it.
+            heat=_map(report, definition),
+            most_drives=most_drives(report),
+            steps=range(1, STEPS + 1),
+            timeline=timeline_of(report),
+            throughput=Markup(chart),  # noqa: S704
+            throughput_most=most,
+            curves=battery_curves(report),
+            most_curves=MOST_BATTERIES,
+            states=STATES,
+            waited_for=_waited_for(report),
+            most_rows=_MOST_ROWS,
+            script=Markup(script),  # noqa: S704 - ours
+            script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+            style=Markup(_colours() + style),  # noqa: S704 - ours
+        )
+    )
+    return page
+
+
+def _map(report: Report, definition: Mapping[str, Any]) -> Markup:
+    """Return the map; nothing of a world that this version can't read."""
+    try:
+        world = world_of(dict(definition), "world")
+    except WorldError:
+        return Markup("")
+    return Markup(heat_map(report, world))  # noqa: S704 - escaped by who made it
+
+
+def _waited_for(report: Report) -> list[tuple[str, str, int, float]]:
+    """Return who waited for what, how often and how long; the longest first."""
+    found: dict[tuple[str, str], tuple[int, float]] = {}
+    for wait in report.waits:
+        for what in wait.robots or (wait.why or "something",):
+            count, duration = found.get((wait.robot, what), (0, 0.0))
+            found[wait.robot, what] = count + 1, duration + wait.duration
+    rows = [(robot, what, count, duration) for (robot, what), (count, duration) in found.items()]
+    return sorted(rows, key=lambda row: (-row[3], row[0], row[1]))
+
+
+@cache
+def _part(name: str) -> str:
+    return files(__package__).joinpath(name).read_text("utf-8")
+
+
+def _templates() -> Environment:
+    environment = Environment(
+        loader=FunctionLoader(_part), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {
+        "seconds": wording.seconds,
+        "amount": wording.amount,
+        "share": wording.share,
+        "svg": Markup,
+    }
+    return environment
+
+
+_HEAT: Final = {
+    "light": ("#cfe3f5", "#9cc8ea", "#5fa8d9", "#2f83c0", "#125d98", "#083d6b"),
+    "dark": ("#23405f", "#2c5f8f", "#3b82bd", "#56a5e0", "#8ac6f2", "#cde8fb"),
+}
+
+
+def _colours() -> str:
+    """Return the palette as CSS, for both themes."""
+    said = {}
+    for theme in THEMES:
+        colours = {name.replace("_", "-"): colour for name, colour in PALETTE[theme].items()}
+        colours |= {f"heat-{i}": colour for i, colour in enumerate(_HEAT[theme], 1)}
+        said[theme] = "".join(f"--{name}:{colour};" for name, colour in colours.items())
+    states = "".join(f"--{state}:{colour};" for state, colour in PALETTE["states"].items())
+    return (
+        f":root{{color-scheme:light dark;{said['light']}{states}}}\n"
+        f"@media (prefers-color-scheme:dark){{:root{{{said['dark']}}}}}\n"
+        f"@media print{{:root{{color-scheme:light;{said['light']}}}}}\n"
+    )

@@ -1,0 +1,90 @@
+"""What a report says of places: lanes, ways off them, doors, lifts and docks."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.report import model
+from hmrsim.report.quantities import in_seconds, length, rounded
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hmrsim.report.sites import Use
+    from hmrsim.report.story import Story
+    from hmrsim.report.track import Standing
+
+_MOST_PATHS: Final = 5000
+
+
+def lanes_of(story: Story) -> Iterator[model.Lane]:
+    """Return how lanes were used, by name; first what was driven off them."""
+    drives, meters, times = Counter[Any](), defaultdict[Any, list[float]](list), Counter[Any]()
+    for track in story.tracks.values():
+        for lane, use in track.lanes.items():
+            drives[lane] += use.drives
+            meters[lane].append(use.distance)
+            times[lane] += use.time
+    waits, waited = Counter[Any](), Counter[Any]()
+    for standing in story.standings:
+        if standing.kind == "way":
+            waits[standing.lane] += 1
+            waited[standing.lane] += length(standing)
+    closed = story.sites.closed
+    both = {*closed, *((b, a) for a, b in closed)}
+    for lane in sorted({*drives, *waits, *both}, key=lambda each: each or ("", "")):
+        shut = closed.get(lane) or (closed.get((lane[1], lane[0])) if lane else None)
+        if lane in both and not drives[lane] and not waits[lane] and lane not in closed:
+            continue
+        yield model.Lane(
+            begin=lane[0] if lane else "",
+            end=lane[1] if lane else "",
+            drives=drives[lane],
+            distance=rounded(math.fsum(meters[lane])),
+            seconds=in_seconds(times[lane]),
+            waits=waits[lane],
+            waited=in_seconds(waited[lane]),
+            closed=in_seconds(shut.time) if shut else 0.0,
+        )
+
+
+def paths_of(story: Story) -> Iterator[model.Path]:
+    """Return the ways that were driven off the lanes; of very many those that were driven most."""
+    paths = Counter[Any]()
+    for track in story.tracks.values():
+        paths.update(track.paths)
+    for (begin, end), drives in sorted(paths.most_common(_MOST_PATHS)):
+        yield model.Path(begin=begin, end=end, drives=drives)
+
+
+def fixtures_of(story: Story) -> Iterator[model.Fixture]:
+    """Return how doors, lifts and docks were used."""
+    sites, standings, whole = story.sites, story.standings, story.now - (story.began or 0)
+    kinds: tuple[tuple[Any, dict[str, Use]], ...] = (
+        ("door", sites.doors),
+        ("lift", sites.lifts),
+        ("dock", sites.docks),
+    )
+    for kind, uses in kinds:
+        for name, use in sorted(uses.items()):
+            waits = [each for each in standings if _is_for(each, kind, name)]
+            yield model.Fixture(
+                name=name,
+                kind=kind,
+                uses=use.uses,
+                robots=len(use.robots),
+                seconds=in_seconds(use.time),
+                share=min(1.0, use.time / whole) if whole else 0.0,
+                waits=len(waits),
+                waited=in_seconds(sum(map(length, waits))),
+                longest_queue=use.queue if kind == "dock" else None,
+            )
+
+
+def _is_for(standing: Standing, kind: str, name: str) -> bool:
+    """Return whether somebody waited for a door, lift or dock; of doors and lifts the reason begins with the name."""
+    if kind == "dock":
+        return standing.kind == "dock" and standing.why == name
+    return standing.kind == "way" and standing.why.startswith(f"{name} is ")

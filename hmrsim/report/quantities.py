@@ -1,0 +1,32 @@
+"""What all parts of a report are reckoned with."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+
+if TYPE_CHECKING:
+    from hmrsim.report.track import Standing
+
+_DIGITS: Final = 9
+
+
+def in_seconds(nanoseconds: int) -> float:
+    """Return nanoseconds as seconds."""
+    return nanoseconds / NANOSECONDS
+
+
+def rounded(value: float) -> float:
+    """Return a sum without what binary arithmetic added to it."""
+    return round(value, _DIGITS) + 0.0
+
+
+def length(standing: Standing) -> int:
+    """Return for how many nanoseconds a robot stood."""
+    return (standing.ended or standing.began) - standing.began
+
+
+def as_text(value: Any) -> str:
+    """Return a value that should be text; what is not is empty."""
+    return value if isinstance(value, str) else ""

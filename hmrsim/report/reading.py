@@ -1,0 +1,208 @@
+"""From a trace or a recording to the story of a run; nothing is read but what is given."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
+
+from pydantic_core import from_json
+
+from hmrsim import __version__
+from hmrsim.errors import TraceError
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.replay import replay
+from hmrsim.report.model import Source
+from hmrsim.report.occurrence import Misfit, Occurrence, occurrence_of, text, time_of
+from hmrsim.report.story import Story
+from hmrsim.report.watching import Watcher
+from hmrsim.report.wording import times
+from hmrsim.sim_time import stamp
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping
+
+    from hmrsim.simulator import Simulator
+
+
+class Told(NamedTuple):
+    """What was read.
+
+    Attributes:
+        story: What happened.
+        source: Of what it was read.
+        header: The trace's first line, or a recording's world information.
+        definition: The world, as a native file has it.
+    """
+
+    story: Story
+    source: Source
+    header: Mapping[str, Any]
+    definition: Mapping[str, Any]
+
+
+def of_trace(lines: Callable[[], Iterable[str]]) -> Told:
+    """Return what a trace tells, by running it again; if that comes out differently, what it says itself.
+
+    Args:
+        lines: Gives its lines with their ends, from the first one; called twice where need be. A last line without
+            an end is half a line, and left out.
+
+    Raises:
+        TraceError: It is no trace.
+    """
+    first = next(iter(lines()), "")
+    header = _header(first)
+    story, watchers = Story(), list[Watcher]()
+
+    def watch(simulator: Simulator) -> None:
+        watchers.append(Watcher(simulator, story.take))
+
+    try:
+        outcome = replay(lines(), watch)
+    except TraceError as error:
+        return _as_written(lines(), header, f"this version can't run it again ({error})")
+    if outcome.difference is not None:
+        return _as_written(
+            lines(), header, f"run again it comes out differently from line {outcome.difference.line} on"
+        )
+    watchers[0].weigh_all()
+    story.end(stamp(outcome.sim_time))
+    notes = () if outcome.complete else ("The trace was cut short: what came later is not known.",)
+    source = Source(kind="trace", exact=True, complete=outcome.complete, notes=(*notes, *_misfits(story)))
+    return Told(story, source, header, header["world"]["definition"])
+
+
+_MISSING: Final = (
+    "The trace could not be run again exactly, so what follows is what it says itself: {why}. "
+    "Missing therefore: distances, energy, how lanes were driven, when robots drove (they count as busy), "
+    "and what goals of the robots' own scripts asked for."
+)
+
+
+def _as_written(lines: Iterable[str], header: Mapping[str, Any], why: str) -> Told:
+    """Return what the lines of a trace say themselves."""
+    story, last = Story(began=0), ""
+    for name, robot in _robots(header):
+        story.add(name, robot)
+    for number, line in enumerate(lines, 1):
+        if number == 1 or not line.endswith("\n"):
+            continue
+        event = _parsed(line, f"line {number}")
+        try:
+            happened = occurrence_of(event)
+        except Misfit as error:
+            raise TraceError(f"line {number}: {error}") from None
+        last = happened.kind
+        story.take(happened)
+    story.end()
+    notes = [_MISSING.format(why=why)]
+    if header["hmrsim"] != __version__:
+        notes.append(f"It was written by hmrsim {header['hmrsim']}; this is {__version__}.")
+    if last != "end":
+        notes.append("The trace was cut short: what came later is not known.")
+    source = Source(kind="trace", exact=False, complete=last == "end", notes=(*notes, *_misfits(story)))
+    return Told(story, source, header, header["world"]["definition"])
+
+
+class Recorded(Protocol):
+    """A recording, as far as a report needs it."""
+
+    world: Any
+    info: Any
+    truncated: bool
+
+    def samples(self) -> Iterator[tuple[int, str, dict[str, Any]]]:
+        """Yield time, key below the prefix and payload, in order."""
+
+
+def of_recording(recording: Recorded) -> Told:
+    """Return what a recording tells."""
+    story = Story()
+    for _, key, payload in recording.samples():
+        happened = _sampled(key, payload)
+        if happened is not None:
+            story.take(happened)
+    story.end()
+    notes = ["Energy is what the batteries said, once a second or so."] if story.metered else []
+    # That is known for sure when all has been read.
+    if recording.truncated:
+        notes.append("The recording was cut short: what came later is not known.")
+    if story.began:
+        notes.append(
+            f"It begins {story.began / NANOSECONDS:.1f} s after the simulation did; what was before is not known."
+        )
+    if not story.seen:
+        notes.append("It does not say what there was in the beginning: states and distances may be wrong.")
+    complete = not recording.truncated
+    source = Source(kind="recording", exact=story.seen, complete=complete, notes=(*notes, *_misfits(story)))
+    return Told(story, source, recording.info, recording.world)
+
+
+def _sampled(key: str, payload: Mapping[str, Any]) -> Occurrence | None:
+    """Return what a sample of a recording tells a report, if anything."""
+    if not isinstance(payload, dict):
+        return None
+    try:
+        if key == "_world/events":
+            return occurrence_of(payload)
+        if key == "_world/scene":
+            return Occurrence(time_of(payload.get("stamp")), "scene", payload)
+        robot, _, topic = key.partition("/")
+        if topic == "battery_state":
+            header = payload.get("header")
+            at = time_of(header.get("stamp") if isinstance(header, dict) else None)
+            return Occurrence(at, "battery", {"robot": robot, **_charge(payload)})
+    except Misfit:
+        return None
+    return None
+
+
+def _charge(state: Mapping[str, Any]) -> dict[str, Any]:
+    """Return units of energy of a state in ampere hours, by the nominal voltage that its voltage is in line with."""
+    share, voltage, charge = (state.get(key) for key in ("percentage", "voltage", "charge"))
+    if not all(isinstance(each, (int, float)) for each in (share, voltage, charge)):
+        return {"percentage": share}
+    nominal = voltage / (0.9 + 0.2 * share)  # type: ignore[operator]  # all are numbers
+    return {"percentage": share, "charge": charge * nominal * 3600.0}  # type: ignore[operator]  # likewise
+
+
+def _misfits(story: Story) -> Iterator[str]:
+    if story.misfits:
+        first = f"first {story.first_misfit}"
+        yield f"Left out, as this version does not understand them: {story.misfits} events ({first})."
+    if story.restarts:
+        yield f"Simulated time began anew ({times(story.restarts)}); here it goes on where it was."
+
+
+def _robots(header: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    robots = header["world"]["definition"].get("robots")
+    for name, robot in robots.items() if isinstance(robots, dict) else ():
+        kind = robot.get("type", "") if isinstance(robot, dict) else ""
+        yield name, kind if isinstance(kind, str) else ""
+
+
+def _header(line: str) -> Mapping[str, Any]:
+    wrong = TraceError("line 1: no header of a trace; expected a file that was written with --trace")
+    try:
+        header = _parsed(line, "line 1")
+        world = header.get("world")
+        if (
+            header.get("kind") != "header"
+            or not isinstance(world, dict)
+            or not isinstance(world.get("definition"), dict)
+        ):
+            raise wrong
+        for fields, key in ((header, "hmrsim"), (world, "name"), (world, "hash")):
+            text(fields, key)
+    except (Misfit, TraceError):
+        raise wrong from None
+    return header
+
+
+def _parsed(line: str, where: str) -> dict[str, Any]:
+    try:
+        event = from_json(line, allow_inf_nan=False)
+    except ValueError as error:
+        raise TraceError(f"{where}: {error}") from None
+    if not isinstance(event, dict):
+        raise TraceError(f"{where}: no JSON object")
+    return event

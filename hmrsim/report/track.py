@@ -1,0 +1,275 @@
+"""One robot through a run: in which state it was when, how far it drove, for what it waited."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.geometry import distance
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.motion import Trapezoid
+from hmrsim.report.occurrence import Misfit, number, point
+from hmrsim.report.occurrence import lane as lane_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.geometry import Point
+    from hmrsim.report.book import Pursuit
+    from hmrsim.report.model import State
+
+_INSTANT: Final = 5
+"""Nanoseconds: what ends so shortly before or after something else ends with it, as stamps are rounded."""
+
+_LONGEST: Final = 1e9
+"""Seconds; no piece of way takes longer."""
+
+_PROFILE: Final = 4
+
+
+@dataclass(slots=True)
+class Motion:
+    """A piece of way, or a turn, from when it began."""
+
+    began: int
+    until: int
+    start: Point
+    end: Point
+    length: float
+    lane: tuple[str, str] | None
+    profile: Trapezoid | None
+    behind: float
+    goal: Pursuit | None
+
+    @classmethod
+    def of(cls, at: int, fields: Mapping[str, Any], goal: Pursuit | None) -> Motion:
+        """Return the piece that an event or a scene describes.
+
+        Raises:
+            Misfit: It describes none.
+        """
+        start, end, seconds = point(fields, "from"), point(fields, "to"), number(fields, "duration")
+        if not 0 <= seconds <= _LONGEST:
+            raise Misfit("duration out of range")
+        carried = bool(fields.get("ride")) or "turned" in fields
+        profile, behind = _profile(fields.get("profile"))
+        until = at + round(seconds * NANOSECONDS)
+        length = 0.0 if carried else distance(start, end)
+        return cls(at, until, start, end, length, lane_of(fields), profile, behind, goal)
+
+    def driven(self, at: int) -> float:
+        """Return how far it has led by some time."""
+        if at >= self.until - _INSTANT:
+            return self.length
+        elapsed = (at - self.began) / NANOSECONDS
+        if self.profile is None:
+            return self.length * elapsed * NANOSECONDS / (self.until - self.began)
+        before = self.profile.time(self.behind)
+        return min(self.length, max(0.0, self.profile.driven(before + elapsed) - self.behind))
+
+
+@dataclass(slots=True)
+class Standing:
+    """A robot stands on its way, or in a queue."""
+
+    robot: str
+    began: int
+    kind: str
+    robots: tuple[str, ...] = ()
+    why: str = ""
+    lane: tuple[str, str] | None = None
+    at: Point | None = None
+    goal: Pursuit | None = None
+    ended: int | None = None
+    until: str = ""
+
+    @property
+    def what(self) -> str:
+        """For what it waits, in a few words."""
+        return self.why or ", ".join(self.robots) or "something"
+
+
+@dataclass(slots=True)
+class LaneUse:
+    """How a lane was used in one direction; times in nanoseconds."""
+
+    drives: int = 0
+    distance: float = 0.0
+    time: int = 0
+
+
+@dataclass(slots=True)
+class Track:
+    """What is known of one robot.
+
+    What holds of it is changed by whoever knows; `settle` then takes note of the state that follows.
+    """
+
+    name: str
+    type: str
+    began: int
+    ended: int | None = None
+    distance: float = 0.0
+    charge: float | None = None
+    used: float = 0.0
+    charged: float = 0.0
+    curve: list[tuple[int, float]] = field(default_factory=list)
+    spans: list[tuple[int, int, State]] = field(default_factory=list)
+    motion: Motion | None = None
+    standing: Standing | None = None
+    queued: Standing | None = None
+    stood: list[Standing] = field(default_factory=list)
+    ailments: set[str] = field(default_factory=set)
+    cut_off: set[str] = field(default_factory=set)
+    charging: bool = False
+    running: dict[str, Pursuit] = field(default_factory=dict)
+    lanes: dict[tuple[str, str] | None, LaneUse] = field(default_factory=lambda: defaultdict(LaneUse))
+    paths: dict[tuple[Point, Point], int] = field(default_factory=lambda: defaultdict(int))
+    _state: State = "idle"
+    _since: int = 0
+    _last: Motion | None = None
+
+    def __post_init__(self) -> None:
+        """Begin where it comes."""
+        self._since = self.began
+
+    @property
+    def goal(self) -> Pursuit | None:
+        """The goal that holds its base, or any other that runs."""
+        found = None
+        for goal in self.running.values():
+            if goal.holds_base or found is None:
+                found = goal
+        return found
+
+    def waiting_for(self, goal: Pursuit, at: int) -> Standing | None:
+        """Return what it waits for with a goal, or waited for until this very instant."""
+        for standing in (self.standing, self.queued, *self.stood[-1:]):
+            if standing is not None and standing.goal is goal and standing.ended in (None, at):
+                return standing
+        return None
+
+    def stand_no_more(self, at: int, until: str) -> None:
+        """Take note that it goes on, or has given up, if it stood on its way."""
+        standing, self.standing = self.standing, None
+        self._keep(standing, at, until)
+
+    def stop_queueing(self, at: int, until: str) -> None:
+        """Take note that it is in no queue any more."""
+        queued, self.queued = self.queued, None
+        self._keep(queued, at, until)
+
+    def _keep(self, standing: Standing | None, at: int, until: str) -> None:
+        """Keep what lasted for some time."""
+        if standing is None or standing.began == at:
+            return
+        standing.ended, standing.until = at, until
+        self.stood.append(standing)
+        if standing.goal is not None:
+            standing.goal.waits += 1
+            standing.goal.waited += at - standing.began
+
+    def return_at(self, at: int) -> None:
+        """Be there again after it has left."""
+        self.ended, self._since, self._state = None, at, "idle"
+
+    def catch_up(self, at: int) -> None:
+        """Let end what has ended by some time without anybody having been told."""
+        motion = self.motion
+        if motion is not None and motion.until <= at + _INSTANT:
+            ended = at if motion.until >= at - _INSTANT else motion.until
+            self.halt(ended, motion.end)
+            self.settle(ended)
+
+    def halt(self, at: int, where: Point | None = None) -> None:
+        """End the piece that it drives; *where* is where it stands then, if that is known."""
+        motion = self.motion
+        if motion is None:
+            return
+        self.motion = None
+        straight = motion.length > 0
+        driven = min(motion.length, distance(motion.start, where)) if where and straight else motion.driven(at)
+        self.distance += driven
+        if motion.goal is not None:
+            motion.goal.distance += driven
+        if straight:
+            use = self.lanes[motion.lane]
+            use.distance += driven
+            use.time += at - motion.began
+
+    def go(self, motion: Motion) -> None:
+        """Begin a piece of way; one under way is cut short where this one begins."""
+        self.halt(motion.began, motion.start)
+        self.motion = motion
+        if motion.length <= 0:
+            return
+        # Who goes on at another speed drives the same lane, not once more.
+        last, self._last = self._last, motion
+        if last is not None and (last.lane, last.end) == (motion.lane, motion.end) and last.start != motion.start:
+            return
+        self.lanes[motion.lane].drives += 1
+        if motion.lane is None:
+            a, b = sorted((round(x, 2), round(y, 2)) for x, y in (motion.start, motion.end))
+            self.paths[a, b] += 1
+
+    def settle(self, at: int) -> None:
+        """Take note of the state that it is in from now on."""
+        state = self._now()
+        if state == self._state:
+            return
+        self._close(at)
+        self._state, self._since = state, at
+
+    def leave(self, at: int) -> None:
+        """Take note that it is there no longer, or that the run has ended."""
+        self.catch_up(at)
+        self.halt(at)
+        self._close(at)
+        self._since = at
+        self.ended = at
+
+    def _close(self, at: int) -> None:
+        if at <= self._since:
+            return
+        if self.spans and self.spans[-1][2] == self._state and self.spans[-1][1] == self._since:
+            self.spans[-1] = (self.spans[-1][0], at, self._state)
+        else:
+            self.spans.append((self._since, at, self._state))
+
+    def _now(self) -> State:
+        if self.cut_off:
+            return "offline"
+        if self.ailments:
+            return "stopped"
+        if self.standing is not None:
+            return "waiting"
+        if self.motion is not None:
+            return "driving"
+        if self.charging:
+            return "charging"
+        return "busy" if self.running else "idle"
+
+    def weigh(self, at: int, charge: float, share: float) -> None:
+        """Take note of what is in its battery."""
+        if self.charge is not None:
+            change = charge - self.charge
+            self.used, self.charged = self.used + max(0.0, -change), self.charged + max(0.0, change)
+        self.charge = charge
+        self.measure(at, share)
+
+    def measure(self, at: int, share: float) -> None:
+        """Take note of the share of its battery that is left."""
+        if not self.curve or self.curve[-1] != (at, share):
+            self.curve.append((at, share))
+
+
+def _profile(said: Any) -> tuple[Trapezoid | None, float]:
+    if said is None:
+        return None, 0.0
+    if not isinstance(said, (list, tuple)) or len(said) != _PROFILE:
+        raise Misfit("no profile")
+    length, speed, acceleration, behind = (number({"": each}, "") for each in said)
+    if length < 0 or speed <= 0 or acceleration <= 0:
+        raise Misfit("no profile")
+    return Trapezoid(length, speed, acceleration), behind

@@ -1,0 +1,63 @@
+"""The faults of a run: what went wrong on purpose, when, and to whom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.report.occurrence import text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.report.track import Track
+
+
+@dataclass(slots=True)
+class Trouble:
+    """A fault, from when it began."""
+
+    name: str
+    fault: str
+    fields: Mapping[str, Any]
+    began: int
+    ended: int | None = None
+
+    @property
+    def robot(self) -> str:
+        """Whom it hits; empty if no robot."""
+        said = self.fields.get("robot", "")
+        return said if isinstance(said, str) else ""
+
+
+@dataclass(slots=True)
+class Troubles:
+    """All faults, in order, and those that go on."""
+
+    all: list[Trouble] = field(default_factory=list)
+    going_on: dict[str, Trouble] = field(default_factory=dict)
+
+    def begin(self, at: int, fields: Mapping[str, Any]) -> Trouble:
+        """Take note that a fault has begun, and return it."""
+        trouble = Trouble(text(fields, "name"), text(fields, "fault"), fields, at)
+        self.all.append(trouble)
+        self.going_on[trouble.name] = trouble
+        return trouble
+
+    def end(self, at: int, name: str) -> Trouble | None:
+        """Take note that a fault is over, and return it if it was known."""
+        trouble = self.going_on.pop(name, None)
+        if trouble is not None:
+            trouble.ended = at
+        return trouble
+
+    def at(self, robot: str) -> tuple[str, ...]:
+        """Return the names of those that go on and may have to do with a robot: its own, and nobody's."""
+        return tuple(name for name, trouble in self.going_on.items() if trouble.robot in ("", robot))
+
+
+def hit(trouble: Trouble, track: Track, *, begins: bool) -> None:
+    """Take note of what a fault does to its robot, as far as that is another state."""
+    hurt = {"breakdown": track.ailments, "messages_lost": track.cut_off}.get(trouble.fault)
+    if hurt is not None:
+        (hurt.add if begins else hurt.discard)(trouble.name)

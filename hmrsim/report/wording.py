@@ -1,0 +1,45 @@
+"""Numbers as people read them."""
+
+from __future__ import annotations
+
+UNKNOWN = "\N{EN DASH}"
+"""What is shown of what is not known, or not there."""
+
+_MINUTE, _HOUR = 60, 3600
+
+
+def seconds(value: float | None) -> str:
+    """Return a length of time."""
+    if value is None:
+        return UNKNOWN
+    if value < _MINUTE:
+        return f"{value:.1f} s"
+    if value < _HOUR:
+        return f"{int(value // _MINUTE)} min {int(value % _MINUTE):02d} s"
+    return f"{int(value // _HOUR)} h {int(value % _HOUR // _MINUTE):02d} min"
+
+
+def times(count: int, what: str = "") -> str:
+    """Return how often something happened."""
+    if what:
+        return f"{count:,} {what}{'' if count == 1 else 's'}"
+    return "once" if count == 1 else f"{count:,} times"
+
+
+def amount(value: float | None, unit: str = "") -> str:
+    """Return a number of about four digits, and its unit."""
+    if value is None:
+        return UNKNOWN
+    digits = 0 if abs(value) >= 1000 else 1  # noqa: PLR2004 - four digits
+    return f"{value:,.{digits}f}{f' {unit}' if unit else ''}"
+
+
+def share(value: float | None) -> str:
+    """Return a share in percent."""
+    if value is None:
+        return UNKNOWN
+    percent = 100 * value
+    # What is not all or nothing does not look like it.
+    if 0 < percent < 0.1 or 99.9 < percent < 100:  # noqa: PLR2004
+        return "< 0.1 %" if percent < 1 else "> 99.9 %"
+    return f"{percent:.1f} %".replace(".0 %", " %")

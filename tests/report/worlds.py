@@ -1,0 +1,72 @@
+"""Small worlds of which all can be reckoned: robots go 1 m/s."""
+
+from __future__ import annotations
+
+from hmrsim.simulator import Simulator
+from hmrsim.trace import Trace
+from hmrsim.world.loading import world_of
+
+WAYS = {
+    "waypoints": {"home": [0, 0], "door": [4, 0]},
+    "lanes": [["home", "door"]],
+    "robot_types": {"cart": {"base": {"speed": 1}}},
+}
+
+ALONE = WAYS | {
+    "name": "alone",
+    "robots": {"wall_e": {"type": "cart", "at": "home", "script": ["Go door", "Wait 2", "Go home"]}},
+}
+
+MEETING = {
+    "name": "meeting",
+    "waypoints": {"west": [0, 0], "middle": [3, 0], "east": [6, 0], "south": [3, -3], "north": [3, 3]},
+    "lanes": [["west", "middle"], ["middle", "east"], ["south", "middle"], ["middle", "north"]],
+    "robot_types": {"cart": {"base": {"speed": 1}}},
+    "traffic": {"policy": "reserve"},
+    "robots": {
+        "early": {"type": "cart", "at": "west", "script": ["Go east"]},
+        "late": {"type": "cart", "at": "south", "script": ["Wait 2", "Go north"]},
+    },
+}
+
+CHARGING = {
+    "name": "charging",
+    "waypoints": {"home": [0, 0], "door": [4, 0]},
+    "lanes": [["home", "door"]],
+    "docks": {"charger": {"at": "home", "type": "charger", "power": 10}},
+    "robot_types": {
+        "cart": {
+            "base": {"speed": 1},
+            "components": {"battery": {"capacity": 100, "taper_from": 1, "drain": {"still": 0, "moving": 2}}},
+        }
+    },
+    "robots": {
+        "wall_e": {"type": "cart", "at": "door", "script": ["Go home", "Go door", "Go home", "Dock charger", "Wait 10"]}
+    },
+}
+
+FAULTY = WAYS | {
+    "name": "faulty",
+    "robots": {"wall_e": {"type": "cart", "at": "home", "script": ["Go door"]}},
+    "faults": [{"type": "breakdown", "robot": "wall_e", "name": "flat_tyre", "at": 2}],
+}
+
+
+def goal_to(x, y):
+    """Return a goal of navigate_to_pose, in plain values."""
+    return {"pose": {"pose": {"position": {"x": x, "y": y}}}}
+
+
+def traced(world, *, commands=(), until=None):
+    """Return the lines of a run's trace: scripts to their end, commands at their times, then on until a time."""
+    lines = []
+    simulator = Simulator(world_of(world, "test"))
+    trace = Trace(simulator, lambda text: lines.extend(text.splitlines(keepends=True)))
+    for at, command in commands:
+        simulator.advance(at)
+        simulator.submit(command)
+    simulator.run_scripts()
+    if until is not None:
+        simulator.advance(until)
+    trace.close()
+    return lines
