@@ -5,6 +5,7 @@
     HmrsimError
     ├── WorldError              a world file can't be read or makes no sense; carries every problem found
     ├── TraceError              a file that should be a trace is none, or can't be made
+    ├── RecordingError          a file that should be a recording is none, or can't be made
     ├── PluginError             a plug-in is missing, misnamed or broken
     ├── GoalRejected            a goal is not accepted; carries the reason
     ├── GoalAborted             an accepted goal can't be finished; carries the action's error code
@@ -72,6 +73,10 @@ class WorldError(HmrsimError):
 
 class TraceError(HmrsimError):
     """A file that should be a trace is none, or can't be made; the text says where and why."""
+
+
+class RecordingError(HmrsimError):
+    """A file that should be a recording is none, or can't be made; the text says where and why."""
 
 
 class PluginError(HmrsimError):

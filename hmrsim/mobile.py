@@ -12,8 +12,8 @@ from simpy import Event, Timeout
 from simpy.events import NORMAL
 
 from hmrsim.errors import NoRoute
-from hmrsim.geometry import Pose, distance
-from hmrsim.motion import Progress, drive
+from hmrsim.geometry import Pose, distance, turn
+from hmrsim.motion import Piece, Progress, drive
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Generator, Sequence
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.graph import Lane, WaypointGraph
     from hmrsim.interest import Happenings
-    from hmrsim.motion import Drive, Piece
+    from hmrsim.motion import Drive
     from hmrsim.passage import Passage
     from hmrsim.route import Leg, Route
     from hmrsim.world.model import Base
@@ -278,8 +278,11 @@ class Mobile:
             self._way = route, final_yaw
             self.rerouted, self.set_out = 0, self._env.now
             yield from self._carry_out(self._driven(route.legs), heeds=not self.flies)
-        if final_yaw is not None:
-            self._rest = Pose(*self._rest.point, final_yaw)
+        if self.stands and final_yaw is not None and final_yaw != self._rest.yaw:
+            # Without a turning rate no piece of the drive says so.
+            start, self._rest = self._rest, Pose(*self._rest.point, final_yaw)
+            turned = Piece(start, self._rest, 0.0, 0.0, turned=turn(start.yaw, final_yaw))
+            self._happened.watched("motion", lambda: {"robot": self.name, **turned.describe()})
 
     def perform(self, driven: Drive) -> Generator[Any, Any, None]:
         """Carry out a motion that begins here, whatever is in its way; an interrupt stops it where it is."""

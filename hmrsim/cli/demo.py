@@ -20,6 +20,7 @@ from hmrsim.cli.output import warn
 from hmrsim.cli.run_log import LogLines
 from hmrsim.cli.time_options import add_clock_options, add_run_options
 from hmrsim.cli.tracing import check_writable
+from hmrsim.cli.view_options import add_view_options
 from hmrsim.errors import HmrsimError
 from hmrsim.log_options import add_log_options, log_level
 from hmrsim.signals import exit_code_of, on_signals
@@ -35,6 +36,7 @@ _EXAMPLES: Final = """\
 examples:
   hmrsim demo
   hmrsim demo --real-time-factor 2 --seed 3
+  hmrsim demo --real-time-factor 1 --view
   hmrsim demo --clock lockstep --trace run.jsonl && hmrsim replay run.jsonl
   hmrsim demo --log-level info 2>processes.log
   hmrsim demo --json | tail -n 1 | jq '.robots.eve.distance'"""
@@ -73,6 +75,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     add_clock_options(parser, numbers.positive, 10.0)
     add_run_options(parser)
+    add_view_options(parser)
     parser.add_argument(
         "--json", action="store_true", help="what happens, and the sum at the end, as one JSON object a line"
     )
@@ -130,6 +133,8 @@ class _Demo:
                 Child("controller", "bt_controller.cli:main", arguments, lambda line: self.news.put((line,)))
             )
             self._screen.say(f"{_WORLD}: {len(story.robots)} robots at {options.connect[0]}; the mission begins")
+            if "view" in ready:
+                self._screen.say(f"the live picture is at {ready['view']}")
             with self._screen.opened():
                 self._follow(story)
             code = controller.code(_START_SECONDS)
@@ -144,7 +149,7 @@ class _Demo:
         arguments = ["run", _WORLD, "--listen", "tcp/127.0.0.1:0", "--json", "--feedback-rate", "2"]
         arguments += ["--clock", self._args.clock, "--real-time-factor", str(self._args.real_time_factor)]
         arguments += ["--log-level", self._args.log_level]
-        for option in ("seed", "trace"):
+        for option in ("seed", "trace", "view"):
             value = getattr(self._args, option)
             arguments += [] if value is None else [f"--{option}", str(value)]
         return arguments

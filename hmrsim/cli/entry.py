@@ -26,7 +26,10 @@ _COMMANDS: Final = {
     "topic": "list what is published, and follow it",
     "service": "list what can be asked, and ask it",
     "doctor": "say what is on the network, and what is wrong with it",
-    "map": "check a world file, look at it, plan on it, convert it",
+    "view": "see it: a live picture in a browser, or a recording",
+    "record": "write what is published into an MCAP file, for Foxglove and for the page",
+    "report": "say what happened in a trace or a recording, as a page, as JSON or as tables",
+    "map": "check a world file, look at it, plan on it, convert it, draw it",
     "completion": "print what makes a shell complete our commands",
 }
 """Each is a module of this package with a function *configure*, which adds arguments to the command's parser."""

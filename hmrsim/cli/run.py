@@ -9,7 +9,7 @@ import sys
 import traceback
 from contextlib import contextmanager
 from itertools import chain
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import registry as actions
 from hmrsim.cli import numbers
@@ -18,10 +18,12 @@ from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.goal_summary import summary
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
+from hmrsim.cli.recording import add_record_option, recorded
 from hmrsim.cli.ros2_options import add_ros2_options, ros2_wires
 from hmrsim.cli.run_log import GoalLog, Later, LogLines
 from hmrsim.cli.time_options import TIME_STANDS, add_run_options, add_time_options
 from hmrsim.cli.tracing import traced
+from hmrsim.cli.view_options import add_view_options, viewed
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.errors import HmrsimError, printable
 from hmrsim.log_options import add_log_options, log_level
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from hmrsim.cli.run_table import RobotTable
+    from hmrsim.cli.view_options import View
     from hmrsim.interfaces.message import Message
     from hmrsim.world import LoadedWorld
     from hmrsim_zenoh.ros2.wires import Wire
@@ -48,6 +51,7 @@ examples:
   hmrsim run hospital --clock lockstep --participants nurses,porters --trace run.jsonl
   hmrsim run my_map.yaml --robot wall_e@3,4:fetcher --item medicine@9,2.3:0.2
   hmrsim run hospital --listen tcp/0.0.0.0:7447 --duration 600 --json
+  hmrsim run scenario1 --view
   hmrsim run scenario1 --ros2
   hmrsim run hospital --ros2 --ros-domain-id 7 --ros-distro jazzy --ros-distro kilted
 
@@ -72,8 +76,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     add_world_options(parser)
     add_run_options(parser)
+    add_record_option(parser)
     add_time_options(parser)
     _add_server_options(parser)
+    add_view_options(parser)
     add_ros2_options(parser)
     add_session_options(parser)
     add_log_options(parser, default="info")
@@ -118,10 +124,16 @@ def _run(args: argparse.Namespace) -> int:
     if args.clock == REALTIME and args.real_time_factor == 0 and args.duration < math.inf:
         warn(f"--duration {args.duration:g}: as fast as possible, {TIME_STANDS}")
     host = Host(loaded, options, _settings(args, wires))
-    with host, traced(args.trace, host.simulator) as trace, _shown(host, loaded, log_level(args)) as table:
+    with (
+        host,
+        traced(args.trace, host.simulator) as trace,
+        recorded(args.record, host, clock_rate=args.clock_rate),
+        _shown(host, loaded, log_level(args)) as table,
+    ):
         if trace is not None:
             host.pacing.on_wait.append(trace.flush)
-        _serve(host, table, lambda: _tell_ready(loaded, host, options, as_json=args.json))
+        with viewed(args.view, host.endpoints or options.connect, options.prefix) as view:
+            _serve(host, table, lambda: _tell_ready(loaded, host, options, view, as_json=args.json))
         if isinstance(host.error, HmrsimError):
             raise host.error
     if host.error is not None:
@@ -167,14 +179,18 @@ def _settings(args: argparse.Namespace, wires: tuple[Wire, ...]) -> HostSettings
     )
 
 
-def _tell_ready(loaded: LoadedWorld, host: Host, options: SessionOptions, *, as_json: bool) -> None:
+def _tell_ready(loaded: LoadedWorld, host: Host, options: SessionOptions, view: View | None, *, as_json: bool) -> None:
     world = loaded.world
+    url = view.url() if view else None
     if as_json:
-        ready = {"ready": True, "endpoints": list(host.endpoints), "prefix": options.prefix}
-        show_json({**ready, "world": {"name": world.name, "hash": loaded.hash}, "robots": list(world.robots)})
+        ready: dict[str, Any] = {"ready": True, "endpoints": list(host.endpoints), "prefix": options.prefix}
+        ready |= {"world": {"name": world.name, "hash": loaded.hash}, "robots": list(world.robots)}
+        show_json(ready | ({"view": url} if url else {}))
         return
     where = host.endpoints or options.connect
-    show(" ".join(("ready", *where, f"world={shlex.quote(printable(world.name))}", f"robots={len(world.robots)}")))
+    shown = (f"view={url}",) if url else ()
+    name = shlex.quote(printable(world.name))
+    show(" ".join(("ready", *where, f"world={name}", f"robots={len(world.robots)}", *shown)))
 
 
 def _goals() -> Iterator[type[Message]]:

@@ -12,7 +12,7 @@ from hmrsim.signals import INTERRUPTED, leave, on_signals
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-_SERVING: Final = ("run",)
+_SERVING: Final = ("run", "view", "record")
 """Commands that a signal ends well, whenever it comes."""
 
 _DONE: Final = 0

@@ -1,0 +1,104 @@
+"""``hmrsim view``: see it, live or recorded, in a browser."""
+
+from __future__ import annotations
+
+import queue
+import webbrowser
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show, show_json
+from hmrsim.cli.view_options import port
+from hmrsim.log_options import add_log_options, logging_to_stderr
+from hmrsim.signals import on_signals
+from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
+from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
+
+if TYPE_CHECKING:
+    import argparse
+
+    from hmrsim_zenoh.view.server import Source
+
+_EXAMPLES: Final = f"""\
+examples:
+  hmrsim view --open
+  hmrsim view --connect tcp/10.0.0.7:7447 --port 8080
+  hmrsim view --host 0.0.0.0
+  hmrsim view shift.mcap
+
+{ENVIRONMENT}"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim view``."""
+    parser.description = (
+        "Serve a page that shows a simulator live, or plays a recording, until Ctrl-C. Prints `ready URL`.\n"
+        "The simulator may be anywhere; it may be restarted, and the page goes on with it."
+    )
+    parser.epilog = _EXAMPLES
+    parser.add_argument(
+        "recording", nargs="?", type=Path, metavar="RECORDING.mcap", help="play it, in place of showing a simulator"
+    )
+    group = parser.add_argument_group("page")
+    group.add_argument(
+        "--host",
+        default=DEFAULT_HOST,
+        metavar="ADDRESS",
+        help="serve it there; beyond this machine the URL has a token that every page needs (default: %(default)s)",
+    )
+    group.add_argument(
+        "--port", type=port, default=DEFAULT_PORT, metavar="PORT", help="… 0 for a free one (default: %(default)s)"
+    )
+    group.add_argument("--open", action="store_true", help="open it in the browser")
+    add_session_options(parser)
+    add_log_options(parser)
+    parser.add_argument("--json", action="store_true", help="say that it is ready as one JSON object")
+    parser.set_defaults(function=_view)
+
+
+def _view(args: argparse.Namespace) -> int:
+    signals: queue.SimpleQueue[int] = queue.SimpleQueue()
+    with on_signals(signals.put), logging_to_stderr(args), ExitStack() as stack:
+        source = _simulator(args, stack) if args.recording is None else _recording(args.recording)
+        # Takes its time to load, which a mistyped name or nobody there need not.
+        from hmrsim_zenoh.view.server import ViewServer  # noqa: PLC0415
+
+        if signals.empty():
+            server = stack.enter_context(ViewServer(source, host=args.host, port=args.port))
+            if args.json:
+                show_json({"ready": True, "url": server.url})
+            else:
+                show(f"ready {server.url}")
+            if args.open:
+                webbrowser.open(server.url)
+        signals.get()
+    return ExitCode.DONE
+
+
+def _simulator(args: argparse.Namespace, stack: ExitStack) -> Source:
+    """Return a simulator that is there.
+
+    Raises:
+        NobodyThere: None is.
+    """
+    from hmrsim_zenoh.client import Client  # noqa: PLC0415
+    from hmrsim_zenoh.view.live import Live  # noqa: PLC0415
+
+    options = session_options(args)
+    client = stack.enter_context(Client(options, clock="realtime"))
+    client.wait_for_simulator(options.timeout)
+    return Live(client.session, client.keys)
+
+
+def _recording(path: Path) -> Source:
+    """Return a recording.
+
+    Raises:
+        RecordingError: It is none.
+    """
+    from hmrsim_zenoh.recording import open_recording  # noqa: PLC0415
+    from hmrsim_zenoh.view.recorded import Recorded  # noqa: PLC0415
+
+    return Recorded(open_recording(path))

@@ -1,0 +1,88 @@
+"""``hmrsim run --view``: the page of a run, served by a process of its own, so that it costs the simulation nothing."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import queue
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.cli.children import Child
+from hmrsim_zenoh.errors import BadOptions
+from hmrsim_zenoh.view import DEFAULT_PORT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+_GREATEST_PORT: Final = 65_535
+_START_SECONDS: Final = 30.0
+_LAST_WORDS: Final = 1.0
+
+_log = logging.getLogger(__name__)
+
+
+def add_view_options(parser: argparse.ArgumentParser) -> None:
+    """Add ``--view``."""
+    parser.add_argument(
+        "--view",
+        nargs="?",
+        type=port,
+        const=DEFAULT_PORT,
+        metavar="PORT",
+        help=f"serve the live picture, too, for a browser on this machine (default port: {DEFAULT_PORT}; 0: a free "
+        "one); `hmrsim view` does it elsewhere",
+    )
+
+
+def port(text: str) -> int:
+    """Return a port, or 0."""
+    if not text.isdecimal() or int(text) > _GREATEST_PORT:
+        raise argparse.ArgumentTypeError(f"{text!r} is no port; a whole number from 0 to {_GREATEST_PORT} is")
+    return int(text)
+
+
+class View:
+    """The process that serves the page of a run."""
+
+    def __init__(self, arguments: Sequence[str]) -> None:
+        self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._child = Child("view", "hmrsim.cli:main", ["view", *arguments, "--json"], self._lines.put)
+
+    def url(self) -> str:
+        """Return where the page is, once it can be opened.
+
+        Raises:
+            BadOptions: It can't be served; the text says why.
+        """
+        try:
+            line = self._lines.get(timeout=_START_SECONDS)
+        except queue.Empty:
+            line = None
+        if line is None:
+            self._child.code(_LAST_WORDS)
+            # Its options are not those of the run.
+            why = self._child.complaints.rpartition("\n")[2].removeprefix("hmrsim: ").replace("--port", "--view")
+            raise BadOptions(f"--view: {why or 'the server of the page does not start'}")
+        ready: dict[str, Any] = json.loads(line)
+        _log.info("the live picture is at %s", ready["url"])
+        return str(ready["url"])
+
+    def stop(self) -> None:
+        """End it."""
+        self._child.stop()
+
+
+@contextmanager
+def viewed(view: int | None, endpoints: Sequence[str], prefix: str) -> Iterator[View | None]:
+    """Serve the page on port *view*, if it is one, of the simulator that is reached there; end it with the context."""
+    if view is None:
+        yield None
+        return
+    connect = [word for endpoint in endpoints for word in ("--connect", endpoint)]
+    server = View([*connect, "--prefix", prefix, "--port", str(view), "--timeout", str(_START_SECONDS)])
+    try:
+        yield server
+    finally:
+        server.stop()

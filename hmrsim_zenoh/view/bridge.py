@@ -1,0 +1,189 @@
+"""One page's WebSocket ⇄ Zenoh: it subscribes and gets as any client of Zenoh's; nothing here knows what for."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+import zenoh
+from pydantic_core import to_json
+from starlette.websockets import WebSocketDisconnect
+
+from hmrsim import __version__
+from hmrsim_zenoh.errors import RequestError
+from hmrsim_zenoh.view import frames
+from hmrsim_zenoh.view.outbox import Outbox
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from starlette.websockets import WebSocket
+
+    from hmrsim_zenoh.view.live import Live, Replies
+
+MOST_SUBSCRIPTIONS: Final = 64
+MOST_GETS: Final = 64
+_TIMED_OUT: Final = b"Timeout"
+"""Zenoh's own error reply when time is up; a simulator's are JSON."""
+
+
+class Bridge:
+    """Serves one page, in the event loop's thread.
+
+    Args:
+        live: The simulator.
+    """
+
+    def __init__(self, live: Live) -> None:
+        self._live = live
+        self._outbox = Outbox()
+        self._subscriptions: dict[int, _Subscription] = {}
+        self._gets: set[int] = set()
+        self._news = asyncio.Event()
+        self._room = asyncio.Event()
+
+    async def serve(self, socket: WebSocket) -> None:
+        """Serve the page until it goes."""
+        fields = {"source": "live", "prefix": self._live.prefix, "version": __version__, "alive": self._live.alive}
+        self.put(frames.said("hello", **fields))
+        sender = asyncio.create_task(self._send(socket))
+        try:
+            while (message := await socket.receive())["type"] == "websocket.receive":
+                self._take(message.get("text"))
+                await self._until_there_is_room()
+        finally:
+            sender.cancel()
+            for subscription in self._subscriptions.values():
+                subscription.close()
+            self._subscriptions.clear()
+            with suppress(asyncio.CancelledError, WebSocketDisconnect):
+                await sender
+
+    def put(self, frame: str) -> None:
+        """Send a frame."""
+        self._outbox.put(frame)
+        self._news.set()
+
+    def tell_alive(self) -> None:
+        """Tell whether the simulator is there."""
+        self.put(frames.said("alive", alive=self._live.alive))
+
+    def hear(self, id_: int, entries: Sequence[tuple[str, str]], *, lost: bool) -> None:
+        """Send samples of a subscription."""
+        self._outbox.add(id_, entries, lost=lost)
+        self._news.set()
+
+    async def _send(self, socket: WebSocket) -> None:
+        """Send what there is, as fast as the page takes it."""
+        while await self._news.wait():
+            self._news.clear()
+            for frame in self._outbox.take():
+                await socket.send_text(frame)
+            self._room.set()
+
+    async def _until_there_is_room(self) -> None:
+        """Return when the page has taken most of its answers: who only asks and never reads, waits."""
+        while self._outbox.crowded:
+            self._room.clear()
+            await self._room.wait()
+
+    def _take(self, text: str | None) -> None:
+        """Do what the page wants, or tell it why not."""
+        try:
+            if text is None:
+                raise ValueError("text frames are expected, this one is binary")  # noqa: TRY301 - one way to complain
+            match frames.read(text):
+                case frames.Subscribe() as request:
+                    self._subscribe(request)
+                case frames.Unsubscribe(id=id_):
+                    self._unsubscribe(id_)
+                case frames.Get() as request:
+                    self._get(request)
+        except ValueError as error:
+            self.put(frames.said("error", error=str(error)))
+
+    def _subscribe(self, request: frames.Subscribe) -> None:
+        if request.id in self._subscriptions:
+            raise ValueError(f"subscription {request.id} is there already")
+        if len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
+            raise ValueError(f"there are {MOST_SUBSCRIPTIONS} subscriptions already")
+        self._check_key(request.key)
+        self._outbox.open(request.id, latest=request.latest)
+        self._subscriptions[request.id] = _Subscription(self, self._live, request)
+
+    def _unsubscribe(self, id_: int) -> None:
+        subscription = self._subscriptions.pop(id_, None)
+        if subscription is None:
+            raise ValueError(f"there is no subscription {id_}")
+        subscription.close()
+        self._outbox.close(id_)
+
+    def _get(self, request: frames.Get) -> None:
+        if request.id in self._gets:
+            raise ValueError(f"get {request.id} is under way already")
+        try:
+            if len(self._gets) >= MOST_GETS:
+                raise ValueError(f"{MOST_GETS} gets are under way already")  # noqa: TRY301 - one way to complain
+            self._check_key(request.key)
+            payload = None if request.payload is None else to_json(request.payload)
+            self._live.get(request.key, payload, request.timeout, partial(self._reply, request))
+        except (ValueError, zenoh.ZError) as error:
+            self.put(frames.failure(request.id, str(error)))
+            return
+        self._gets.add(request.id)
+
+    def _reply(self, request: frames.Get, replies: Replies) -> None:
+        self._gets.discard(request.id)
+        self.put(_answer(request, replies))
+
+    def _check_key(self, key: str) -> None:
+        """Do nothing with a key expression below the prefix.
+
+        Raises:
+            ValueError: It is none.
+        """
+        try:
+            if "@" in key:
+                raise ValueError(f"key {key!r}: keys with '@' are Zenoh's own")
+            zenoh.KeyExpr(f"{self._live.prefix}/{key}")
+        except zenoh.ZError:
+            raise ValueError(f"{key!r} is no key expression; chunks are joined by single slashes") from None
+
+
+class _Subscription:
+    """One of a page's."""
+
+    def __init__(self, page: Bridge, live: Live, request: frames.Subscribe) -> None:
+        self._page = page
+        self._feeds = live.feeds
+        self._id = request.id
+        self._where = request.key, request.pause
+        self._feeds.join(*self._where, self)
+
+    def hear(self, entries: Sequence[tuple[str, str]], *, lost: bool) -> None:
+        self._page.hear(self._id, entries, lost=lost)
+
+    def close(self) -> None:
+        self._feeds.leave(*self._where, self)
+
+
+def _answer(request: frames.Get, replies: Replies) -> str:
+    """Return the frame that answers a get."""
+    id_, key = request.id, request.key
+    if replies.cut:
+        return frames.failure(id_, f"the answers on {key!r} are too long")
+    texts = [frames.embedded(*one) for one in replies.ok]
+    found = [text for text in texts if text is not None]
+    if found or (not replies.errors and not texts and "*" in key):
+        return frames.replies(id_, found)
+    if texts:
+        return frames.failure(id_, f"what answers on {key!r} is no JSON")
+    errors = [error for error in replies.errors if error != _TIMED_OUT]
+    if errors:
+        told = RequestError.from_json(errors[0])
+        return frames.failure(id_, str(told), told.details)
+    if replies.errors:
+        return frames.failure(id_, f"no answer on {key!r} in {request.timeout:g} s")
+    return frames.failure(id_, f"nothing answers on {key!r}")

@@ -1,0 +1,158 @@
+"""A simulator as a source of pages: its token, its keys, and what they answer."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import zenoh
+from starlette.responses import JSONResponse
+from starlette.routing import Route, WebSocketRoute
+
+from hmrsim_zenoh.view.bridge import Bridge
+from hmrsim_zenoh.view.feeds import Feeds
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable
+
+    from starlette.requests import Request
+    from starlette.routing import BaseRoute
+    from starlette.websockets import WebSocket
+
+    from hmrsim_zenoh.keys import Keys
+
+MOST_PAGES: Final = 64
+_MOST_REPLIED: Final = 64 * 2**20
+_LOOK_AGAIN: Final = 1.0
+_TRY_AGAIN_LATER: Final = 1013
+
+
+@dataclass(frozen=True)
+class Replies:
+    """What came back of a query.
+
+    Attributes:
+        ok: Keys and payloads.
+        errors: The payloads of Zenoh's error replies.
+        cut: Whether it was too much.
+    """
+
+    ok: list[tuple[str, bytes]]
+    errors: list[bytes]
+    cut: bool
+
+
+class Live:
+    """What pages see of a simulator; of use within `opened`, and in the event loop's thread only.
+
+    Args:
+        session: An open session, which stays open.
+        keys: How the simulator's keys are spelled.
+
+    Attributes:
+        alive: Whether the simulator's token is there.
+        feeds: The subscriptions.
+    """
+
+    feeds: Feeds
+
+    def __init__(self, session: zenoh.Session, keys: Keys) -> None:
+        self.prefix = keys.prefix
+        self.alive = False
+        self._session = session
+        self._token = keys.alive()
+        self._pages: set[Bridge] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    def routes(self) -> list[BaseRoute]:
+        """Return what a page asks beside its files."""
+        return [Route("/source", self._source), WebSocketRoute("/ws", self._serve)]
+
+    @asynccontextmanager
+    async def opened(self) -> AsyncIterator[None]:
+        """Follow the simulator's token; pages may come."""
+        self._loop = asyncio.get_running_loop()
+        self.feeds = Feeds(self._session, self.prefix, self._loop)
+        handler: zenoh.handlers.Callback[zenoh.Sample] = zenoh.handlers.Callback(
+            lambda sample: self._later(self._saw, sample.kind == zenoh.SampleKind.PUT), indirect=False
+        )
+        subscriber = self._session.liveliness().declare_subscriber(self._token, handler, history=True)
+        try:
+            yield
+        finally:
+            subscriber.undeclare()
+            self.feeds.close()
+            self._loop = None
+
+    def get(self, key: str, payload: bytes | None, timeout: float, then: Callable[[Replies], None]) -> None:
+        """Ask whoever answers on a key below the prefix; *then* gets all replies, when the last has come.
+
+        Raises:
+            zenoh.ZError: The session is closed.
+        """
+        ok: list[tuple[str, bytes]] = []
+        errors: list[bytes] = []
+        room = _MOST_REPLIED
+
+        def on_reply(reply: zenoh.Reply) -> None:
+            nonlocal room
+            if reply.ok is None:
+                errors.append(reply.err.payload.to_bytes() if reply.err else b"")
+                return
+            room -= len(reply.ok.payload)
+            if room >= 0:
+                ok.append((str(reply.ok.key_expr)[len(self.prefix) + 1 :], reply.ok.payload.to_bytes()))
+
+        handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
+            on_reply, lambda: self._later(lambda: then(Replies(ok, errors, cut=room < 0))), indirect=False
+        )
+        # Zenoh's best match would be the simulator alone, where each robot's controller answers for its tree.
+        target = zenoh.QueryTarget.ALL if "*" in key else zenoh.QueryTarget.BEST_MATCHING
+        where = f"{self.prefix}/{key}"
+        self._session.get(where, handler, payload=payload, encoding="application/json", timeout=timeout, target=target)
+
+    def _saw(self, alive: bool) -> None:  # noqa: FBT001 - call_soon_threadsafe passes positions
+        """Tell the pages that the simulator came or went; twice `alive` is another simulator."""
+        self.alive = alive
+        for page in self._pages:
+            page.tell_alive()
+        if not alive and self._loop is not None:
+            self._loop.call_later(_LOOK_AGAIN, self._look_again)
+
+    def _look_again(self) -> None:
+        """Ask for the token: of one that went and came back, Zenoh may have told in the wrong order."""
+        if self.alive or self._loop is None:
+            return
+        handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
+            lambda _reply: self._later(self._came_back), indirect=False
+        )
+        with suppress(zenoh.ZError):
+            self._session.liveliness().get(self._token, handler, timeout=_LOOK_AGAIN)
+
+    def _came_back(self) -> None:
+        if not self.alive:
+            self._saw(True)
+
+    def _later(self, call: Callable[..., None], *arguments: object) -> None:
+        """Have a call made in the event loop; from Zenoh's threads, also when the loop is gone."""
+        loop = self._loop
+        if loop is not None:
+            with suppress(RuntimeError):
+                loop.call_soon_threadsafe(call, *arguments)
+
+    async def _source(self, _request: Request) -> JSONResponse:
+        return JSONResponse({"kind": "live"})
+
+    async def _serve(self, socket: WebSocket) -> None:
+        await socket.accept()
+        if len(self._pages) >= MOST_PAGES:
+            await socket.close(_TRY_AGAIN_LATER, f"there are {MOST_PAGES} pages already")
+            return
+        page = Bridge(self)
+        self._pages.add(page)
+        try:
+            await page.serve(socket)
+        finally:
+            self._pages.discard(page)

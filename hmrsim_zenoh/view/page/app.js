@@ -1,0 +1,325 @@
+// The page as a whole: what is selected, aimed, followed and open, and what the panels may ask for.
+
+import { Banner } from './panels/banner.js';
+import { ChartsPanel } from './panels/charts.js';
+import { button, el, icon, mark } from './panels/dom.js';
+import { EventsPanel } from './panels/events.js';
+import { FaultDialog } from './panels/faults.js';
+import { GoalsPanel } from './panels/goals.js';
+import { Hint } from './panels/hint.js';
+import { Inspector } from './panels/inspector.js';
+import { Keyboard } from './panels/keyboard.js';
+import { Legend } from './panels/legend.js';
+import { Menu } from './panels/menu.js';
+import { Player } from './panels/player.js';
+import { Search } from './panels/search.js';
+import { Side } from './panels/side.js';
+import { Summary } from './panels/summary.js';
+import { TimeBar } from './panels/time.js';
+import { Toasts } from './panels/toasts.js';
+import { TreesPanel } from './panels/trees.js';
+
+const ZOOM = 60; // css pixels that the buttons for the map take at the left
+const PHONE = matchMedia('(max-width: 700px)');
+const DARK = matchMedia('(prefers-color-scheme: dark)');
+
+export class App {
+  /** @param {object} parts See main.js. */
+  constructor({ model, clock, map, palette, asked, connection, commands, live, playback }) {
+    Object.assign(this, { model, clock, map, palette, asked, connection, commands, live, playback });
+    this.shown = false;
+    /** @type {string|null} The robot whose goal is chosen with the next click. */
+    this.aimed = null;
+    this.toasts = new Toasts();
+    this.banner = new Banner(this);
+    this.search = new Search(this);
+    this.summary = new Summary(this);
+    this.inspector = new Inspector(this);
+    this.time = playback ? new Player(this) : new TimeBar(this);
+    this.menu = new Menu(this);
+    this.faults = new FaultDialog(this);
+    this.hint = new Hint(this);
+    this.panels = new Side(this, {
+      goals: new GoalsPanel(this), events: new EventsPanel(this), trees: new TreesPanel(this), charts: new ChartsPanel(this),
+    });
+    this.themeButton = button('sun', 'Dark or light', () => this.setTheme(this.theme === 'dark' ? 'light' : 'dark'), { key: 'd' });
+    this.legendButton = button('layers', 'Legend and layers', () => this.legend.toggle(), { key: 'l' });
+    this.legend = new Legend(this);
+    this.keyboard = new Keyboard(this);
+    this.#place();
+    this.#listen();
+    this.setTheme(asked.get('theme') ?? this.#rememberedTheme(), false);
+  }
+
+  #place() {
+    const corner = el('div', { class: 'card corner-tools' }, this.themeButton,
+      button('help', 'Keys', () => this.keyboard.help(), { key: '?' }));
+    const zoom = el('div', { class: 'card zoom', role: 'group', 'aria-label': 'Map' },
+      button('plus', 'Nearer', () => this.zoom(1.35), { key: '+' }), button('minus', 'Farther', () => this.zoom(1 / 1.35), { key: '-' }),
+      button('fit', 'Show all', () => this.fit(), { key: '0' }), this.legendButton);
+    this.panels.tabs.classList.add('card');
+    document.getElementById('shell').append(
+      el('div', { class: 'top' }, el('div', { class: 'card brand' }, this.summary.element, this.search.element),
+        el('div', { class: 'top-right' }, this.panels.tabs, corner)),
+      el('div', { class: 'right' }, this.inspector.element, this.panels.element), zoom, this.legend.element,
+      el('div', { class: 'bottom' }, this.toasts.element, this.hint.element, this.time.element),
+      this.banner.element, this.menu.element, this.faults.element, this.keyboard.element);
+  }
+
+  #listen() {
+    const { map } = this;
+    map.addEventListener('pick', ({ detail }) => this.#picked(detail));
+    map.addEventListener('menu', ({ detail }) => detail && this.menu.open(detail));
+    map.addEventListener('hover', ({ detail }) => {
+      if (this.aimed !== null) map.goalPreview = detail && detail.kind !== 'robot' ? detail.point : null;
+    });
+    map.addEventListener('follow', () => this.render());
+    this.model.addEventListener('world', () => this.layout());
+    PHONE.addEventListener('change', () => this.layout());
+    addEventListener('resize', () => this.layout());
+    DARK.addEventListener('change', () => {
+      if (!this.asked.get('theme') && !remembered('theme')) this.setTheme(DARK.matches ? 'dark' : 'light', false);
+    });
+  }
+
+  /** The first world is there. */
+  begin() {
+    this.shown = true;
+    const panel = this.asked.get('panel');
+    this.panels.show(panel ?? (PHONE.matches || innerWidth < 1000 ? null : 'goals'));
+    this.layout();
+    if (this.map.camera.fitted !== false) this.map.camera.fit(false);
+    const follow = this.asked.get('follow');
+    if (follow && this.model.robots.has(follow)) {
+      this.select(follow, { center: true });
+      this.follow(follow);
+    }
+    this.hint.welcome();
+    this.playback?.play();
+  }
+
+  now() {
+    return this.clock.now();
+  }
+
+  /** Render what is open; called a few times a second. */
+  render() {
+    this.banner.render();
+    if (!this.shown) return;
+    if (this.map.selected !== null && !this.model.robots.has(this.map.selected)) this.select(null);
+    const gone = this.live && this.live.state !== 'live';
+    mark(document.body, 'data-gone', String(Boolean(gone)));
+    this.summary.render();
+    this.time.render();
+    this.inspector.render();
+    this.panels.render();
+  }
+
+  // --- what is looked at ----------------------------------------------------------------------------------------
+
+  /** @param {string|null} name Of a robot. @param {{center?: boolean}} [options] */
+  select(name, { center = false } = {}) {
+    const robot = name === null ? undefined : this.model.robots.get(name);
+    if (this.aimed !== null && this.aimed !== name) this.aim(null);
+    if (this.map.follow !== null && this.map.follow !== name) this.map.follow = null;
+    this.map.selected = robot ? name : null;
+    this.live?.watchFeedback(robot ? name : null);
+    this.live?.watchDetections(robot?.sensors.length ? name : null);
+    if (robot && PHONE.matches) this.panels.show(null);
+    if (robot && center) this.map.camera.centerOn(...robot.poseAt(this.now()).slice(0, 2));
+    this.render();
+    this.layout();
+  }
+
+  selectNext(step) {
+    const names = [...this.model.robots.keys()];
+    const at = names.indexOf(this.map.selected);
+    if (names.length) this.select(names[(at < 0 && step < 0 ? names.length - 1 : at + step + names.length) % names.length], { center: true });
+  }
+
+  /** @param {string|undefined} name Of anything that has a place on the map. */
+  centerOn(name) {
+    const { robots, items, doors, lifts, world } = this.model;
+    const thing = robots.get(name)?.poseAt(this.now()) ?? items.get(name)?.at ?? lifts.get(name)?.at ?? world.point(name);
+    const door = doors.get(name);
+    const point = door ? [(door.at[0][0] + door.at[1][0]) / 2, (door.at[0][1] + door.at[1][1]) / 2] : thing;
+    if (!point) return;
+    this.map.follow = null;
+    this.map.camera.centerOn(point[0], point[1]);
+  }
+
+  follow(name) {
+    this.map.follow = this.map.follow === name ? null : name;
+    if (this.map.follow !== null && this.map.selected !== name) this.select(name);
+    this.hint.show(this.map.follow ? `Following ${name}. Drag the map to leave.` : '', 2500);
+    this.render();
+  }
+
+  fit() {
+    this.map.follow = null;
+    this.map.camera.fit();
+  }
+
+  zoom(factor) {
+    const { clientWidth, clientHeight } = this.map.element;
+    this.map.camera.zoomAt(clientWidth / 2, clientHeight / 2, factor, true);
+  }
+
+  pan(dx, dy) {
+    this.map.follow = null;
+    this.map.camera.panBy(dx, dy);
+  }
+
+  openMenuOfSelected() {
+    const robot = this.model.robots.get(this.map.selected);
+    if (!robot) return;
+    const [x, y] = robot.poseAt(this.now());
+    const [px, py] = this.map.toScreen(x, y);
+    this.menu.open({ kind: 'robot', name: robot.name, point: [x, y], px, py });
+  }
+
+  escape() {
+    if (!this.menu.element.hidden) this.menu.close();
+    else if (this.aimed !== null) this.aim(null);
+    else if (this.map.follow !== null) this.follow(this.map.follow);
+    else if (this.map.selected !== null) this.select(null);
+    else if (!this.legend.element.hidden) this.legend.toggle();
+    else this.panels.show(null);
+  }
+
+  // --- what is asked for ----------------------------------------------------------------------------------------
+
+  /** Choose a goal for a robot with the next click; null: no more. @param {string|null} name */
+  aim(name) {
+    if (name !== null && (!this.live || this.live.state !== 'live')) return;
+    if (name !== null && this.map.selected !== name) this.select(name);
+    this.aimed = name;
+    this.map.goalPreview = null;
+    this.map.element.classList.toggle('aiming', name !== null);
+    this.hint.show(name === null ? '' : `Click where ${name} should go`, 0, 'Esc');
+  }
+
+  #picked(pick) {
+    this.hint.known();
+    if (pick.kind === 'robot') {
+      const again = pick.name === this.map.selected && this.aimed !== null;
+      this.select(pick.name);
+      this.aim(again ? null : pick.name);
+    } else if (this.aimed !== null) {
+      this.send(this.aimed, pick);
+    } else {
+      this.select(null);
+    }
+  }
+
+  /** Send a robot to what was picked: into a dock, or to the point. */
+  send(robot, pick) {
+    if (pick.kind === 'dock' && this.#may(robot, 'dock_robot')) {
+      this.sendToDock(robot, pick.name);
+      return;
+    }
+    this.aim(null);
+    const name = ['floor', 'lane', 'door'].includes(pick.kind) ? '' : pick.name;
+    const to = name || pick.point.map((each) => each.toFixed(this.model.world.units === 'px' ? 0 : 1)).join(', ');
+    this.ask(`send ${robot} to ${to}`, () => this.commands.goTo(robot, pick.point), `${robot} is on its way to ${to}.`);
+  }
+
+  /** @param {string} robot @param {string} [dock] Left out: the nearest that is free. */
+  sendToDock(robot, dock = this.#nearestDock(robot)) {
+    this.aim(null);
+    this.ask(`dock ${robot} at ${dock}`, () => this.commands.dock(robot, dock), `${robot} is on its way to ${dock}.`);
+  }
+
+  inject(fault) {
+    const what = `${fault.type.replaceAll('_', ' ')} (${fault.robot ?? fault.door ?? fault.lane.join(' – ')})`;
+    this.ask(`inject ${what}`, () => this.commands.injectFault(fault), `Injected: ${what}.`);
+  }
+
+  /**
+   * Ask for something, and tell what came of it.
+   * @param {string} what As after "could not".
+   * @param {() => Promise<any>} request
+   * @param {string} [done] What to say when it went well.
+   */
+  async ask(what, request, done = '') {
+    try {
+      await request();
+      if (done) this.toasts.show('good', done);
+    } catch (error) {
+      const details = (error.details ?? []).map(({ field, message }) => `${field}: ${message}`);
+      this.toasts.show('error', `Could not ${what}`, [error.message, ...details].join('; '));
+    }
+  }
+
+  #may(robot, action) {
+    return this.model.robots.get(robot)?.actions.includes(action) ?? false;
+  }
+
+  #nearestDock(name) {
+    const [x, y] = this.model.robots.get(name)?.poseAt(this.now()) ?? [0, 0];
+    const far = ({ at, docked, capacity }) => Math.hypot(at[0] - x, at[1] - y) + (docked.length < capacity ? 0 : 1e9);
+    const suited = [...this.model.docks.values()].filter(({ reservedFor }) =>
+      !reservedFor || reservedFor.includes(name) || reservedFor.includes(this.model.robots.get(name)?.type));
+    return suited.reduce((best, dock) => (best === null || far(dock) < far(best) ? dock : best), null)?.name ?? '';
+  }
+
+  // --- how it looks ---------------------------------------------------------------------------------------------
+
+  setTheme(theme, keep = true) {
+    this.theme = theme === 'dark' ? 'dark' : 'light';
+    document.documentElement.dataset.theme = this.theme;
+    this.map.theme = this.theme;
+    this.themeButton.replaceChildren(icon(this.theme === 'dark' ? 'sun' : 'moon'));
+    if (keep) remember('theme', this.theme);
+    this.legend.render();
+    this.render();
+  }
+
+  #rememberedTheme() {
+    return remembered('theme') ?? (DARK.matches ? 'dark' : 'light');
+  }
+
+  /** Tell the camera what of the map is covered. */
+  layout() {
+    const { camera } = this.map;
+    if (!camera.insets || !this.shown) return;
+    const phone = PHONE.matches;
+    const open = !this.panels.element.hidden;
+    const side = document.querySelector('.right').getBoundingClientRect();
+    const top = document.querySelector('.top').getBoundingClientRect();
+    const bottom = innerHeight - this.time.element.getBoundingClientRect().top;
+    Object.assign(camera.insets, {
+      top: top.bottom, left: phone ? 0 : ZOOM, right: open && !phone ? innerWidth - side.left : 0,
+      bottom: phone ? this.#sheet(open, bottom) : bottom,
+    });
+    if (camera.fitted) camera.fit(phone);
+  }
+
+  /** Return how much a phone's sheet covers, or the card of the robot that is selected. */
+  #sheet(open, bottom) {
+    if (open) return this.panels.element.offsetHeight;
+    return this.inspector.element.hidden ? bottom : innerHeight - this.inspector.element.getBoundingClientRect().top;
+  }
+
+  /** @param {string} type Of robots. */
+  colourOf(type) {
+    const { types } = this.palette;
+    return types[this.model.world.typeIndex(type) % types.length];
+  }
+}
+
+function remembered(key) {
+  try {
+    return localStorage.getItem(`hmrsim.${key}`);
+  } catch {
+    return null; // forbidden by the browser's settings
+  }
+}
+
+function remember(key, value) {
+  try {
+    localStorage.setItem(`hmrsim.${key}`, value);
+  } catch {
+    // Then it is chosen anew next time.
+  }
+}

@@ -1,0 +1,151 @@
+// What the page asks of the simulator: the same keys and messages as any other client's (docs/keys.md).
+
+/** A request that was understood and not granted. */
+export class Refused extends Error {
+  /**
+   * @param {string} message Why.
+   * @param {object} [answer] What came.
+   */
+  constructor(message, answer = {}) {
+    super(message);
+    this.name = 'Refused';
+    this.answer = answer;
+  }
+}
+
+const DONE = 1; // of simulation_interfaces/msg/Result
+const PLAYING = 1;
+const PAUSED = 2;
+const STEP_TIMEOUT = 60; // s: answered when the steps are made
+
+export class Commands {
+  /**
+   * @param {import('./source/connection.js').Connection} connection
+   * @param {import('./model/model.js').Model} model
+   * @param {{now: () => number}} clock
+   */
+  constructor(connection, model, clock) {
+    this.connection = connection;
+    this.model = model;
+    this.clock = clock;
+  }
+
+  // --- goals ----------------------------------------------------------------------------------------------------
+
+  /**
+   * Send a goal; its id is made here, so that an answer that gets lost leads to no second one.
+   *
+   * @param {string} robot
+   * @param {string} action Such as `navigate_to_pose`.
+   * @param {object} goal Of the action's ROS type.
+   * @returns {Promise<string>} Its id, once it is accepted.
+   */
+  async sendGoal(robot, action, goal) {
+    const id = newId();
+    const answer = await this.connection.get(`${robot}/${action}/_action/send_goal`, { goal_id: id, goal });
+    if (answer.accepted) return answer.goal_id;
+    throw new Refused(answer.error_msg || answer.reason || 'not accepted', answer);
+  }
+
+  /**
+   * Have a robot drive somewhere.
+   *
+   * @param {string} robot
+   * @param {[number, number]} point
+   * @param {number} [yaw] How to face there; left out: as one who comes straight from where the robot is.
+   */
+  goTo(robot, [x, y], yaw = undefined) {
+    const [x0, y0, before] = this.model.robots.get(robot)?.poseAt(this.clock.now()) ?? [x, y, 0];
+    const facing = yaw ?? (x === x0 && y === y0 ? before : Math.atan2(y - y0, x - x0));
+    const orientation = { z: Math.sin(facing / 2), w: Math.cos(facing / 2) };
+    const pose = { header: { frame_id: 'map' }, pose: { position: { x, y }, orientation } };
+    return this.sendGoal(robot, 'navigate_to_pose', { pose });
+  }
+
+  /** Have a robot dock. @param {string} robot @param {string} dock */
+  dock(robot, dock) {
+    return this.sendGoal(robot, 'dock_robot', { use_dock_id: true, dock_id: dock, navigate_to_staging_pose: true });
+  }
+
+  /** Have a robot drive out of its dock. @param {string} robot */
+  undock(robot) {
+    return this.sendGoal(robot, 'undock_robot', {});
+  }
+
+  /** Cancel a goal. @param {import('./model/goals.js').Goal} goal */
+  async cancel(goal) {
+    const info = { goal_info: { goal_id: goal.id } };
+    const answer = await this.connection.get(`${goal.robot}/${goal.action}/_action/cancel_goal`, info);
+    if (answer.return_code !== 0) throw new Refused('it has ended, or is canceling already', answer);
+  }
+
+  /** Cancel all that a robot does. @param {string} robot */
+  async cancelAll(robot) {
+    const goals = this.model.robots.get(robot)?.goals ?? [];
+    if (!goals.length) throw new Refused(`${robot} has no goal`);
+    await Promise.all(goals.map((goal) => this.cancel(goal)));
+  }
+
+  // --- the world ------------------------------------------------------------------------------------------------
+
+  /**
+   * Have something go wrong.
+   * @param {object} fault Keys as in a world file: `{type: 'breakdown', robot: 'eve', duration: 20}`.
+   * @returns {Promise<string>} The fault's name.
+   */
+  async injectFault(fault) {
+    return (await this.#service('inject_fault', fault)).name;
+  }
+
+  /** End a fault. @param {string} name */
+  clearFault(name) {
+    return this.#service('clear_fault', { name });
+  }
+
+  /** @param {string} name @param {'open'|'closed'|'locked'} state */
+  setDoor(name, state) {
+    return this.#service('set_door_state', { name, state });
+  }
+
+  /** @param {string} name @param {string} stop A waypoint. */
+  callLift(name, stop) {
+    return this.#service('call_lift', { name, stop });
+  }
+
+  // --- time -----------------------------------------------------------------------------------------------------
+
+  pause() {
+    return this.#service('set_simulation_state', { state: { state: PAUSED } });
+  }
+
+  resume() {
+    return this.#service('set_simulation_state', { state: { state: PLAYING } });
+  }
+
+  /** Make steps while time is paused. @param {number} [steps] */
+  step(steps = 1) {
+    return this.#service('step_simulation', { steps }, STEP_TIMEOUT);
+  }
+
+  /** @param {number} factor Simulated seconds a wall second; 0: as fast as possible. */
+  setSpeed(factor) {
+    return this.connection.get('_world/time/set', { real_time_factor: factor });
+  }
+
+  /** Begin anew: time, state and what was spawned. */
+  reset() {
+    return this.#service('reset_simulation', { scope: 0 }, STEP_TIMEOUT);
+  }
+
+  async #service(name, request, timeout = 10) {
+    const answer = await this.connection.get(`_world/${name}`, request, { timeout });
+    if (answer.result?.result === DONE) return answer;
+    throw new Refused(answer.result?.error_message || `${name} failed, result ${answer.result?.result}`, answer);
+  }
+}
+
+/** Return 32 hex digits. */
+function newId() {
+  const bytes = crypto.getRandomValues(new Uint8Array(16));
+  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, '0')).join('');
+}

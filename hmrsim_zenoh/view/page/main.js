@@ -1,0 +1,106 @@
+// Wires what there is (model, source, map, panels) and lets it run.
+
+import { App } from './app.js';
+import { SimClock } from './source/clock.js';
+import { Commands } from './commands.js';
+import { Connection } from './source/connection.js';
+import { Live } from './source/live.js';
+import { MapView } from './map/view.js';
+import { Model } from './model/model.js';
+import { Playback } from './source/playback.js';
+import { fetchRecording, fetchSource } from './source/recording.js';
+
+const PANELS = 250; // ms from one rendering of the panels to the next
+const RETRY = 2000; // ms
+const WAITING = {
+  connecting: 'Connecting to the simulator…',
+  lost: 'No simulator is there yet. Trying again…',
+  'no server': 'The server of this page is gone. Trying again…',
+};
+
+const asked = new URLSearchParams(location.search);
+
+/** Return an address of this server, with the page's token. */
+function address(path) {
+  const url = new URL(path, location.href);
+  const token = asked.get('token');
+  if (token) url.searchParams.set('token', token);
+  return url;
+}
+
+function socketAddress() {
+  const url = address('ws');
+  url.protocol = location.protocol === 'https:' ? 'wss:' : 'ws:';
+  return url.href;
+}
+
+const loading = document.getElementById('loading');
+const say = (text) => (loading.lastElementChild.textContent = text);
+
+/** Return what the server shows; wait for it if it is not there. */
+async function sourceOf() {
+  for (;;) {
+    try {
+      return await fetchSource(address('source').href);
+    } catch (error) {
+      say(`${error.message}. Trying again…`);
+      await new Promise((resolve) => setTimeout(resolve, RETRY));
+    }
+  }
+}
+
+async function begin() {
+  const palette = await (await fetch(address('palette.json'))).json();
+  const source = await sourceOf();
+  const model = new Model();
+  const clock = new SimClock();
+  const parts = { model, clock, palette, asked };
+  if (source.kind === 'recording') {
+    const onProgress = ({ share }) => say(`Loading ${source.name}, ${Math.round(share * 100)} %`);
+    const recording = await fetchRecording(source, { address: address('recording').href, onProgress });
+    parts.playback = new Playback(recording, model, clock);
+  } else {
+    parts.connection = new Connection(socketAddress());
+    parts.commands = new Commands(parts.connection, model, clock);
+    parts.live = new Live(parts.connection, model, clock);
+  }
+  const map = new MapView(document.getElementById('map'), model, clock, palette);
+  run(new App({ ...parts, map }), parts, map);
+}
+
+function run(app, parts, map) {
+  let next = 0;
+  const frame = (wallMs) => {
+    map.draw(wallMs);
+    if (wallMs >= next) {
+      next = wallMs + PANELS;
+      if (parts.live && parts.live.state === 'live') parts.model.flush(parts.clock.now());
+      app.render();
+    }
+    requestAnimationFrame(frame);
+  };
+  requestAnimationFrame(frame);
+  const root = document.documentElement;
+  const tell = () => {
+    root.dataset.state = parts.live?.state ?? 'recording';
+    if (!app.shown) say(WAITING[parts.live?.state] ?? WAITING.connecting);
+  };
+  parts.live?.addEventListener('state', tell);
+  tell();
+  const ready = () => {
+    if (app.shown || !Object.keys(parts.model.world.definition).length) return;
+    loading.remove();
+    root.dataset.ready = 'true';
+    app.begin();
+    const { model, clock, live, playback, connection, commands } = parts;
+    window.hmrsim = { model, map, clock, live, playback, connection, commands, version: model.info?.hmrsim ?? '' };
+  };
+  parts.model.addEventListener('scene', ready);
+  if (parts.model.robots.size) ready();
+}
+
+begin().catch((error) => {
+  loading.dataset.failed = 'true';
+  say(`The page can't be shown: ${error.message}`);
+  console.error(error);
+});

@@ -1,0 +1,124 @@
+/** Docks, doors and lifts, as they are now: occupied, open, closed, locked, on their way. */
+
+import { GLYPHS, drawBadge, faint } from './glyphs.js';
+
+/** @param {CanvasRenderingContext2D} c @param {import('./view.js').Frame} frame */
+export function drawFixtures(c, frame) {
+  const { model } = frame;
+  for (const lift of model.lifts.values()) drawLift(c, frame, lift);
+  drawDocks(c, frame);
+  for (const door of model.doors.values()) drawDoor(c, frame, door);
+}
+
+/** How much of a door's half is closed by its leaf. */
+const LEAF = { open: 0.12, opening: 0.3, closed: 0.5 };
+
+/** Half the side of a dock on the screen. */
+export function dockSize({ camera, measures }) {
+  return Math.min(26, Math.max(3, 0.45 * measures.metre * camera.scale));
+}
+
+function drawDocks(c, frame) {
+  const { camera, model, colours } = frame;
+  const size = dockSize(frame);
+  for (const dock of model.docks.values()) {
+    const px = camera.screenX(dock.at[0]);
+    const py = camera.screenY(dock.at[1]);
+    if (px < -40 || py < -40 || px > camera.width + 40 || py > camera.height + 40) continue;
+    const colour = dock.charges ? colours.charger : colours.dock;
+    const taken = dock.docked.length;
+    c.beginPath();
+    c.roundRect(px - size, py - size, 2 * size, 2 * size, size * 0.3);
+    c.fillStyle = faint(colour, taken ? 0.3 : 0.1);
+    c.fill();
+    c.strokeStyle = colour;
+    c.lineWidth = size < 6 ? 1 : 1.5;
+    if (!taken && size >= 6) c.setLineDash([4, 3]);
+    c.stroke();
+    c.setLineDash([]);
+    if (size < 7) continue;
+    if (dock.charges && !taken) sign(c, GLYPHS.bolt, px, py, size * 0.6, faint(colour, 0.85));
+    if (dock.capacity > 1) {
+      c.fillStyle = colour;
+      c.font = '600 10px system-ui, sans-serif';
+      c.textAlign = 'right';
+      c.textBaseline = 'bottom';
+      c.fillText(`${taken}/${dock.capacity}`, px + size - 3, py + size - 1);
+    }
+  }
+}
+
+function sign(c, glyph, px, py, size, colour) {
+  c.save();
+  c.translate(px, py);
+  c.scale(size, size);
+  c.fillStyle = c.strokeStyle = colour;
+  glyph(c);
+  c.restore();
+}
+
+/** A door is a hollow bar, which a wall never is; of an open one only leaves at the jambs are left. */
+function drawDoor(c, { camera, measures, colours }, door) {
+  const [a, b] = door.at;
+  const ax = camera.screenX(a[0]);
+  const ay = camera.screenY(a[1]);
+  const dx = camera.screenX(b[0]) - ax;
+  const dy = camera.screenY(b[1]) - ay;
+  const thick = Math.max(4, Math.min(9, 0.2 * measures.metre * camera.scale));
+  const leaf = LEAF[door.state] ?? 0.5;
+  const colour = door.locked ? colours.fault : colours.door;
+  const bars = [[thick + 2, colours.floor], [thick, colour], [thick - 2.5, door.locked ? colour : colours.floor]];
+  c.lineCap = 'butt';
+  for (const [width, shade] of bars) {
+    // The hollow is shorter, so that the bar is closed at its ends.
+    const end = width < thick ? 1.25 / (Math.hypot(dx, dy) || 1) : 0;
+    c.beginPath();
+    for (const [from, to] of leaf === 0.5 ? [[end, 1 - end]] : [[end, leaf - end], [1 - leaf + end, 1 - end]]) {
+      c.moveTo(ax + dx * from, ay + dy * from);
+      c.lineTo(ax + dx * to, ay + dy * to);
+    }
+    c.lineWidth = width;
+    c.strokeStyle = shade;
+    c.stroke();
+  }
+  if (leaf < 0.5) {
+    // Between the leaves a thin line says that there is a door.
+    c.beginPath();
+    c.moveTo(ax + dx * leaf, ay + dy * leaf);
+    c.lineTo(ax + dx * (1 - leaf), ay + dy * (1 - leaf));
+    c.lineWidth = 1;
+    c.strokeStyle = colour;
+    c.setLineDash([2, 3]);
+    c.stroke();
+    c.setLineDash([]);
+  }
+  if (!door.locked || Math.hypot(dx, dy) < 14) return;
+  drawBadge(c, GLYPHS.lock, ax + dx / 2, ay + dy / 2, 7, colours.fault, colours.floor);
+}
+
+/** A lift is a shaft through its stops, with the cabin where it is, and an arrow where it goes. */
+function drawLift(c, { camera, measures, colours }, lift) {
+  const size = Math.min(30, Math.max(4, 0.55 * measures.metre * camera.scale));
+  c.strokeStyle = colours.lift;
+  c.lineWidth = 1.5;
+  c.setLineDash([2, 4]);
+  c.beginPath();
+  for (const [x, y] of lift.points) c.lineTo(camera.screenX(x), camera.screenY(y));
+  c.stroke();
+  c.setLineDash([]);
+  for (const [i, stop] of lift.stops.entries()) {
+    const px = camera.screenX(lift.points[i][0]);
+    const py = camera.screenY(lift.points[i][1]);
+    const here = stop === lift.stop;
+    c.beginPath();
+    c.roundRect(px - size, py - size, 2 * size, 2 * size, 2);
+    c.fillStyle = faint(colours.lift, here ? 0.35 : 0.08);
+    c.fill();
+    c.lineWidth = here ? 2 : 1;
+    if (!here) c.setLineDash([3, 3]);
+    c.stroke();
+    c.setLineDash([]);
+    if (stop !== lift.to || size <= 5) continue;
+    drawBadge(c, GLYPHS.dots, px, py, Math.min(8, size * 0.6), colours.lift, colours.floor);
+  }
+}

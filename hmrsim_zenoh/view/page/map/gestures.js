@@ -1,0 +1,121 @@
+/** What fingers, mouse and wheel mean: pan, zoom, pinch, click, menu; told to a handler in css pixels. */
+
+const SLACK = 6; // css pixels that a click may move
+const LONG_PRESS = 550; // ms
+const DOUBLE = 320; // ms
+
+/**
+ * @typedef {object} Handler
+ * @property {(dx: number, dy: number) => void} pan
+ * @property {(px: number, py: number, factor: number, smooth: boolean) => void} zoom
+ * @property {(px: number, py: number) => void} click
+ * @property {(px: number, py: number) => void} menu
+ * @property {(px: number|null, py: number|null) => void} hover
+ * @property {(px: number, py: number) => boolean} zoomsOnDouble whether a double click there zooms
+ */
+
+export class Gestures {
+  /** @param {HTMLElement} element @param {Handler} handler */
+  constructor(element, handler) {
+    this.element = element;
+    this.handler = handler;
+    /** Map of a pointer's id to where it is. */
+    this.pointers = new Map();
+    this.moved = false;
+    this.timer = 0;
+    this.lastClick = { time: -1e9, px: 0, py: 0 };
+    const on = (kind, listener, options) => element.addEventListener(kind, listener, options);
+    on('pointerdown', (event) => this.down(event));
+    on('pointermove', (event) => this.move(event));
+    on('pointerup', (event) => this.up(event));
+    on('pointercancel', (event) => this.drop(event));
+    on('pointerleave', () => this.handler.hover(null, null));
+    on('wheel', (event) => this.wheel(event), { passive: false });
+    on('contextmenu', (event) => {
+      event.preventDefault();
+      if (event.pointerType !== 'touch') this.handler.menu(...this.at(event));
+    });
+  }
+
+  at(event) {
+    const box = this.element.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  wheel(event) {
+    event.preventDefault();
+    const lines = event.deltaMode === 1 ? 18 : event.deltaMode === 2 ? 300 : 1;
+    // A pinch on a touchpad comes as a wheel with ctrl, in small steps.
+    const step = Math.max(-240, Math.min(240, event.deltaY * lines)) * (event.ctrlKey ? 0.012 : 0.0022);
+    this.handler.zoom(...this.at(event), Math.exp(-step), false);
+  }
+
+  down(event) {
+    if (event.button > 1) return;
+    const [px, py] = this.at(event);
+    this.element.setPointerCapture?.(event.pointerId);
+    this.pointers.set(event.pointerId, { px, py, startX: px, startY: py });
+    clearTimeout(this.timer);
+    if (this.pointers.size > 1) {
+      this.moved = true;
+      return;
+    }
+    this.moved = event.button === 1;
+    if (event.pointerType === 'touch') {
+      this.timer = setTimeout(() => {
+        this.moved = true;
+        this.handler.menu(px, py);
+      }, LONG_PRESS);
+    }
+  }
+
+  move(event) {
+    const [px, py] = this.at(event);
+    const pointer = this.pointers.get(event.pointerId);
+    if (!pointer) {
+      if (event.pointerType !== 'touch') this.handler.hover(px, py);
+      return;
+    }
+    if (!this.moved && Math.hypot(px - pointer.startX, py - pointer.startY) > SLACK) {
+      this.moved = true;
+      clearTimeout(this.timer);
+      this.element.style.cursor = 'grabbing';
+    }
+    if (this.pointers.size === 2) this.pinch(event.pointerId, px, py);
+    else if (this.moved) this.handler.pan(px - pointer.px, py - pointer.py);
+    // What is within the slack counts for the pan, once it has begun.
+    if (this.moved) Object.assign(pointer, { px, py });
+  }
+
+  pinch(id, px, py) {
+    const pointer = this.pointers.get(id);
+    let other = pointer;
+    for (const [key, value] of this.pointers) if (key !== id) other = value;
+    const before = Math.hypot(pointer.px - other.px, pointer.py - other.py);
+    const after = Math.hypot(px - other.px, py - other.py);
+    this.handler.pan((px - pointer.px) / 2, (py - pointer.py) / 2);
+    if (before > 8 && after > 8) this.handler.zoom((px + other.px) / 2, (py + other.py) / 2, after / before, false);
+  }
+
+  up(event) {
+    const pointer = this.pointers.get(event.pointerId);
+    this.drop(event);
+    if (!pointer || this.moved || this.pointers.size) return;
+    const [px, py] = this.at(event);
+    const last = this.lastClick;
+    const again = event.timeStamp - last.time < DOUBLE && Math.hypot(px - last.px, py - last.py) < 24;
+    if (again && this.handler.zoomsOnDouble(px, py)) {
+      this.lastClick = { time: -1e9, px, py };
+      this.handler.zoom(px, py, event.shiftKey ? 0.5 : 2, true);
+      return;
+    }
+    this.lastClick = { time: event.timeStamp, px, py };
+    this.handler.click(px, py);
+  }
+
+  drop(event) {
+    clearTimeout(this.timer);
+    this.pointers.delete(event.pointerId);
+    this.element.style.cursor = '';
+  }
+}

@@ -1,0 +1,109 @@
+/** Small signs, drawn as paths so that they look alike everywhere; each fills the unit circle around the origin. */
+
+function bolt(c) {
+  c.beginPath();
+  const corners = [[0.12, -0.68], [-0.46, 0.12], [-0.06, 0.12], [-0.14, 0.68], [0.46, -0.16], [0.06, -0.16]];
+  for (const corner of corners) c.lineTo(...corner);
+  c.closePath();
+  c.fill();
+}
+
+function dots(c) {
+  c.beginPath();
+  for (const x of [-0.46, 0, 0.46]) c.moveTo(x + 0.17, 0), c.arc(x, 0, 0.17, 0, 2 * Math.PI);
+  c.fill();
+}
+
+function exclamation(c) {
+  c.beginPath();
+  c.roundRect(-0.15, -0.62, 0.3, 0.76, 0.12);
+  c.moveTo(0.18, 0.47);
+  c.arc(0, 0.47, 0.18, 0, 2 * Math.PI);
+  c.fill();
+}
+
+function cross(c) {
+  c.beginPath();
+  for (const s of [-1, 1]) c.moveTo(-0.4, -0.4 * s), c.lineTo(0.4, 0.4 * s);
+  c.lineWidth = 0.28;
+  c.lineCap = 'round';
+  c.stroke();
+}
+
+function disc(c) {
+  c.beginPath();
+  c.arc(0, 0, 0.38, 0, 2 * Math.PI);
+  c.fill();
+}
+
+function lock(c) {
+  c.beginPath();
+  c.roundRect(-0.45, -0.1, 0.9, 0.66, 0.1);
+  c.fill();
+  c.beginPath();
+  c.arc(0, -0.14, 0.28, Math.PI, 0);
+  c.lineWidth = 0.18;
+  c.stroke();
+}
+
+/** What each state of a robot is marked with; the others need no mark. */
+export const STATE_GLYPHS = { waiting: dots, charging: bolt, stopped: exclamation, offline: cross, busy: disc };
+
+export const GLYPHS = { bolt, dots, exclamation, cross, disc, lock };
+
+/** Return black or white, whichever is easier to read on a colour. @param {string} colour #rrggbb */
+export function inkOn(colour) {
+  const [r, g, b] = [1, 3, 5].map((i) => (parseInt(colour.slice(i, i + 2), 16) / 255) ** 2.2);
+  return 0.2126 * r + 0.7152 * g + 0.0722 * b > 0.3 ? '#11151c' : '#ffffff';
+}
+
+/** Return a colour of the palette with a share of opacity. @param {string} colour #rrggbb */
+export function faint(colour, share) {
+  return colour + Math.round(share * 255).toString(16).padStart(2, '0');
+}
+
+/** Return a colour between two of the palette. @param {number} share of the second, from 0 to 1 */
+export function mixed(one, other, share) {
+  const part = (colour, i) => parseInt(colour.slice(i, i + 2), 16);
+  return `rgb(${[1, 3, 5].map((i) => Math.round(part(one, i) * (1 - share) + part(other, i) * share)).join()})`;
+}
+
+/** Draw a glyph on a disc. */
+export function drawBadge(c, glyph, x, y, radius, colour, edge) {
+  c.save();
+  c.translate(x, y);
+  c.scale(radius, radius);
+  c.beginPath();
+  c.arc(0, 0, 1, 0, 2 * Math.PI);
+  c.fillStyle = colour;
+  c.fill();
+  c.lineWidth = 1.5 / radius;
+  c.strokeStyle = edge;
+  c.stroke();
+  c.fillStyle = c.strokeStyle = inkOn(colour);
+  glyph(c);
+  c.restore();
+}
+
+/** Draw a triangle with an exclamation mark: something is wrong here. */
+export function drawWarning(c, x, y, radius, colour, edge) {
+  c.save();
+  c.translate(x, y);
+  c.scale(radius, radius);
+  c.beginPath();
+  [[0, -1], [0.98, 0.78], [-0.98, 0.78]].forEach((p) => c.lineTo(...p));
+  c.closePath();
+  c.lineJoin = 'round';
+  c.lineWidth = 0.5;
+  c.strokeStyle = edge;
+  c.stroke();
+  c.lineWidth = 0.22;
+  c.fillStyle = c.strokeStyle = colour;
+  c.stroke();
+  c.fill();
+  c.fillStyle = inkOn(colour);
+  c.translate(0, 0.18);
+  c.scale(0.72, 0.72);
+  exclamation(c);
+  c.restore();
+}

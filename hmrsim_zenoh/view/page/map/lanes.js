@@ -1,0 +1,131 @@
+/** Lanes and waypoints: as wide as robots fit on them, with arrows where they lead one way, crossed where closed. */
+
+import { faint, mixed } from './glyphs.js';
+
+const ARROW_EVERY = 64; // css pixels
+
+/** Return how wide a lane is on the screen. @param {import('../model/world.js').Lane} lane */
+export function laneWidth(lane, { camera, measures }) {
+  const share = lane.capacity === 1 ? 0.7 : Math.min(2, 0.6 + (lane.capacity ?? 1) * 0.3);
+  return Math.min(44, Math.max(2, measures.road * share * camera.scale));
+}
+
+function seen(lane, camera, margin) {
+  const ax = camera.screenX(lane.a[0]);
+  const ay = camera.screenY(lane.a[1]);
+  const bx = camera.screenX(lane.b[0]);
+  const by = camera.screenY(lane.b[1]);
+  return (
+    Math.max(ax, bx) > -margin && Math.min(ax, bx) < camera.width + margin &&
+    Math.max(ay, by) > -margin && Math.min(ay, by) < camera.height + margin
+  );
+}
+
+export function drawLanes(c, frame) {
+  const { camera, world, colours, closedLanes } = frame;
+  const bands = new Map();
+  const open = [];
+  const closed = [];
+  for (const lane of world.lanes) {
+    if (!seen(lane, camera, 60)) continue;
+    const shut = closedLanes.has(lane.key) || closedLanes.has(`${lane.to}|${lane.from}`);
+    (shut ? closed : open).push(lane);
+    const width = Math.round(laneWidth(lane, frame) * 2) / 2;
+    if (!bands.has(width)) bands.set(width, []);
+    bands.get(width).push(lane);
+  }
+  c.lineCap = 'round';
+  // Mixed and not faint: where two bands meet one must not see both.
+  c.strokeStyle = mixed(colours.floor, colours.lane, 0.22);
+  for (const [width, lanes] of bands) {
+    c.lineWidth = width;
+    strokeLanes(c, camera, lanes);
+  }
+  c.lineWidth = 1;
+  c.strokeStyle = faint(colours.lane, 0.9);
+  strokeLanes(c, camera, open);
+  drawArrows(c, frame, open, colours.lane);
+  drawClosed(c, frame, closed);
+  drawWaypoints(c, frame);
+}
+
+function strokeLanes(c, camera, lanes) {
+  c.beginPath();
+  for (const lane of lanes) {
+    c.moveTo(camera.screenX(lane.a[0]), camera.screenY(lane.a[1]));
+    c.lineTo(camera.screenX(lane.b[0]), camera.screenY(lane.b[1]));
+  }
+  c.stroke();
+}
+
+function drawArrows(c, frame, lanes, colour) {
+  const { camera } = frame;
+  c.beginPath();
+  for (const lane of lanes) {
+    if (!lane.oneWay || lane.length * camera.scale < 16) continue;
+    const size = Math.min(9, Math.max(3.2, laneWidth(lane, frame) * 0.42));
+    const ux = (lane.b[0] - lane.a[0]) / lane.length;
+    const uy = ((lane.b[1] - lane.a[1]) / lane.length) * camera.flip;
+    const count = Math.max(1, Math.floor((lane.length * camera.scale) / ARROW_EVERY));
+    for (let i = 0; i < count; i++) {
+      const share = (i + 0.5) / count;
+      const x = camera.screenX(lane.a[0] + (lane.b[0] - lane.a[0]) * share) + ux * size * 0.6;
+      const y = camera.screenY(lane.a[1] + (lane.b[1] - lane.a[1]) * share) + uy * size * 0.6;
+      c.moveTo(x, y);
+      c.lineTo(x - ux * size * 1.5 - uy * size * 0.75, y - uy * size * 1.5 + ux * size * 0.75);
+      c.lineTo(x - ux * size * 0.95, y - uy * size * 0.95);
+      c.lineTo(x - ux * size * 1.5 + uy * size * 0.75, y - uy * size * 1.5 - ux * size * 0.75);
+      c.closePath();
+    }
+  }
+  c.fillStyle = colour;
+  c.fill();
+}
+
+/** Dashed, with a cross in the middle, but where a lock says why. */
+function drawClosed(c, frame, lanes) {
+  if (!lanes.length) return;
+  const { camera, colours, world, model } = frame;
+  const shut = [...world.doors.values()].filter(({ name }) => model.doors.get(name)?.locked);
+  const locked = new Set(shut.flatMap((door) => door.lanes));
+  c.strokeStyle = colours.lane_closed;
+  c.lineWidth = 2;
+  c.lineCap = 'butt';
+  c.setLineDash([7, 5]);
+  strokeLanes(c, camera, lanes);
+  c.setLineDash([]);
+  c.lineCap = 'round';
+  for (const [width, colour] of [[6, colours.floor], [2.5, colours.lane_closed]]) {
+    c.beginPath();
+    for (const lane of lanes) {
+      if (locked.has(lane)) continue;
+      const x = camera.screenX((lane.a[0] + lane.b[0]) / 2);
+      const y = camera.screenY((lane.a[1] + lane.b[1]) / 2);
+      const size = Math.min(7, Math.max(3, lane.length * camera.scale * 0.3));
+      c.moveTo(x - size, y - size);
+      c.lineTo(x + size, y + size);
+      c.moveTo(x - size, y + size);
+      c.lineTo(x + size, y - size);
+    }
+    c.lineWidth = width;
+    c.strokeStyle = colour;
+    c.stroke();
+  }
+}
+
+function drawWaypoints(c, { camera, world, measures, colours }) {
+  const size = Math.min(4.5, 0.09 * measures.metre * camera.scale);
+  if (size < 1.1) return;
+  c.beginPath();
+  for (const { at } of world.waypoints.values()) {
+    const px = camera.screenX(at[0]);
+    const py = camera.screenY(at[1]);
+    c.moveTo(px + size, py);
+    c.arc(px, py, size, 0, 2 * Math.PI);
+  }
+  c.fillStyle = colours.floor;
+  c.strokeStyle = colours.waypoint;
+  c.lineWidth = Math.min(1.5, size * 0.6);
+  c.fill();
+  c.stroke();
+}

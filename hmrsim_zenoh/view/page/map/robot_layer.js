@@ -1,0 +1,114 @@
+/** Robots and items: pictures copied to where they are, with marks of how they are. */
+
+import { lookOf } from './bodies.js';
+import { HEADINGS, Sprites } from './sprites.js';
+
+const CROWD = 160; // robots in sight above which small ones have no battery
+const SMALL = 16; // css pixels of radius below which a robot is not turned smoothly
+const DOT = 5; // css pixels of radius below which a robot is a dot
+
+export class RobotLayer {
+  /** @param {Sprites} sprites @param {object} palette */
+  constructor(sprites, palette) {
+    this.sprites = sprites;
+    this.palette = palette;
+    /** Looks by type. */
+    this.looks = new Map();
+  }
+
+  look(type, world) {
+    let look = this.looks.get(type);
+    if (!look) this.looks.set(type, (look = lookOf(world.typeIndex(type), this.palette.types)));
+    return look;
+  }
+
+  drawItems(c, frame) {
+    const sprite = this.sprites.item(itemSize(frame));
+    for (const { at, carrier } of frame.model.items.values()) {
+      if (carrier || !at || !inSight(frame.camera, at)) continue;
+      stamp(c, sprite, frame.camera.screenX(at[0]), frame.camera.screenY(at[1]));
+    }
+  }
+
+  drawRobots(c, frame, poses, time) {
+    const { ratio, world, selected } = frame;
+    for (let i = 0; i < poses.count; i++) {
+      const robot = poses.robots[i];
+      const radius = poses.radius[i];
+      const size = Sprites.size(radius);
+      const angle = poses.angle[i];
+      const small = radius < SMALL;
+      // In whole steps, also of negative angles.
+      const heading = small ? Math.round((angle * HEADINGS) / (2 * Math.PI)) & (HEADINGS - 1) : 0;
+      const look = this.look(robot.type, world);
+      const sprite = this.sprites.robot(look, robot.flies, robot.stateAt(time), size, heading);
+      const zoom = radius / Sprites.radius(size);
+      const width = sprite.width * zoom;
+      if (small) {
+        c.drawImage(sprite.image, poses.px[i] - width / 2, poses.py[i] - width / 2, width, width);
+        continue;
+      }
+      const cos = Math.cos(angle) * ratio;
+      const sin = Math.sin(angle) * ratio;
+      c.setTransform(cos, sin, -sin, cos, poses.px[i] * ratio, poses.py[i] * ratio);
+      c.drawImage(sprite.image, -width / 2, -width / 2, width, width);
+      c.setTransform(ratio, 0, 0, ratio, 0, 0);
+    }
+    this.drawMarks(c, frame, poses, time);
+    const i = poses.index.get(selected);
+    if (i !== undefined) drawHalo(c, frame, poses.px[i], poses.py[i], poses.radius[i]);
+  }
+
+  /** What is beside a robot and does not turn: the mark of its state, its battery, what it holds. */
+  drawMarks(c, frame, poses, time) {
+    for (let i = 0; i < poses.count; i++) {
+      const radius = poses.radius[i];
+      const robot = poses.robots[i];
+      if (radius < DOT) continue;
+      const px = poses.px[i];
+      const py = poses.py[i];
+      const side = Math.min(9, Math.max(5, Math.round(radius * 0.45)));
+      const badge = this.sprites.badge(robot.stateAt(time), side);
+      if (badge) stamp(c, badge, px + radius * 0.78, py - radius * 0.78);
+      if (robot.holds.length) {
+        // On its back, where the wedge is not.
+        const item = this.sprites.item(Math.round(Math.min(30, Math.max(6, radius * 0.6))));
+        const back = radius * 0.3;
+        stamp(c, item, px - back * Math.cos(poses.angle[i]), py - back * Math.sin(poses.angle[i]));
+      }
+      if (robot.battery && (radius >= 10 || (poses.count <= CROWD && radius >= 7))) {
+        const tenths = Math.max(0, Math.min(10, Math.round(robot.battery.percentage * 10)));
+        stamp(c, this.sprites.battery(tenths, Math.round(Math.min(36, radius * 1.5))), px, py + radius + 4);
+      }
+    }
+  }
+}
+
+/** The side of an item on the screen. */
+export function itemSize({ camera, model, measures }) {
+  return Math.round(Math.min(14, Math.max(model.items.size > 40 ? 3.5 : 7, 0.22 * measures.metre * camera.scale)));
+}
+
+/** Return whether a point of the world is on the screen, or near it. */
+export function inSight(camera, [x, y]) {
+  const px = camera.screenX(x);
+  const py = camera.screenY(y);
+  return px > -20 && py > -20 && px < camera.width + 20 && py < camera.height + 20;
+}
+
+/** Copy a picture about a point, onto whole pixels so that it stays sharp. */
+export function stamp(c, sprite, px, py) {
+  c.drawImage(
+    sprite.image, Math.round(px - sprite.width / 2), Math.round(py - sprite.height / 2), sprite.width, sprite.height,
+  );
+}
+
+function drawHalo(c, { colours }, px, py, radius) {
+  for (const [width, colour] of [[5, colours.floor], [2.5, colours.selected]]) {
+    c.beginPath();
+    c.arc(px, py, radius + 4, 0, 2 * Math.PI);
+    c.lineWidth = width;
+    c.strokeStyle = colour;
+    c.stroke();
+  }
+}

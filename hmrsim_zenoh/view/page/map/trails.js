@@ -1,0 +1,135 @@
+/** The way driven, fading, and the way ahead, dashed, with a flag at its end; one path for all of a colour. */
+
+import { faint } from './glyphs.js';
+
+const FADES = [0.16, 0.32, 0.6]; // opacity of the oldest part, the middle, the newest
+const POINTS = 2400; // of all driven ways together
+// Long dashed lines are dear to draw: the more robots are in sight, the less is shown of those that nobody has chosen.
+const DASHED = 40; // robots in sight up to which their ways are dashed
+const WHOLE = 60; // up to which they are shown whole, with flags
+const CROWD = 400; // up to which the next points are shown, and fading trails
+const NEXT = 2;
+const ALL = 400;
+const DASHES = [6, 5];
+
+/** Draw where the robots in sight have driven. */
+export function drawDriven(c, frame, poses) {
+  const { colours } = frame;
+  const crowded = poses.count > CROWD;
+  const each = Math.max(2, Math.floor(POINTS / Math.max(1, poses.count)));
+  c.lineWidth = poses.count > WHOLE ? 1.5 : 2.5;
+  c.lineJoin = crowded ? 'bevel' : 'round';
+  c.lineCap = crowded ? 'butt' : 'round';
+  for (let part = crowded ? 2 : 0; part < 3; part++) {
+    c.beginPath();
+    for (let i = 0; i < poses.count; i++) traceDriven(c, frame, poses, i, part, each);
+    c.strokeStyle = faint(colours.driven, FADES[part]);
+    c.stroke();
+  }
+}
+
+/** Trace a third of the last points that a robot has driven. */
+function traceDriven(c, frame, poses, i, part, each) {
+  const { camera } = frame;
+  const { driven } = poses.robots[i];
+  if (!driven.length) return;
+  const first = Math.max(0, driven.length - (isChosen(frame, poses.robots[i]) ? ALL : each));
+  const from = first + Math.floor(((driven.length - first) * part) / 3);
+  const to = first + Math.floor(((driven.length - first) * (part + 1)) / 3);
+  if (from === to && part < 2) return;
+  c.moveTo(camera.screenX(driven[from][0]), camera.screenY(driven[from][1]));
+  for (let k = from + 1; k <= to && k < driven.length; k++) {
+    c.lineTo(camera.screenX(driven[k][0]), camera.screenY(driven[k][1]));
+  }
+  if (part === 2) c.lineTo(poses.px[i], poses.py[i]);
+}
+
+/** Draw where the robots in sight are going. */
+export function drawAhead(c, frame, poses) {
+  const { colours } = frame;
+  const whole = poses.count <= WHOLE;
+  c.lineJoin = 'round';
+  c.lineCap = 'butt';
+  c.lineWidth = whole ? 2 : 1;
+  c.strokeStyle = faint(colours.ahead, poses.count <= DASHED ? 0.95 : whole ? 0.6 : 0.4);
+  c.setLineDash(poses.count <= DASHED ? DASHES : []);
+  if (poses.count <= CROWD) {
+    c.beginPath();
+    for (let i = 0; i < poses.count; i++) {
+      if (!isChosen(frame, poses.robots[i])) traceRoute(c, frame, poses, i, whole ? ALL : NEXT);
+    }
+    c.stroke();
+  }
+  c.setLineDash(DASHES);
+  c.strokeStyle = colours.ahead;
+  c.lineWidth = 3;
+  for (let i = 0; i < poses.count; i++) {
+    if (!isChosen(frame, poses.robots[i])) continue;
+    c.beginPath();
+    traceRoute(c, frame, poses, i, ALL);
+    c.stroke();
+  }
+  c.setLineDash([]);
+  for (let i = 0; i < poses.count; i++) {
+    const { route } = poses.robots[i];
+    if (!poses.goes[i] || !(whole || isChosen(frame, poses.robots[i]))) continue;
+    const [x, y] = route[route.length - 1];
+    drawFlag(c, frame, x, y, colours.ahead);
+  }
+}
+
+function traceRoute(c, { camera }, poses, i, most) {
+  if (!poses.goes[i]) return;
+  const { route } = poses.robots[i];
+  c.moveTo(poses.px[i], poses.py[i]);
+  for (let k = 0; k < route.length && k < most; k++) c.lineTo(camera.screenX(route[k][0]), camera.screenY(route[k][1]));
+}
+
+function isChosen({ selected, follow, hovered }, { name }) {
+  return name === selected || name === follow || name === hovered;
+}
+
+/** Draw a flag that stands on a point of the world. */
+export function drawFlag(c, { camera, colours }, x, y, colour, size = 13) {
+  const px = camera.screenX(x);
+  const py = camera.screenY(y);
+  c.beginPath();
+  c.moveTo(px, py);
+  c.lineTo(px, py - size * 1.25);
+  c.lineTo(px + size * 0.8, py - size * 0.92);
+  c.lineTo(px, py - size * 0.55);
+  c.lineJoin = 'round';
+  c.strokeStyle = colours.floor;
+  c.lineWidth = 4;
+  c.stroke();
+  c.fillStyle = c.strokeStyle = colour;
+  c.lineWidth = 1.6;
+  c.stroke();
+  c.fill();
+  c.beginPath();
+  c.arc(px, py, 2.4, 0, 2 * Math.PI);
+  c.fill();
+}
+
+/** Draw where a goal would be sent: a target, a flag and a line from the robot that is chosen. */
+export function drawPreview(c, frame, from) {
+  const { camera, colours, goalPreview } = frame;
+  const px = camera.screenX(goalPreview[0]);
+  const py = camera.screenY(goalPreview[1]);
+  c.strokeStyle = colours.selected;
+  c.lineWidth = 1.5;
+  if (from) {
+    c.setLineDash([3, 4]);
+    c.beginPath();
+    c.moveTo(from[0], from[1]);
+    c.lineTo(px, py);
+    c.stroke();
+    c.setLineDash([]);
+  }
+  c.beginPath();
+  c.arc(px, py, 11, 0, 2 * Math.PI);
+  c.fillStyle = faint(colours.selected, 0.18);
+  c.fill();
+  c.stroke();
+  drawFlag(c, frame, goalPreview[0], goalPreview[1], colours.selected, 18);
+}

@@ -1,0 +1,267 @@
+/** The map: two canvases, one for what stands still and one for what moves, and what pointers do on them. */
+
+import { Camera } from './camera.js';
+import { drawDeadlocks, drawFaults } from './faults.js';
+import { Gestures } from './gestures.js';
+import { measuresOf } from './measures.js';
+import { Names } from './names.js';
+import { pickAt } from './picking.js';
+import { Poses, anybodyMoves } from './poses.js';
+import { RobotLayer } from './robot_layer.js';
+import { drawSensors } from './sensors.js';
+import { Sprites } from './sprites.js';
+import { StaticLayer } from './static_layer.js';
+import { Stats } from './stats.js';
+import { Tooltip, sayOf } from './tooltip.js';
+import { drawAhead, drawDriven, drawPreview } from './trails.js';
+import { Watch } from './watch.js';
+
+const SHARPEST = 2; // device pixels a css pixel
+const LAYERS = { lanes: true, names: true, routes: true, driven: true, sensors: true, walls: true };
+
+/**
+ * What is drawn, and how: the view itself, as its layers see it.
+ *
+ * @typedef {object} Frame
+ * @property {Camera} camera
+ * @property {import('../model/model.js').Model} model
+ * @property {import('../model/world.js').World|null} world
+ * @property {import('./measures.js').Measures} measures
+ * @property {Record<string, string>} colours those of the theme
+ * @property {Record<string, boolean>} layers
+ * @property {Map<string, string>} closedLanes
+ * @property {number} ratio device pixels a css pixel
+ * @property {string|null} selected
+ * @property {string|null} follow
+ * @property {string|null} hovered
+ * @property {number[]|null} goalPreview
+ */
+
+/**
+ * Dispatches 'pick' (a click or tap), 'menu' (a right click or long press) and 'hover', whose `detail` is a `Pick` with
+ * `px` and `py` (null when the pointer has left); 'follow' when a drag has ended following.
+ */
+export class MapView extends EventTarget {
+  /**
+   * @param {HTMLElement} element
+   * @param {import('../model/model.js').Model} model
+   * @param {{now: (wallMs?: number) => number}} clock
+   * @param {object} palette
+   */
+  constructor(element, model, clock, palette) {
+    super();
+    Object.assign(this, { element, model, clock, palette });
+    this._still = addCanvas(element, 'map-still');
+    this._moving = addCanvas(element, 'map-moving');
+    this._moving.setAttribute('role', 'img');
+    this._moving.setAttribute('aria-label', 'map with robots');
+    this._c = this._moving.getContext('2d');
+    this._sprites = new Sprites(palette);
+    this._stillLayer = new StaticLayer(this._still);
+    this._robotLayer = new RobotLayer(this._sprites, palette);
+    this._names = new Names(this._sprites, this._stillLayer.signs.room);
+    this._poses = new Poses();
+    this._tooltip = new Tooltip(element);
+    this._pointer = null;
+    this._lastTime = NaN;
+    this._lastWall = 0;
+    this._stillDirty = this._movingDirty = true;
+    this.camera = new Camera(() => (this._stillDirty = true));
+    this.layers = new Proxy({ ...LAYERS }, { set: (layers, key, on) => this._set(layers, key, on) });
+    this.stats = new Stats();
+    this.ratio = 1;
+    this.world = null;
+    this.hovered = null;
+    this._state = { theme: 'light', follow: null, selected: null, goalPreview: null };
+    this.theme = 'light';
+    this._gestures = new Gestures(element, this._handler());
+    this._watch = new Watch(model, this);
+    new ResizeObserver(() => (this._stillDirty = true)).observe(element);
+    if (Object.keys(model.world?.definition ?? {}).length) this.worldChanged();
+  }
+
+  get theme() {
+    return this._state.theme;
+  }
+
+  set theme(theme) {
+    this._state.theme = theme === 'dark' ? 'dark' : 'light';
+    this.colours = this.palette[this._state.theme];
+    this._sprites.theme = this._state.theme;
+    this._sprites.clear();
+    this._stillDirty = true;
+  }
+
+  get follow() {
+    return this._state.follow;
+  }
+
+  set follow(name) {
+    this._set(this._state, 'follow', name ?? null);
+  }
+
+  get selected() {
+    return this._state.selected;
+  }
+
+  set selected(name) {
+    this._set(this._state, 'selected', name ?? null);
+  }
+
+  get goalPreview() {
+    return this._state.goalPreview;
+  }
+
+  set goalPreview(point) {
+    this._set(this._state, 'goalPreview', point ?? null);
+  }
+
+  get closedLanes() {
+    return this.model.closedLanes;
+  }
+
+  /** @returns {[number, number]} css pixels within the element */
+  toScreen(x, y) {
+    return [this.camera.screenX(x), this.camera.screenY(y)];
+  }
+
+  /** @returns {[number, number]} */
+  toWorld(px, py) {
+    return [this.camera.worldX(px), this.camera.worldY(py)];
+  }
+
+  /** @returns {import('./picking.js').Pick} what is at a point of the screen */
+  pick(px, py) {
+    return pickAt(this, this._poses, px, py);
+  }
+
+  /** Draw what has changed since the last time; to be called each animation frame. */
+  draw(wallMs = performance.now()) {
+    const began = performance.now();
+    const time = this.clock.now(wallMs);
+    this._resize();
+    this.camera.advance(wallMs);
+    this._chase(time, wallMs);
+    if (this._pointer) this._hover(time);
+    const moves = time !== this._lastTime && anybodyMoves(this.model, this._lastTime, time);
+    if (!this._stillDirty && !this._movingDirty && !moves) return;
+    if (this._stillDirty) this._stillLayer.draw(this);
+    this._drawMoving(time);
+    this._stillDirty = this._movingDirty = false;
+    this._lastTime = time;
+    this.stats.add(performance.now() - began, this._poses.count);
+  }
+
+  /** The model has another world. */
+  worldChanged() {
+    const before = this.measures;
+    this.world = this.model.world;
+    this.measures = measuresOf(this.world);
+    this._robotLayer.looks.clear();
+    this._sprites.clear();
+    // The same world again, as after a restart: whoever looks at a corner of it goes on looking there.
+    if (!before || this.camera.fitted || String(before.box) !== String(this.measures.box)) {
+      this.camera.setWorld(this.world.units, this.measures.box);
+    }
+    this._stillDirty = true;
+  }
+
+  /** Something is not as it was drawn. @param {boolean} still whether that is something that does not move */
+  changed(still) {
+    if (still) this._stillDirty = true;
+    else this._movingDirty = true;
+  }
+
+  _set(target, key, value) {
+    if (target[key] !== value) {
+      target[key] = value;
+      if (target === this._state) this._movingDirty = true;
+      else this._stillDirty = true;
+    }
+    return true;
+  }
+
+  _resize() {
+    const width = this.element.clientWidth || 1;
+    const height = this.element.clientHeight || 1;
+    const ratio = Math.min(SHARPEST, globalThis.devicePixelRatio || 1);
+    this.camera.resize(width, height);
+    const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];
+    if (this._still.width === w && this._still.height === h && ratio === this.ratio) return;
+    for (const canvas of [this._still, this._moving]) Object.assign(canvas, { width: w, height: h });
+    this.ratio = this._sprites.ratio = ratio;
+    this._sprites.clear();
+    this._stillDirty = true;
+  }
+
+  _chase(time, wallMs) {
+    const robot = this.follow === null ? undefined : this.model.robots.get(this.follow);
+    if (robot) {
+      const [x, y] = robot.poseAt(time);
+      this.camera.chase(x, y, Math.min(0.1, Math.max(0, wallMs - this._lastWall) / 1000));
+    }
+    this._lastWall = wallMs;
+  }
+
+  _drawMoving(time) {
+    const { _c: c, _poses: poses, _robotLayer: robots, layers, ratio } = this;
+    c.setTransform(1, 0, 0, 1, 0, 0);
+    c.clearRect(0, 0, this._moving.width, this._moving.height);
+    if (!this.world) return;
+    c.setTransform(ratio, 0, 0, ratio, 0, 0);
+    poses.look(this, time);
+    const where = (name) => poses.where(name);
+    if (layers.sensors) drawSensors(c, this, poses);
+    if (layers.driven) drawDriven(c, this, poses);
+    if (layers.routes) drawAhead(c, this, poses);
+    robots.drawItems(c, this);
+    drawDeadlocks(c, this, where);
+    robots.drawRobots(c, this, poses, time);
+    drawFaults(c, this, where);
+    this._names.draw(c, this, poses);
+    if (this.goalPreview) drawPreview(c, this, where(this.selected));
+  }
+
+  _hover(time) {
+    const [px, py] = this._pointer;
+    this._pointer = null;
+    const pick = px === null ? null : this.pick(px, py);
+    const robot = pick?.kind === 'robot' ? pick.name : null;
+    if (robot !== this.hovered) this._movingDirty = true;
+    this.hovered = robot;
+    this.element.style.cursor = pick && pick.kind !== 'floor' && pick.kind !== 'lane' ? 'pointer' : '';
+    this._tooltip.show(pick && this.world ? sayOf(pick, this, time) : '', px, py, this.camera.width, this.colours);
+    this._tell('hover', pick, px, py);
+  }
+
+  _tell(kind, pick, px, py) {
+    this.dispatchEvent(new CustomEvent(kind, { detail: pick && { ...pick, px, py } }));
+  }
+
+  /** @returns {import('./gestures.js').Handler} */
+  _handler() {
+    return {
+      pan: (dx, dy) => {
+        if (this.follow !== null) {
+          this.follow = null;
+          this.dispatchEvent(new CustomEvent('follow', { detail: null }));
+        }
+        this.camera.panBy(dx, dy);
+      },
+      zoom: (px, py, factor, smooth) => this.camera.zoomAt(px, py, factor, smooth),
+      click: (px, py) => this._tell('pick', this.pick(px, py), px, py),
+      menu: (px, py) => this._tell('menu', this.pick(px, py), px, py),
+      hover: (px, py) => (this._pointer = [px, py]),
+      zoomsOnDouble: (px, py) => ['floor', 'lane'].includes(this.pick(px, py).kind),
+    };
+  }
+}
+
+function addCanvas(element, name) {
+  if (getComputedStyle(element).position === 'static') element.style.position = 'relative';
+  const canvas = document.createElement('canvas');
+  canvas.className = name;
+  canvas.style.cssText = 'position:absolute;inset:0;width:100%;height:100%;display:block;touch-action:none';
+  element.append(canvas);
+  return canvas;
+}

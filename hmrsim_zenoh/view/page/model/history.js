@@ -1,0 +1,119 @@
+/** How many robots were in which state, and how full their batteries were, over time. */
+
+import { STATES } from './robot.js';
+
+const MOST = 1000;
+const BEGIN_SECONDS = 1;
+
+/** Numbers over time, of which every other is forgotten whenever there are too many. */
+class Series {
+  /** @param {number} columns How many numbers come at a time. */
+  constructor(columns) {
+    this.t = [];
+    this.columns = Array.from({ length: columns }, () => []);
+    this.seconds = BEGIN_SECONDS;
+  }
+
+  /** Forget every other, and take half as many from now on. */
+  thin() {
+    const half = (all) => all.filter((_, i) => i % 2 === 0);
+    this.t = half(this.t);
+    this.columns = this.columns.map(half);
+    this.seconds *= 2;
+  }
+
+  /** Return a copy. */
+  copy() {
+    const copy = new Series(0);
+    copy.t = this.t.slice();
+    copy.columns = this.columns.map((column) => column.slice());
+    copy.seconds = this.seconds;
+    return copy;
+  }
+}
+
+/** What charts are drawn of: at most 1,000 points each. */
+export class History {
+  constructor() {
+    this.clear();
+  }
+
+  /** Forget everything. */
+  clear() {
+    this._counts = new Series(STATES.length);
+    /** @type {Map<string, [number, number][]>} Robots' batteries, [time, share] each. */
+    this.batteries = new Map();
+    this._gaps = new Map();
+    this._next = -Infinity;
+    this._row = STATES.map(() => 0);
+  }
+
+  /** @returns {number[]} The times, in simulated seconds. */
+  get t() {
+    return this._counts.t;
+  }
+
+  /** @returns {Record<string, number[]>} How many robots were in each state at those times. */
+  get counts() {
+    return Object.fromEntries(STATES.map((state, i) => [state, this._counts.columns[i]]));
+  }
+
+  /**
+   * Count the robots at the times up to *time* that are due; nothing may have happened since the last one.
+   * @param {number} time In simulated seconds.
+   * @param {Map<string, import('./robot.js').Robot>} robots
+   */
+  advance(time, robots) {
+    if (time < this._next) return;
+    const { seconds } = this._counts;
+    const last = Math.floor(time / seconds) * seconds;
+    const first = this._next === -Infinity ? last : this._next;
+    this._count(first, robots);
+    // What is between is a straight line, as long as nobody tells otherwise.
+    if (last > first) this._count(last, robots);
+    this._next = last + this._counts.seconds;
+  }
+
+  /**
+   * Take note of how full a battery is.
+   * @param {string} robot
+   * @param {number} time
+   * @param {number} share From 0 to 1.
+   */
+  battery(robot, time, share) {
+    let points = this.batteries.get(robot);
+    if (points === undefined) this.batteries.set(robot, (points = []));
+    const gap = this._gaps.get(robot) ?? BEGIN_SECONDS;
+    if (points.length > 1 && time - points[points.length - 2][0] < gap) {
+      points[points.length - 1] = [time, share];
+      return;
+    }
+    points.push([time, share]);
+    if (points.length > MOST) {
+      this.batteries.set(robot, points.filter((_, i) => i % 2 === 0));
+      this._gaps.set(robot, gap * 2);
+    }
+  }
+
+  /** @returns {object} What `restore` takes. */
+  saved() {
+    const batteries = [...this.batteries].map(([name, points]) => [name, points.slice()]);
+    return { counts: this._counts.copy(), batteries, gaps: [...this._gaps], next: this._next };
+  }
+
+  /** @param {object} saved */
+  restore(saved) {
+    this._counts = saved.counts.copy();
+    this.batteries = new Map(saved.batteries.map(([name, points]) => [name, points.slice()]));
+    this._gaps = new Map(saved.gaps);
+    this._next = saved.next;
+  }
+
+  _count(time, robots) {
+    const row = this._row.fill(0);
+    for (const robot of robots.values()) row[STATES.indexOf(robot.stateAt(time))] += 1;
+    this._counts.t.push(time);
+    for (let i = 0; i < row.length; i += 1) this._counts.columns[i].push(row[i]);
+    if (this._counts.t.length > MOST) this._counts.thin();
+  }
+}

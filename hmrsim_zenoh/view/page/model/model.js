@@ -1,0 +1,140 @@
+/** What there is and how it is now: fed with a world, a scene and events, whoever hears them; no DOM, no network. */
+
+import { CHANGES } from './happenings.js';
+import { loadScene } from './scene.js';
+import { secondsOf } from './stamps.js';
+import { State } from './state.js';
+import { World } from './world.js';
+
+export { words } from './words.js';
+
+const UNTOLD = new Set(['motion', 'route']);
+
+/** @typedef {import('./state.js').Happening} Happening */
+
+/**
+ * Dispatches 'world', 'scene', 'goals', 'events', 'trees', 'robots' and 'faults', each at most once a `flush()`.
+ *
+ * Robots, goals, items, doors, lifts, docks and lanes are in maps by name; of what is in them only robots are ever
+ * changed, the others are replaced.
+ */
+export class Model extends State {
+  // --- being fed ------------------------------------------------------------------------------------------------
+
+  /**
+   * Begin with another world; a scene should follow.
+   * @param {object} definition As in a native world file.
+   */
+  loadWorld(definition) {
+    // After a reset it is the same, and what was done in it stays known.
+    if (!sameValues(this.world.definition, definition)) {
+      this.world = new World(definition);
+      this.leaveWorld();
+    }
+    this.participants = new Map();
+    this.items = new Map();
+    this.beginAnew(0);
+    this.beginTime(0);
+    this.touch('world', 'scene', 'robots', 'goals', 'events', 'trees', 'faults');
+  }
+
+  /** @param {object} info `_world/info`. */
+  loadInfo(info) {
+    this.info = info;
+    this.plannerPresent = info?.planner_present === true;
+    for (const said of info?.robots ?? []) this.inform(this.robots.get(said.name), said);
+    this.touch('robots');
+  }
+
+  /**
+   * Be as a scene says, whatever was known before.
+   * @param {object} scene `_world/scene`.
+   */
+  loadScene(scene) {
+    loadScene(this, scene);
+  }
+
+  /**
+   * Take note of something that has happened.
+   * @param {Record<string, any>} event As on `_world/events`; of a kind that nobody knows it is kept, and no more.
+   */
+  apply(event) {
+    const kind = event?.kind;
+    if (typeof kind !== 'string') return;
+    const time = secondsOf(event.stamp);
+    if (time >= this.time) {
+      this.history.advance(time, this.robots);
+      this.time = time;
+    }
+    CHANGES.get(kind)?.(this, event, time);
+    if (UNTOLD.has(kind)) return;
+    event.t = time;
+    this._events.push(event);
+    this._touched.add('events');
+  }
+
+  /**
+   * Take note of a battery.
+   * @param {string} name The robot's.
+   * @param {object} state sensor_msgs/msg/BatteryState.
+   */
+  setBattery(name, state) {
+    const robot = this.robots.get(name);
+    if (!robot || !(state?.percentage >= 0)) return;
+    const time = state.header?.stamp ? secondsOf(state.header.stamp) : this.time;
+    this.setCharge(robot, time, state.percentage, state.power_supply_status === CHARGING);
+  }
+
+  /**
+   * @param {string} name The robot's.
+   * @param {object} state As on `<robot>/_tree`.
+   */
+  setTree(name, state) {
+    this.trees.set(name, state);
+    this.touch('trees');
+  }
+
+  /**
+   * @param {string} name The robot's.
+   * @param {object} message vision_msgs/msg/Detection3DArray.
+   */
+  setDetections(name, message) {
+    const robot = this.robots.get(name);
+    if (!robot) return;
+    robot.detections = (message?.detections ?? []).map(({ id, results, bbox }) => {
+      const { x = 0, y = 0 } = bbox?.center?.position ?? {};
+      const { z = 0, w = 1 } = bbox?.center?.orientation ?? {};
+      return { id, kind: results?.[0]?.hypothesis?.class_id ?? '', at: [x, y, 2 * Math.atan2(z, w)] };
+    });
+    this.touch('robots');
+  }
+
+  /**
+   * @param {string} robot
+   * @param {string} action
+   * @param {{goal_id: string, feedback: object}} message
+   */
+  setFeedback(robot, action, message) {
+    if (this.goalList.find(robot, action, message?.goal_id)) {
+      this.setGoal(robot, action, message.goal_id, { feedback: message.feedback ?? null });
+    }
+  }
+
+  /**
+   * Tell of what has changed since the last time.
+   * @param {number} [time] How late it is, in simulated seconds, if that is known: for the history.
+   */
+  flush(time) {
+    if (time > this.time) this.history.advance(time, this.robots);
+    if (this._touched.size === 0) return;
+    const touched = this._touched;
+    this._touched = new Set();
+    for (const what of touched) this.dispatchEvent(new Event(what));
+  }
+}
+
+const CHARGING = 1;
+
+function sameValues(a, b) {
+  return JSON.stringify(a) === JSON.stringify(b);
+}

@@ -1,0 +1,316 @@
+/** What is there and how it is, and how that is changed and saved; what it means that something happened is elsewhere. */
+
+import { lockDoors, strike } from './faults.js';
+import { changed, newDock, newDoor, newLift } from './fixtures.js';
+import { Goals, isActive } from './goals.js';
+import { History } from './history.js';
+import { Robot } from './robot.js';
+import { Tail } from './tail.js';
+import { World } from './world.js';
+
+const EVENTS = 5000;
+const MAPS = ['items', 'doors', 'lifts', 'docks', 'closedLanes', 'faults', 'participants', 'trees'];
+
+/**
+ * @typedef {import('./goals.js').Goal} Goal
+ * @typedef {{name: string, weight: number, at: import('./motion.js').Point|null, carrier: string|null}} Item
+ * @typedef {{t: number, kind: string, [field: string]: any}} Happening An event as it came, and `t`, when it happened.
+ * @typedef {{t: number, robots: string[], lanes: string[][]}} Deadlock
+ * @typedef {{name: string, fault: string, since: number|null, robot?: string, lane?: string[], door?: string}} Fault
+ */
+
+/** The state of a model. */
+export class State extends EventTarget {
+  constructor() {
+    super();
+    /** @type {World} */
+    this.world = new World();
+    /** @type {object|null} `_world/info`, as it came. */
+    this.info = null;
+    /** @type {number} When the last thing happened that is known, in simulated seconds. */
+    this.time = 0;
+    /** @type {Map<string, Robot>} */
+    this.robots = new Map();
+    /** @type {Map<string, Item>} */
+    this.items = new Map();
+    /** @type {Map<string, import('./fixtures.js').Door>} */
+    this.doors = new Map();
+    /** @type {Map<string, import('./fixtures.js').Lift>} */
+    this.lifts = new Map();
+    /** @type {Map<string, import('./fixtures.js').Dock>} */
+    this.docks = new Map();
+    /** @type {Map<string, string>} Why a lane is closed, by `from|to`. */
+    this.closedLanes = new Map();
+    /** @type {Map<string, Fault>} Those that go on. */
+    this.faults = new Map();
+    /** @type {readonly Deadlock[]} Those of whose robots none has moved yet. */
+    this.deadlocks = [];
+    /** @type {Map<string, number>} Who takes part in lockstep, and since when. */
+    this.participants = new Map();
+    /** @type {boolean} Whether a planner outside is there. */
+    this.plannerPresent = false;
+    /** @type {number|null} 0 stopped, 1 playing, 2 paused; null while nobody has said. */
+    this.simulationState = null;
+    /** @type {Goals} */
+    this.goalList = new Goals();
+    /** @type {Map<string, object>} The behaviour tree of each robot, as it came. */
+    this.trees = new Map();
+    /** @type {History} */
+    this.history = new History();
+    this._events = new Tail(EVENTS);
+    this._touched = new Set();
+  }
+
+  /** @returns {Map<string, Goal>} By id, in order of acceptance. */
+  get goals() {
+    return this.goalList.all;
+  }
+
+  /** @returns {Happening[]} The last 5,000 or more, without motions and routes; oldest first. */
+  get events() {
+    return this._events.items;
+  }
+
+  /** @returns {Map<string, [number, number][]>} */
+  get batteries() {
+    return this.history.batteries;
+  }
+
+  // --- saving ---------------------------------------------------------------------------------------------------
+
+  /** @returns {object} What `restore` takes, in this model or another. */
+  snapshot() {
+    const { world, info, time, deadlocks, plannerPresent, simulationState } = this;
+    return {
+      plain: { world, info, time, deadlocks, plannerPresent, simulationState },
+      robots: Array.from(this.robots.values(), (robot) => robot.saved()),
+      maps: Object.fromEntries(MAPS.map((name) => [name, new Map(this[name])])),
+      goals: this.goalList.saved(),
+      history: this.history.saved(),
+      events: this._events.saved(),
+    };
+  }
+
+  /**
+   * Be as then. Robots that are still there stay the same objects.
+   * @param {object} saved What `snapshot` has returned.
+   */
+  restore(saved) {
+    const sameWorld = this.world === saved.plain.world;
+    Object.assign(this, saved.plain);
+    const before = this.robots;
+    this.robots = new Map();
+    for (const state of saved.robots) {
+      const robot = before.get(state.name) ?? new Robot(state.name);
+      robot.restore(state);
+      this.robots.set(state.name, robot);
+    }
+    for (const name of MAPS) this[name] = new Map(saved.maps[name]);
+    this.goalList.restore(saved.goals);
+    this.history.restore(saved.history);
+    this._events.restore(saved.events);
+    if (!sameWorld) this.touch('world');
+    this.touch('scene', 'robots', 'goals', 'events', 'trees', 'faults');
+  }
+
+  // --- changes, for happenings.js -------------------------------------------------------------------------------
+
+  /** @param {...string} what */
+  touch(...what) {
+    for (const each of what) this._touched.add(each);
+  }
+
+  /**
+   * Know of a robot; of one that is known, nothing changes.
+   * @param {string} name
+   * @param {string} [type]
+   * @returns {Robot|null} Null if it is no name of a robot.
+   */
+  addRobot(name, type) {
+    if (typeof name !== 'string' || name === '') return null;
+    const known = this.robots.get(name);
+    if (known) return known;
+    const start = this.world.robots.get(name);
+    const kind = type ?? start?.type ?? '';
+    const base = start?.base ?? this.world.types.get(kind)?.base ?? {};
+    const robot = new Robot(name, kind);
+    robot.radius = base.radius ?? 0;
+    robot.flies = base.flies === true;
+    robot.speed = base.speed ?? null;
+    if (start) robot.put(this.time, start.at[0], start.at[1], start.yaw);
+    this.inform(robot, saidOf(this.info).get(name));
+    this.world.typeIndex(kind);
+    this.robots.set(name, robot);
+    this.touch('scene', 'robots');
+    return robot;
+  }
+
+  /** @param {string} name Of a robot or an item. */
+  remove(name) {
+    this.untie(name);
+    this.robots.delete(name);
+    this.items.delete(name);
+    this.trees.delete(name);
+    this.history.batteries.delete(name);
+    this.touch('scene', 'robots');
+  }
+
+  /** @param {string} name @param {Partial<Goal>} more */
+  setGoal(name, action, id, more) {
+    const goal = this.goalList.set(name, action, id, more);
+    this.touch('goals');
+    const robot = this.robots.get(name);
+    if (!robot) return;
+    const others = robot.goals.filter((each) => each.key !== goal.key);
+    if (isActive(goal.status)) others.push(goal);
+    robot.goals = others;
+    this.touch('robots');
+  }
+
+  /** @param {string} name @param {Partial<Item>} more */
+  setItem(name, more) {
+    if (typeof name !== 'string') return;
+    const item = this.items.get(name) ?? { name, weight: 0, at: null, carrier: null };
+    const now = { ...item, ...more };
+    this.items.set(name, now);
+    if (item.carrier !== now.carrier) {
+      const [giver, taker] = [this.robots.get(item.carrier), this.robots.get(now.carrier)];
+      if (giver) giver.holds = giver.holds.filter((each) => each !== name);
+      if (taker) taker.holds = [...taker.holds, name];
+    }
+    this.touch('scene', 'robots');
+  }
+
+  /** @param {string} name @param {Partial<import('./fixtures.js').Door>} more */
+  setDoor(name, more) {
+    this._change(this.doors, name, () => more);
+  }
+
+  /** @param {string} name @param {(lift: object) => object} more */
+  setLift(name, more) {
+    this._change(this.lifts, name, more);
+  }
+
+  /** @param {string} name @param {(dock: object) => object} more */
+  setDock(name, more) {
+    this._change(this.docks, name, more);
+  }
+
+  /**
+   * @param {Robot} robot
+   * @param {number} time
+   * @param {number} percentage
+   * @param {boolean} charging
+   */
+  setCharge(robot, time, percentage, charging) {
+    robot.battery = { percentage, charging };
+    this.history.battery(robot.name, time, percentage);
+    this.touch('robots');
+  }
+
+  /** @param {string[]} lane @param {string|null} why Null when it is opened. */
+  closeLane(lane, why) {
+    if (!Array.isArray(lane)) return;
+    if (why === null) this.closedLanes.delete(lane.join('|'));
+    else this.closedLanes.set(lane.join('|'), why);
+    lockDoors(this, lane);
+    this.touch('scene');
+  }
+
+  /**
+   * Let a fault have its effects, or cease to have them.
+   * @param {Fault} fault
+   * @param {boolean} begins
+   * @param {number} time
+   */
+  hit(fault, begins, time) {
+    strike(this, fault, begins, time);
+    this.touch('faults', 'robots');
+  }
+
+  /** Let a robot be in no deadlock any more: it has moved. */
+  untie(name) {
+    if (this.deadlocks.length === 0) return;
+    this.deadlocks = this.deadlocks.filter(({ robots }) => !robots.includes(name));
+    this.touch('robots');
+  }
+
+  /** Nobody is there any more: another world was loaded, and comes soon. */
+  leaveWorld() {
+    this.robots = new Map();
+    this.items = new Map();
+    this.trees = new Map();
+    this.closedLanes = new Map();
+    this.faults = new Map();
+    this.deadlocks = [];
+    this.goalList.restore(new Map());
+    this.touch('scene', 'robots', 'goals', 'trees', 'faults');
+  }
+
+  /** Be as in the beginning of this world; what was spawned and is left comes with the next scene. */
+  beginAnew(time) {
+    const { world } = this;
+    for (const goal of this.goals.values()) {
+      if (isActive(goal.status)) this.goalList.set(goal.robot, goal.action, goal.id, { status: 0, ended: time });
+    }
+    for (const [name, { at, yaw }] of world.robots) this._begin(this.addRobot(name), time, at, yaw);
+    for (const [name, { at, weight }] of world.items) this.items.set(name, { name, weight, at, carrier: null });
+    this.doors = new Map(Array.from(world.doors, ([name, spec]) => [name, newDoor(spec)]));
+    this.lifts = new Map(Array.from(world.lifts, ([name, spec]) => [name, newLift(spec)]));
+    this.docks = new Map(Array.from(world.docks, ([name, spec]) => [name, newDock(spec)]));
+    this.closedLanes = new Map();
+    this.faults = new Map();
+    this.deadlocks = [];
+    this.touch('scene', 'robots', 'faults');
+  }
+
+  /** Have time begin anew: what was known over time is of another time. */
+  beginTime(time) {
+    this.time = time;
+    this.history.clear();
+    for (const robot of this.robots.values()) robot.forgetDriven();
+  }
+
+  // ---------------------------------------------------------------------------------------------------------------
+
+  _begin(robot, time, at, yaw) {
+    robot.put(time, at[0], at[1], yaw);
+    robot.setAilments({});
+    robot.connected = true;
+    robot.dock = null;
+    robot.holds = [];
+    robot.goals = [];
+    robot.detections = [];
+    robot.batteryLevel = '';
+    robot.script = null;
+    if (robot.battery) robot.battery = { percentage: 1, charging: false };
+  }
+
+  /** Know what `_world/info` says of a robot. @param {Robot|undefined} robot @param {object|undefined} said */
+  inform(robot, said) {
+    if (!robot || !said) return;
+    robot.actions = names(said.actions);
+    robot.components = names(said.components);
+    robot.planner = said.planner ?? 'graph';
+  }
+
+  _change(fixtures, name, more) {
+    const fixture = fixtures.get(name);
+    if (!fixture) return;
+    fixtures.set(name, changed(fixture, more(fixture)));
+    this.touch('scene');
+  }
+}
+
+function names(given) {
+  return Array.isArray(given) ? given : Object.keys(given ?? {});
+}
+
+const said = new WeakMap();
+
+/** Return what `_world/info` says of robots, by name. */
+export function saidOf(info) {
+  if (!info) return new Map();
+  if (!said.has(info)) said.set(info, new Map((info.robots ?? []).map((each) => [each.name, each])));
+  return said.get(info);
+}

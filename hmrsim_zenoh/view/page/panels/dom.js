@@ -1,0 +1,119 @@
+// Making elements. Names and errors come from outside: they become text, never markup.
+
+const SVG = 'http://www.w3.org/2000/svg';
+
+/**
+ * Return a new element.
+ *
+ * @param {string} tag
+ * @param {Record<string, any>} [given] `class`, `text`, `data` (a record), listeners as `onclick`, other attributes;
+ *   what is null, undefined or false is left out.
+ * @param {...(Node|string|null)} children
+ * @returns {HTMLElement}
+ */
+export function el(tag, given = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(given)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (name === 'text') element.textContent = value;
+    else if (name === 'class') element.className = value;
+    else if (name === 'data') Object.assign(element.dataset, value);
+    else if (name.startsWith('on')) element.addEventListener(name.slice(2), value);
+    else element.setAttribute(name, value === true ? '' : String(value));
+  }
+  element.append(...children.filter((child) => child !== null));
+  return element;
+}
+
+/** Set a text, if it is another: what is the same is not laid out again. @param {Element} element @param {string} text */
+export function say(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+/** Set an attribute, if it is another. @param {Element} element @param {string} name @param {string} value */
+export function mark(element, name, value) {
+  if (element.getAttribute(name) !== value) element.setAttribute(name, value);
+}
+
+/** Of each icon the paths of its strokes, in a square of 24. */
+const ICONS = {
+  play: ['M8 5.5v13l10-6.5z'],
+  pause: ['M8.5 5.5v13', 'M15.5 5.5v13'],
+  step: ['M6 5.5v13l8.5-6.5z', 'M18 5.5v13'],
+  next: ['M5 5.5v13l7-6.5z', 'M12 5.5v13l7-6.5z'],
+  previous: ['M19 5.5v13l-7-6.5z', 'M12 5.5v13l-7-6.5z'],
+  goals: ['M6 21V4', 'M6 4.5h11l-2.5 4L17 12.5H6'],
+  events: ['M8.5 6.5H20', 'M8.5 12H20', 'M8.5 17.5H20', 'M4 6.5h.01', 'M4 12h.01', 'M4 17.5h.01'],
+  trees: ['M9 3.5h6v4.5H9z', 'M3.5 16h6v4.5h-6z', 'M14.5 16h6v4.5h-6z', 'M12 8v4', 'M6.5 16v-4h11v4'],
+  charts: ['M4 4v16h16', 'M7.5 15.5l4-5 3 3 5-7'],
+  search: ['M10.5 4a6.5 6.5 0 1 0 0 13a6.5 6.5 0 0 0 0-13z', 'M15.5 15.5L20.5 20.5'],
+  plus: ['M12 5.5v13', 'M5.5 12h13'],
+  minus: ['M5.5 12h13'],
+  fit: ['M4.5 9V4.5H9', 'M15 4.5h4.5V9', 'M19.5 15v4.5H15', 'M9 19.5H4.5V15'],
+  layers: ['M12 3.5l8.5 4.5-8.5 4.5L3.5 8z', 'M3.5 12.5l8.5 4.5 8.5-4.5', 'M3.5 16.5l8.5 4.5 8.5-4.5'],
+  sun: ['M12 8a4 4 0 1 0 0 8a4 4 0 0 0 0-8z', 'M12 2.5v2', 'M12 19.5v2', 'M2.5 12h2', 'M19.5 12h2',
+    'M5.3 5.3l1.4 1.4', 'M17.3 17.3l1.4 1.4', 'M18.7 5.3l-1.4 1.4', 'M6.7 17.3l-1.4 1.4'],
+  moon: ['M20 14.5A8.5 8.5 0 1 1 9.5 4a7 7 0 0 0 10.5 10.5z'],
+  help: ['M9 9a3 3 0 1 1 4.2 2.8c-.8.4-1.2 1-1.2 1.9v.6', 'M12 18h.01'],
+  close: ['M6 6l12 12', 'M18 6L6 18'],
+  more: ['M5.5 12h.01', 'M12 12h.01', 'M18.5 12h.01'],
+  target: ['M12 6a6 6 0 1 0 0 12a6 6 0 0 0 0-12z', 'M12 2.5v5', 'M12 16.5v5', 'M2.5 12h5', 'M16.5 12h5'],
+  follow: ['M12 8.5a3.5 3.5 0 1 0 0 7a3.5 3.5 0 0 0 0-7z', 'M4 9V4h5', 'M15 4h5v5', 'M20 15v5h-5', 'M9 20H4v-5'],
+  dock: ['M13 2.5L5.5 13.5H11L10 21.5 18.5 10H12.5z'],
+  fault: ['M12 4L2.5 20h19z', 'M12 10v4.5', 'M12 17.5h.01'],
+  stop: ['M7 7h10v10H7z'],
+  check: ['M5 12.5l4.5 4.5L19 7.5'],
+  down: ['M7 10l5 5 5-5'],
+  right: ['M10 7l5 5-5 5'],
+  robot: ['M5.5 9h13v9.5h-13z', 'M12 9V5', 'M9.5 13.5h.01', 'M14.5 13.5h.01'],
+  place: ['M12 21s-6.5-6-6.5-11a6.5 6.5 0 0 1 13 0c0 5-6.5 11-6.5 11z', 'M12 10h.01'],
+  item: ['M4.5 8L12 4l7.5 4v8L12 20l-7.5-4z', 'M4.5 8L12 12l7.5-4', 'M12 12v8'],
+  door: ['M6.5 21V3.5h11V21', 'M3.5 21h17', 'M14 12.5h.01'],
+  lane: ['M7 4v16', 'M17 4v16', 'M12 5v3', 'M12 10.5v3', 'M12 16v3'],
+  reset: ['M4.5 5v5h5', 'M5 10a7.5 7.5 0 1 1-.3 4.5'],
+};
+
+/**
+ * Return an icon, which is no more than an ornament to what says the same in words.
+ * @param {string} name
+ * @returns {SVGElement}
+ */
+export function icon(name) {
+  const svg = document.createElementNS(SVG, 'svg');
+  svg.setAttribute('viewBox', '0 0 24 24');
+  svg.setAttribute('class', 'icon');
+  svg.setAttribute('aria-hidden', 'true');
+  for (const d of ICONS[name] ?? []) {
+    const path = document.createElementNS(SVG, 'path');
+    path.setAttribute('d', d);
+    svg.append(path);
+  }
+  return svg;
+}
+
+/**
+ * Return a button with an icon, and a text beside it or only said to who points there or listens.
+ *
+ * @param {string} picture
+ * @param {string} label
+ * @param {(event: Event) => void} onclick
+ * @param {{text?: boolean, key?: string, class?: string}} [options]
+ * @returns {HTMLButtonElement}
+ */
+export function button(picture, label, onclick, { text = false, key = '', class: kind = '' } = {}) {
+  const hint = key ? `${label} (${key})` : label;
+  const names = text ? { title: key ? hint : null } : { 'aria-label': label, title: hint };
+  const keys = { 'aria-keyshortcuts': /^[a-z0-9/.+-]$/i.test(key) ? key : null };
+  return el('button', { type: 'button', class: `button ${kind}`.trim(), onclick, ...names, ...keys }, icon(picture),
+    text ? el('span', { text: label }) : null);
+}
+
+/**
+ * Return a span that shows one of a few words by shape and colour, as `style.css` has them.
+ * @param {string} group `state`, `status` or `tree`.
+ * @param {string} word
+ * @returns {HTMLElement}
+ */
+export function sign(group, word) {
+  return el('span', { class: `sign ${group}`, data: { is: word }, 'aria-hidden': 'true' });
+}

@@ -1,0 +1,136 @@
+// The live table of goals: newest first, filtered by text and state.
+
+import { isActive } from '../model/goals.js';
+import { feedbackWords, goalWords } from '../model/words.js';
+import { button, el, mark, say, sign } from './dom.js';
+import { actionWords, lastingWords, lengthWords, STATUS_WORDS } from './phrases.js';
+import { Rows } from './rows.js';
+
+const ROW = 58;
+const SHOWN = {
+  all: () => true,
+  active: (goal) => isActive(goal.status),
+  done: (goal) => goal.status === 4,
+  canceled: (goal) => goal.status === 5,
+  failed: (goal) => goal.status === 6,
+};
+
+export class GoalsPanel {
+  /** @param {import('../main.js').App} app */
+  constructor(app) {
+    this.app = app;
+    this.title = 'Goals';
+    this.filter = el('input', {
+      type: 'search', class: 'field', placeholder: 'Robot, action, place, error', 'aria-label': 'Filter goals',
+      oninput: () => this.render(),
+    });
+    this.chips = new Map();
+    this.shown = 'all';
+    const chips = el('div', { class: 'chips', role: 'group', 'aria-label': 'Which goals' });
+    for (const word of Object.keys(SHOWN)) chips.append(this.#chip(word));
+    this.rows = new Rows({ label: 'Goals', height: ROW, role: 'table', make: () => this.#row() });
+    this.empty = el('p', { class: 'empty' });
+    this.element = el('div', { class: 'panel-body' },
+      el('div', { class: 'tools' }, this.filter, chips), this.empty, this.rows.element);
+  }
+
+  #chip(word) {
+    const count = el('span', { class: 'count' });
+    const chip = el('button', { type: 'button', class: 'chip', onclick: () => this.#show(word) }, word, count);
+    this.chips.set(word, { chip, count });
+    return chip;
+  }
+
+  #show(word) {
+    this.shown = word;
+    this.rows.element.scrollTop = 0;
+    this.render();
+  }
+
+  render() {
+    const all = [...this.app.model.goals.values()].reverse();
+    const text = this.filter.value.trim().toLowerCase();
+    const asked = text ? all.filter((goal) => this.#line(goal).includes(text)) : all;
+    for (const [word, { chip, count }] of this.chips) {
+      const number = word === 'all' ? asked.length : asked.filter(SHOWN[word]).length;
+      say(count, String(number));
+      mark(chip, 'aria-pressed', String(word === this.shown));
+    }
+    const goals = asked.filter(SHOWN[this.shown]);
+    say(this.empty, goals.length ? '' : this.#nothing(all.length));
+    this.empty.hidden = goals.length > 0;
+    this.rows.element.hidden = goals.length === 0;
+    this.rows.show(goals);
+  }
+
+  #nothing(known) {
+    if (known) return 'No goal is like that.';
+    return this.app.live ? 'No goal yet. Click a robot, then where it should go.' : 'No goal up to now.';
+  }
+
+  #line(goal) {
+    const asked = goalWords(goal.action, goal.goal, this.app.model.world);
+    return `${goal.robot} ${goal.action} ${asked} ${STATUS_WORDS[goal.status]} ${goal.errorMsg}`.toLowerCase();
+  }
+
+  #row() {
+    const parts = {
+      shape: sign('status', ''),
+      robot: el('b', { class: 'name' }),
+      task: el('span', { class: 'task' }),
+      status: el('span', { class: 'word' }),
+      detail: el('span', { class: 'detail' }),
+      long: el('span', { class: 'long' }),
+    };
+    let goal = null;
+    const cancel = button('close', 'Cancel this goal', (event) => {
+      event.stopPropagation();
+      this.app.ask(`cancel ${goal.action} of ${goal.robot}`, () => this.app.commands.cancel(goal));
+    }, { class: 'quiet small' });
+    const select = el('button', {
+      type: 'button', class: 'goal-name', onclick: () => this.app.select(goal.robot, { center: true }),
+    }, parts.robot, parts.task);
+    const row = el('div', { class: 'goal' },
+      el('div', { class: 'goal-sign', role: 'cell' }, parts.shape),
+      el('div', { class: 'goal-main', role: 'cell' }, select,
+        el('div', { class: 'goal-how' }, parts.status, parts.detail)),
+      el('div', { class: 'goal-end', role: 'cell' }, parts.long, cancel));
+    row.fill = (given) => {
+      goal = given;
+      this.#fill(row, parts, goal);
+      cancel.hidden = !isActive(goal.status) || !this.app.live;
+    };
+    return row;
+  }
+
+  #fill(row, parts, goal) {
+    const { model } = this.app;
+    const now = this.app.now();
+    const word = STATUS_WORDS[goal.status] ?? 'unknown';
+    mark(parts.shape, 'data-is', word);
+    say(parts.robot, goal.robot === '_world' ? 'world' : goal.robot);
+    const asked = goalWords(goal.action, goal.goal, model.world);
+    say(parts.task, [actionWords(goal.action), asked].filter(Boolean).join(' '));
+    say(parts.status, word);
+    const detail = isActive(goal.status) ? this.#progress(goal, now) : errorWords(goal);
+    say(parts.detail, detail);
+    mark(parts.detail, 'title', detail);
+    mark(parts.detail, 'data-error', String(goal.status === 6));
+    say(parts.long, goal.accepted === null ? '' : lastingWords(Math.max(0, (goal.ended ?? now) - goal.accepted)));
+    mark(row, 'data-selected', String(goal.robot === this.app.map.selected));
+  }
+
+  #progress(goal, now) {
+    const { model } = this.app;
+    const robot = model.robots.get(goal.robot);
+    const said = feedbackWords(goal.feedback, model.world.units);
+    if (said || robot?.goal?.key !== goal.key) return said;
+    if (robot.waits) return robot.waitsFor.length ? `waits for ${robot.waitsFor.join(' and ')}` : robot.waitsWhy;
+    const left = robot.distanceRemaining(now);
+    return left > 0 ? `${lengthWords(left, model.world.units)} left` : '';
+  }
+}
+
+function errorWords({ errorCode, errorMsg }) {
+  return [errorCode === null ? '' : `code ${errorCode}`, errorMsg].filter(Boolean).join(': ');
+}

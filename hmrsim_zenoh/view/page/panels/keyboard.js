@@ -1,0 +1,69 @@
+// Keys, and the overlay that lists them.
+
+import { button, el } from './dom.js';
+
+/** @type {[string[], string, (app: import('../main.js').App) => void][]} */
+const KEYS = [
+  [[' '], 'Pause, or go on', (app) => app.time.toggle()],
+  [['.'], 'One step, while paused', (app) => app.time.stepOnce()],
+  [['[', ']'], 'In a recording: previous, next event', (app, key) => app.time.jump?.(key === ']' ? 1 : -1)],
+  [['/'], 'Find a robot or place', (app) => app.search.focus()],
+  [['m'], 'Send the selected robot: then click where', (app) => app.map.selected && app.aim(app.map.selected)],
+  [['f'], 'Follow the selected robot, or no more', (app) => app.map.selected && app.follow(app.map.selected)],
+  [['n', 'N'], 'Select the next robot, the one before', (app, key) => app.selectNext(key === 'n' ? 1 : -1)],
+  [['ContextMenu'], 'Menu of the selected robot', (app) => app.openMenuOfSelected()],
+  [['g', 'e', 't', 'c'], 'Goals, events, trees, charts', (app, key) => app.panels.toggle(PANELS[key])],
+  [['l'], 'Legend and layers', (app) => app.legend.toggle()],
+  [['0'], 'Show all of the map', (app) => app.fit()],
+  [['+', '-'], 'Nearer, farther', (app, key) => app.zoom(key === '-' ? 1 / 1.35 : 1.35)],
+  [['ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown'], 'Move the map', (app, key) => app.pan(...WAYS[key])],
+  [['d'], 'Dark or light', (app) => app.setTheme(app.theme === 'dark' ? 'light' : 'dark')],
+  [['Escape'], 'Leave: aiming, following, the selection', (app) => app.escape()],
+  [['?'], 'These keys', (app) => app.keyboard.help()],
+];
+const PANELS = { g: 'goals', e: 'events', t: 'trees', c: 'charts' };
+const STEP = 90; // css pixels
+const WAYS = { ArrowLeft: [STEP, 0], ArrowRight: [-STEP, 0], ArrowUp: [0, STEP], ArrowDown: [0, -STEP] };
+const SHOWN = {
+  ' ': 'space', Escape: 'esc', ContextMenu: '≣ menu', ArrowLeft: '←', ArrowRight: '→', ArrowUp: '↑', ArrowDown: '↓', N: 'shift n',
+};
+
+export class Keyboard {
+  /** @param {import('../main.js').App} app */
+  constructor(app) {
+    this.app = app;
+    this.actions = new Map(KEYS.flatMap(([keys, , action]) => keys.map((key) => [key, action])));
+    this.actions.set('=', this.actions.get('+'));
+    this.element = this.#overlay();
+    addEventListener('keydown', (event) => this.#press(event));
+  }
+
+  #overlay() {
+    const rows = KEYS.map(([keys, words]) => el('div', {},
+      el('dt', {}, ...keys.map((key) => el('kbd', { text: SHOWN[key] ?? key }))), el('dd', { text: words })));
+    const close = button('close', 'Close', () => this.element.close(), { class: 'quiet corner' });
+    return el('dialog', { class: 'dialog', 'aria-labelledby': 'keys-title' }, close,
+      el('h2', { id: 'keys-title', text: 'Keys' }), el('dl', { class: 'keys' }, ...rows),
+      el('p', { class: 'note', text: 'Click a robot, then where it should go. A right click, or a long press, has more. Drag to move the map, wheel or pinch to zoom.' }));
+  }
+
+  help() {
+    if (this.element.open) this.element.close();
+    else this.element.showModal();
+  }
+
+  #press(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
+    const { target } = event;
+    const types = target.closest?.('input:not([type=checkbox]), textarea, select');
+    if (types && event.key !== 'Escape') return;
+    // Space presses buttons, arrows scroll lists.
+    if (event.key === ' ' && target.closest?.('button, summary, input')) return;
+    if (event.key.startsWith('Arrow') && target.closest?.('.rows, .scroll, [role=menu]')) return;
+    const action = this.actions.get(event.key);
+    if (!action) return;
+    event.preventDefault();
+    if (types) target.blur();
+    action(this.app, event.key);
+  }
+}

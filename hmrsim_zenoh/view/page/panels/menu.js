@@ -1,0 +1,137 @@
+// What may be done with what is at a point of the map: a right click, a long press, or the menu key.
+
+import { el, icon } from './dom.js';
+
+export class Menu {
+  /** @param {import('../main.js').App} app */
+  constructor(app) {
+    this.app = app;
+    this.element = el('div', { class: 'menu', role: 'menu', hidden: true, onkeydown: (event) => this.#key(event) });
+    addEventListener('pointerdown', (event) => {
+      if (!this.element.contains(event.target)) this.close();
+    }, true);
+    addEventListener('resize', () => this.close());
+    addEventListener('blur', () => this.close());
+  }
+
+  /** @param {{kind: string, name: string, point: number[], px: number, py: number}} pick */
+  open(pick) {
+    const entries = this.#entries(pick);
+    const title = pick.name && pick.kind !== 'floor' ? `${pick.name.replace('|', ' – ')}` : this.#spot(pick.point);
+    this.before = document.activeElement;
+    this.element.replaceChildren(el('div', { class: 'menu-title', text: title, role: 'presentation' }),
+      ...entries.map((entry) => (entry ? this.#item(entry) : el('hr', { role: 'separator' }))));
+    this.element.hidden = false;
+    const { offsetWidth: width, offsetHeight: height } = this.element;
+    const left = Math.max(8, Math.min(pick.px, innerWidth - width - 8));
+    const top = Math.max(8, Math.min(pick.py, innerHeight - height - 8));
+    this.element.style.left = `${left}px`;
+    this.element.style.top = `${top}px`;
+    this.#items()[0]?.focus({ preventScroll: true });
+  }
+
+  close() {
+    if (this.element.hidden) return;
+    const inside = this.element.contains(document.activeElement);
+    this.element.hidden = true;
+    if (inside) this.before?.focus?.({ preventScroll: true });
+  }
+
+  #spot([x, y]) {
+    const digits = this.app.model.world.units === 'px' ? 0 : 1;
+    return `${x.toFixed(digits)}, ${y.toFixed(digits)}`;
+  }
+
+  #item([picture, text, action]) {
+    return el('button', {
+      type: 'button', role: 'menuitem', class: 'menu-item', tabindex: '-1',
+      onclick: () => {
+        this.close();
+        action();
+      },
+    }, icon(picture), el('span', { text }));
+  }
+
+  #items() {
+    return [...this.element.querySelectorAll('[role=menuitem]')];
+  }
+
+  #key(event) {
+    const items = this.#items();
+    const at = items.indexOf(document.activeElement);
+    const to = { ArrowDown: at + 1, ArrowUp: at - 1 + items.length, Home: 0, End: items.length - 1 }[event.key];
+    if (to !== undefined) items[to % items.length].focus();
+    else if (event.key === 'Escape' || event.key === 'Tab') this.close();
+    else if (event.key !== 'Enter' && event.key !== ' ') return;
+    event.stopPropagation();
+    if (event.key !== 'Enter' && event.key !== ' ') event.preventDefault();
+  }
+
+  /** Return what may be done: [icon, words, action] each, null for a line between. */
+  #entries(pick) {
+    const own = ENTRIES[pick.kind]?.(this.app, pick.name) ?? [];
+    const all = [...this.#send(pick), ...own.filter((entry) => this.app.live || !entry || entry[3]),
+      ['target', 'Center here', () => this.app.map.camera.centerOn(...pick.point)]];
+    return all.filter((entry, i) => entry || (i && all[i - 1] && i < all.length - 1));
+  }
+
+  #send(pick) {
+    const { app } = this;
+    const robot = app.map.selected;
+    if (!app.live || !robot || (pick.kind === 'robot' && pick.name === robot)) return [];
+    if (pick.kind === 'dock') {
+      return [['dock', `Dock ${robot} here`, () => app.sendToDock(robot, pick.name)],
+        ['target', `Send ${robot} here`, () => app.send(robot, pick)], null];
+    }
+    return [['target', `Send ${robot} here`, () => app.send(robot, pick)], null];
+  }
+}
+
+const READS = true; // also where nothing can be asked of anybody, as in a recording
+
+const ENTRIES = {
+  robot(app, name) {
+    const robot = app.model.robots.get(name);
+    if (!robot) return [];
+    const goals = robot.goals.length ? [['stop', 'Cancel goal', () => app.ask(`cancel what ${name} does`, () => app.commands.cancelAll(name))]] : [];
+    const dock = robot.dock ? [['dock', 'Undock', () => app.ask(`undock ${name}`, () => app.commands.undock(name))]]
+      : app.model.docks.size ? [['dock', 'Dock', () => app.sendToDock(name)]] : [];
+    return [
+      ['robot', 'Inspect', () => app.select(name), READS],
+      ['follow', app.map.follow === name ? 'Follow no more' : 'Follow', () => app.follow(name), READS],
+      null,
+      ['target', 'Go to…', () => app.aim(name)], ...dock, ...goals,
+      null,
+      ...faultEntries(app, { robot: name }, [['Break down', { type: 'breakdown' }], ['Slip, at half speed', { type: 'slip', factor: 0.5 }]]),
+      null,
+    ];
+  },
+  door(app, name) {
+    const set = (state, words) => ['door', words, () => app.ask(`${words.toLowerCase()} door ${name}`, () => app.commands.setDoor(name, state))];
+    return [set('open', 'Open'), set('closed', 'Close'), set('locked', 'Lock'), null,
+      ...faultEntries(app, { door: name }, [['Jam', { type: 'door_jammed' }]]), null];
+  },
+  lift(app, name) {
+    const stops = app.model.lifts.get(name)?.stops ?? [];
+    return [...stops.map((stop) => ['door', `Call to ${stop}`, () => app.ask(`call ${name}`, () => app.commands.callLift(name, stop))]), null];
+  },
+  lane(app, key) {
+    return [...faultEntries(app, { lane: key.split('|') }, [['Close this lane', { type: 'lane_closed' }]]), null];
+  },
+};
+
+/** Return what may go wrong with something, and what may be put right. */
+function faultEntries(app, target, quick) {
+  const on = [...app.model.faults.values()].filter((fault) => concerns(fault, target));
+  const there = new Set(on.map(({ fault }) => fault));
+  return [
+    ...on.map(({ name }) => ['check', `Clear ${name}`, () => app.ask(`clear ${name}`, () => app.commands.clearFault(name))]),
+    ...quick.filter(([, { type }]) => !there.has(type)).map(([words, fault]) => ['fault', words, () => app.inject({ ...fault, ...target })]),
+    ['fault', 'Inject a fault…', () => app.faults.open(target)],
+  ];
+}
+
+function concerns(fault, { robot, door, lane }) {
+  if (lane) return fault.lane !== undefined && lane.every((end) => fault.lane.includes(end));
+  return robot !== undefined ? fault.robot === robot : fault.door === door;
+}

@@ -1,0 +1,85 @@
+// How a robot is and why, and times and numbers as people read them.
+
+import { goalWords } from '../model/words.js';
+
+/** What each status of a goal is called, by its number; and the word for its sign. */
+export const STATUS_WORDS = ['unknown', 'accepted', 'executing', 'canceling', 'succeeded', 'canceled', 'aborted'];
+
+/**
+ * Return simulated seconds as 1:02:03.4, without hours where there are none.
+ * @param {number} seconds
+ * @param {number} [digits] Behind the point.
+ */
+export function clockWords(seconds, digits = 0) {
+  const unit = 10 ** digits;
+  const whole = Math.floor(Math.max(0, seconds) * unit + 1e-6) / unit;
+  const [hours, minutes] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60];
+  const rest = (whole % 60).toFixed(digits).padStart(digits ? digits + 3 : 2, '0');
+  return hours ? `${hours}:${String(minutes).padStart(2, '0')}:${rest}` : `${minutes}:${rest}`;
+}
+
+/** Return how long something takes: 4.2 s, 3 min 20 s, 2 h 5 min. @param {number} seconds */
+export function lastingWords(seconds) {
+  if (seconds < 9.95) return `${seconds.toFixed(1)} s`;
+  const whole = Math.round(seconds);
+  if (whole < 60) return `${whole} s`;
+  if (whole < 3600) return `${Math.floor(whole / 60)} min ${whole % 60} s`;
+  return `${Math.floor(whole / 3600)} h ${Math.floor(whole / 60) % 60} min`;
+}
+
+/** Return a length with its unit. @param {number} length @param {'m'|'px'} units */
+export function lengthWords(length, units) {
+  return units === 'px' ? `${Math.round(length)} px` : `${length.toFixed(1)} m`;
+}
+
+/** Return a share as 87 %. @param {number} share From 0 to 1. */
+export function shareWords(share) {
+  return `${Math.round(share * 100)} %`;
+}
+
+/** Return a goal's action as people say it: navigate to pose. @param {string} action */
+export function actionWords(action) {
+  return action.replaceAll('_', ' ');
+}
+
+/** Return what a goal is, in a line: navigate to pose to ward_a. */
+export function taskWords(goal, world) {
+  const asked = goalWords(goal.action, goal.goal, world);
+  if (goal.action === 'navigate_to_pose' && asked) return `drives ${asked}`;
+  return [actionWords(goal.action), asked].filter(Boolean).join(' ');
+}
+
+/**
+ * Return why a robot is as it is, as what follows the word for its state; "" where that says all.
+ *
+ * @param {import('../model/robot.js').Robot} robot
+ * @param {string} state One of `STATES`.
+ * @param {import('../model/model.js').Model} model
+ * @param {number} now
+ */
+export function whyWords(robot, state, model, now) {
+  const said = REASONS[state]?.(robot, model, now) ?? '';
+  const script = robot.script?.error ? `script: ${robot.script.error}` : '';
+  return said || script;
+}
+
+const REASONS = {
+  offline: (robot) => `no connection to ${robot.name}: nothing that it publishes arrives`,
+  stopped: (robot) => Object.values(robot.ailments).join('; '),
+  waiting(robot, model, now) {
+    const since = robot.waitsSince === null ? '' : `, ${lastingWords(Math.max(0, now - robot.waitsSince))}`;
+    if (robot.waitsFor.length) return `for ${robot.waitsFor.join(' and ')}${where(robot, model, now)}${since}`;
+    if (robot.waitsWhy) return `as ${robot.waitsWhy}${since}`;
+    if (robot.aside) return `aside, to make room for ${robot.aside}`;
+    return `for its turn${where(robot, model, now)}${since}`;
+  },
+  charging: (robot) => (robot.dock ? `at ${robot.dock}` : ''),
+  busy: (robot) => (robot.queue ? `queues for ${robot.queue.dock}, as number ${robot.queue.position}` : ''),
+  idle: (robot) => (robot.dock ? `docked at ${robot.dock}` : ''),
+};
+
+function where(robot, model, now) {
+  const [x, y] = robot.poseAt(now);
+  const name = model.world.nameAt(x, y);
+  return name ? ` at ${name}` : '';
+}

@@ -1,0 +1,98 @@
+// Find a robot, place, dock or item by its name.
+
+import { el, icon, mark } from './dom.js';
+
+const MOST = 40;
+const ICON = { robot: 'robot', place: 'place', dock: 'dock', item: 'item', door: 'door', waypoint: 'lane' };
+
+export class Search {
+  /** @param {import('../main.js').App} app */
+  constructor(app) {
+    this.app = app;
+    this.found = [];
+    this.at = -1;
+    this.list = el('div', { class: 'found', id: 'found', role: 'listbox', 'aria-label': 'Found', hidden: true });
+    this.input = el('input', {
+      type: 'search', class: 'field', placeholder: 'Find a robot or place', role: 'combobox', autocomplete: 'off',
+      spellcheck: 'false', 'aria-label': 'Find a robot, place, dock or item', 'aria-expanded': 'false', 'aria-controls': 'found',
+      'aria-keyshortcuts': '/', oninput: () => this.#find(), onfocus: () => this.#find(),
+      onkeydown: (event) => this.#key(event), onblur: () => this.#close(),
+    });
+    this.element = el('div', { class: 'search', role: 'search' }, icon('search'), this.input,
+      el('kbd', { text: '/', 'aria-hidden': 'true' }), this.list);
+    // A press on the list must not take the focus away before the click comes.
+    this.list.addEventListener('pointerdown', (event) => event.preventDefault());
+  }
+
+  focus() {
+    this.input.focus();
+    this.input.select();
+  }
+
+  #find() {
+    const text = this.input.value.trim().toLowerCase();
+    const { robots, items, docks, doors, world } = this.app.model;
+    const groups = { robot: robots, place: world.places, dock: docks, item: items, door: doors };
+    if (text) groups.waypoint = world.waypoints;
+    const first = [];
+    const later = [];
+    for (const [kind, things] of Object.entries(groups)) {
+      for (const name of things.keys()) {
+        const where = name.toLowerCase().indexOf(text);
+        if (where === 0) first.push({ kind, name });
+        else if (where > 0) later.push({ kind, name });
+      }
+    }
+    this.found = [...first, ...later].slice(0, MOST);
+    this.at = text && this.found.length ? 0 : -1;
+    this.#show();
+  }
+
+  #show() {
+    const options = this.found.map(({ kind, name }, i) => el('div', {
+      role: 'option', id: `found-${i}`, class: 'option', 'aria-selected': String(i === this.at), onclick: () => this.#take(i),
+    }, icon(ICON[kind]), el('span', { text: name }), el('small', { text: this.#about(kind, name) })));
+    this.list.replaceChildren(...(options.length ? options : [el('p', { class: 'empty', text: 'Nothing has such a name.' })]));
+    this.list.hidden = false;
+    mark(this.input, 'aria-expanded', 'true');
+    if (this.at >= 0) mark(this.input, 'aria-activedescendant', `found-${this.at}`);
+    else this.input.removeAttribute('aria-activedescendant');
+  }
+
+  #about(kind, name) {
+    if (kind !== 'robot') return kind;
+    const robot = this.app.model.robots.get(name);
+    return `${robot.type}, ${robot.stateAt(this.app.now())}`;
+  }
+
+  #key(event) {
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (step && this.found.length) {
+      this.at = (this.at + step + this.found.length) % this.found.length;
+      this.#show();
+      this.list.children[this.at].scrollIntoView({ block: 'nearest' });
+    } else if (event.key === 'Enter' && this.at >= 0) {
+      this.#take(this.at);
+    } else if (event.key === 'Escape') {
+      this.input.value = '';
+      this.input.blur();
+    } else {
+      return;
+    }
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  #take(index) {
+    const { kind, name } = this.found[index];
+    this.input.value = '';
+    this.input.blur();
+    if (kind === 'robot') this.app.select(name, { center: true });
+    else this.app.centerOn(name);
+  }
+
+  #close() {
+    this.list.hidden = true;
+    mark(this.input, 'aria-expanded', 'false');
+  }
+}

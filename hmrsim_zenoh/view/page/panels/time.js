@@ -1,0 +1,104 @@
+// The bar of time: of a simulator how late it is and how fast, with pause, step and speed.
+
+import { button, el, icon, mark, say } from './dom.js';
+import { clockWords } from './phrases.js';
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 3, 5, 10, 20, 50, 100];
+const AS_FAST_AS_POSSIBLE = 0;
+const MEASURED = 3000; // ms over which the factor that is achieved is measured
+
+export class TimeBar {
+  /** @param {import('../main.js').App} app */
+  constructor(app) {
+    this.app = app;
+    this.pressed = null;
+    this.samples = [];
+    this.play = button('pause', 'Pause', () => this.toggle(), { key: 'space', class: 'round primary' });
+    this.step = button('step', 'One step', () => this.stepOnce(), { key: '.', class: 'round' });
+    this.time = el('output', { class: 'time', 'aria-label': 'Simulated time', 'aria-live': 'off' });
+    this.achieved = el('span', { class: 'achieved' });
+    this.speed = el('select', { class: 'field speed', 'aria-label': 'Speed', onchange: () => this.#choose() });
+    this.#options(SPEEDS);
+    this.element.append(this.play, this.step, el('div', { class: 'time-words' }, this.time, this.achieved), this.speed);
+    app.live.addEventListener('time', () => this.render());
+  }
+
+  element = el('div', { class: 'time-bar', role: 'toolbar', 'aria-label': 'Time' });
+
+  toggle() {
+    const paused = this.app.live.timeState?.paused;
+    this.app.ask(paused ? 'go on' : 'pause', () => (paused ? this.app.commands.resume() : this.app.commands.pause()));
+  }
+
+  stepOnce() {
+    if (!this.app.live.timeState?.paused) this.app.toasts.show('info', 'Steps are made while time is paused: press pause first.');
+    else this.app.ask('make a step', () => this.app.commands.step(1));
+  }
+
+  #choose() {
+    const factor = Number(this.speed.value);
+    this.app.ask('change the speed', () => this.app.commands.setSpeed(factor)).finally(() => this.render());
+  }
+
+  #options(factors) {
+    const options = factors.map((factor) => el('option', { value: factor, text: `× ${factor}` }));
+    this.speed.replaceChildren(...options, el('option', { value: AS_FAST_AS_POSSIBLE, text: 'fastest' }));
+  }
+
+  render() {
+    const state = this.app.live.timeState;
+    const there = this.app.live.state === 'live' && state !== null;
+    for (const control of [this.play, this.step, this.speed]) control.disabled = !there;
+    const now = this.app.now();
+    say(this.time, clockWords(now, 1));
+    if (!there) {
+      say(this.achieved, '');
+      return;
+    }
+    this.#renderPaused(state.paused);
+    const lockstep = state.clock === 'lockstep';
+    this.speed.hidden = lockstep;
+    const factor = String(state.real_time_factor);
+    if (![...this.speed.options].some((option) => option.value === factor)) {
+      this.#options([...SPEEDS, state.real_time_factor].sort((a, b) => a - b));
+    }
+    if (document.activeElement !== this.speed && this.speed.value !== factor) this.speed.value = factor;
+    this.#renderAchieved(state, this.#measure(), lockstep);
+  }
+
+  #renderPaused(paused) {
+    if (paused === this.pressed) return;
+    this.pressed = paused;
+    this.play.replaceChildren(icon(paused ? 'play' : 'pause'));
+    mark(this.play, 'aria-label', paused ? 'Go on' : 'Pause');
+    mark(this.play, 'title', paused ? 'Go on (space)' : 'Pause (space)');
+    mark(this.element, 'data-paused', String(paused));
+  }
+
+  #renderAchieved(state, factor, lockstep) {
+    const number = factor >= 10 ? factor.toFixed(0) : factor.toFixed(1);
+    const whom = state.waiting_for?.length ? `waits for ${state.waiting_for.join(', ')}` : `× ${number}`;
+    const nobody = lockstep && !state.participants?.length;
+    let text = `× ${number}`;
+    if (state.paused) text = 'paused';
+    else if (lockstep) text = nobody ? 'lockstep · nobody takes part' : `lockstep · ${whom}`;
+    else if (state.real_time_factor) text += ` of ${state.real_time_factor}`;
+    else if (factor < 0.05) text = 'nothing to do';
+    say(this.achieved, text);
+    const slow = !state.paused && !lockstep && state.real_time_factor > 0 && factor < 0.85 * state.real_time_factor;
+    mark(this.achieved, 'data-slow', String(slow && this.samples.length > 6));
+    mark(this.achieved, 'title', slow ? 'The machine cannot keep up with the speed that is wanted' : '');
+  }
+
+  /** Return simulated seconds a wall second, lately. */
+  #measure() {
+    const [wall, now, { samples }] = [performance.now(), this.app.now(), this];
+    const { paused, real_time_factor: rate } = this.app.live.timeState;
+    if (samples.length && (now < samples[samples.length - 1][1] || rate !== this.rate || paused)) samples.length = 0;
+    this.rate = rate;
+    samples.push([wall, now]);
+    while (samples.length > 2 && samples[0][0] < wall - MEASURED) samples.shift();
+    const [first, before] = samples[0];
+    return wall > first ? ((now - before) * 1000) / (wall - first) : rate;
+  }
+}

@@ -1,0 +1,158 @@
+// Behaviour trees, as controllers publish them on `_tree`: one collapsible tree a robot.
+
+import { el, icon, mark, say, sign } from './dom.js';
+import { clockWords } from './phrases.js';
+
+export class TreesPanel {
+  /** @param {import('../main.js').App} app */
+  constructor(app) {
+    this.app = app;
+    this.title = 'Trees';
+    this.views = new Map();
+    this.list = el('div', { class: 'trees' });
+    this.hint = el('div', { class: 'empty' },
+      el('p', { text: 'No controller publishes a behaviour tree.' }),
+      el('p', {}, 'Start one: ', el('code', { text: 'bt-controller run TREE --robot NAME' })));
+    this.element = el('div', { class: 'panel-body scroll' }, this.hint, this.list);
+  }
+
+  /** @param {boolean} seen Whether anybody looks: only then are trees asked for. */
+  seen(seen) {
+    this.app.live?.watchTrees(seen);
+  }
+
+  render() {
+    const { trees } = this.app.model;
+    this.hint.hidden = trees.size > 0;
+    for (const [robot, view] of this.views) {
+      if (trees.has(robot)) continue;
+      view.element.remove();
+      this.views.delete(robot);
+    }
+    for (const [robot, state] of trees) this.#view(robot).render(state, robot === this.app.map.selected);
+    this.#raise(this.app.map.selected);
+  }
+
+  /** Have the tree of the robot that is selected first, and open. */
+  #raise(selected) {
+    if (selected === this.raised) return;
+    const view = this.views.get(selected);
+    if (!view && selected !== null) return;
+    this.raised = selected;
+    if (!view) return;
+    view.element.open = true;
+    this.list.prepend(view.element);
+  }
+
+  #view(robot) {
+    let view = this.views.get(robot);
+    if (view) return view;
+    view = new TreeView(this.app, robot, this.views.size === 0 || robot === this.app.map.selected);
+    this.views.set(robot, view);
+    this.list.append(view.element);
+    return view;
+  }
+}
+
+class TreeView {
+  constructor(app, robot, open) {
+    this.shape = sign('tree', '');
+    this.tick = el('span', { class: 'long' });
+    const find = el('button', { type: 'button', class: 'link', text: robot, onclick: () => app.select(robot, { center: true }) });
+    this.tree = el('div', { role: 'tree', 'aria-label': `Behaviour tree of ${robot}`, class: 'tree' });
+    this.board = el('dl', { class: 'facts' });
+    this.boardBox = el('details', { class: 'board' }, el('summary', { text: 'Blackboard' }), this.board);
+    this.element = el('details', { class: 'card', open },
+      el('summary', {}, icon('right'), this.shape, find, this.tick), this.tree, this.boardBox);
+    this.folded = new Set();
+    this.made = '';
+    this.rows = [];
+    this.tree.addEventListener('keydown', (event) => this.#key(event));
+    this.element.addEventListener('toggle', () => this.state && this.render(this.state, false));
+  }
+
+  render(state, selected) {
+    this.state = state;
+    mark(this.shape, 'data-is', state.status);
+    const at = state.sim_time === null ? '' : `, ${clockWords(state.sim_time)}`;
+    say(this.tick, `${state.status.toLowerCase()}${state.ended ? ', ended' : ''} · tick ${state.tick}${at}`);
+    mark(this.element, 'data-selected', String(selected));
+    if (!this.element.open) return;
+    const made = JSON.stringify(state.nodes.map(({ depth, name, kind }) => [depth, name, kind]));
+    if (made !== this.made) this.#make(state.nodes, made);
+    state.nodes.forEach((node, i) => this.#fill(this.rows[i], node));
+    this.#renderBoard(state.blackboard);
+  }
+
+  #make(nodes, made) {
+    this.made = made;
+    this.rows = nodes.map((node, i) => this.#row(node, i, (nodes[i + 1]?.depth ?? 0) > node.depth));
+    this.tree.replaceChildren(...this.rows.map((row) => row.element));
+    this.#fold();
+  }
+
+  #row(node, index, parent) {
+    const shape = sign('tree', '');
+    const message = el('span', { class: 'message' });
+    const status = el('span', { class: 'unseen' });
+    const fold = el('span', { class: 'fold', 'aria-hidden': 'true' }, parent ? icon('down') : '');
+    const element = el('div', {
+      role: 'treeitem', class: 'node', 'aria-level': node.depth + 1, tabindex: index ? '-1' : '0',
+      'aria-expanded': parent ? 'true' : null, title: [node.kind, node.origin].filter(Boolean).join(', '),
+      onclick: () => parent && this.#toggle(index),
+    }, fold, shape, el('span', { class: 'symbol', text: node.symbol, 'aria-hidden': 'true' }),
+    el('span', { class: 'node-name', text: node.name }), status, message);
+    element.style.setProperty('--depth', node.depth);
+    return { element, shape, message, status, depth: node.depth, parent };
+  }
+
+  #fill(row, node) {
+    mark(row.shape, 'data-is', node.status);
+    mark(row.element, 'data-is', node.status);
+    say(row.status, node.status.toLowerCase());
+    say(row.message, node.message);
+  }
+
+  #toggle(index) {
+    if (!this.folded.delete(index)) this.folded.add(index);
+    this.#fold();
+  }
+
+  #fold() {
+    let hiddenBelow = Infinity;
+    this.rows.forEach((row, i) => {
+      if (row.depth <= hiddenBelow) hiddenBelow = Infinity;
+      row.element.hidden = row.depth > hiddenBelow;
+      if (!row.parent) return;
+      const folded = this.folded.has(i);
+      mark(row.element, 'aria-expanded', String(!folded));
+      if (folded) hiddenBelow = Math.min(hiddenBelow, row.depth);
+    });
+  }
+
+  #key(event) {
+    const index = this.rows.findIndex((row) => row.element === document.activeElement);
+    if (index < 0) return;
+    const seen = this.rows.filter((row) => !row.element.hidden);
+    const at = seen.indexOf(this.rows[index]);
+    const to = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: seen.length - 1 }[event.key];
+    if (seen[to]) seen[to].element.focus();
+    else if (event.key === 'ArrowLeft' && !this.folded.has(index)) this.#toggle(index);
+    else if (event.key === 'ArrowRight' && this.folded.has(index)) this.#toggle(index);
+    else if (event.key === 'Enter' && this.rows[index].parent) this.#toggle(index);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  #renderBoard(blackboard) {
+    const all = Object.entries(blackboard ?? {});
+    this.boardBox.hidden = all.length === 0;
+    if (!this.boardBox.open) return;
+    const texts = all.map(([key, value]) => [key, typeof value === 'string' ? value : JSON.stringify(value)]);
+    const said = JSON.stringify(texts);
+    if (said === this.said) return;
+    this.said = said;
+    this.board.replaceChildren(...texts.flatMap(([key, value]) => [el('dt', { text: key }), el('dd', { text: value })]));
+  }
+}

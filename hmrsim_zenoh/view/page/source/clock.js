@@ -1,0 +1,127 @@
+// Simulated time as it passes here: smooth between what is heard, and a little behind it.
+//
+// What is heard is late, by a different while each time. Where time moves at a known rate, the least late of the last
+// seconds says how simulated and wall time lie to each other; we go with that, less a margin that lets what happens
+// arrive before it is shown. Small corrections are made by going a little faster or slower, never back.
+// Where time moves in bursts (lockstep, as fast as possible, steps while paused), we glide to what was heard last.
+
+const MARGIN = 0.1; // wall seconds behind what is heard
+const WINDOW = 2000; // ms in which the least late counts
+const GLIDE = 120; // ms from one burst to the next: frames come each 50 ms
+const MOST_AHEAD = 0.5; // wall seconds beyond what was heard last; then nobody is there any more
+const LEAST_STEP = 0.25; // simulated seconds, likewise: the clock ticks each 0.1 s
+const EASE = 0.5; // wall seconds in which most of an error is made good
+const SLEW = 0.2; // share by which we go faster or slower at most
+const STALE = 500; // ms in which what was sent before time went back may still come
+const JUMP = 1.0; // wall seconds of error that are no small correction
+
+export class SimClock {
+  /** Simulated seconds a wall second; 0 where time moves in bursts. */
+  factor = 0;
+  paused = false;
+  /** The last simulated time that was heard; null before the first. @type {number | null} */
+  heard = null;
+
+  #shown = 0; // what `now` said at #at
+  #at = 0;
+  /** [wall, simulated - wall * factor] of what was heard, greatest first. @type {[number, number][]} */
+  #offsets = [];
+  /** Since when nothing but earlier times are heard. @type {number | null} */ #backSince = null;
+  #from = 0; // of a glide
+  #began = 0;
+
+  /**
+   * Return simulated seconds.
+   *
+   * @param {number} wallMs
+   */
+  now(wallMs = performance.now()) {
+    if (this.heard === null) return 0;
+    const elapsed = wallMs - this.#at;
+    if (elapsed > 0) {
+      this.#shown = this.#flows ? this.#flow(wallMs, elapsed / 1000) : this.#glide(wallMs);
+      this.#at = wallMs;
+    }
+    return this.#shown;
+  }
+
+  /**
+   * Take a simulated time that was just told.
+   *
+   * @param {number} simSeconds
+   * @param {number} wallMs
+   */
+  hear(simSeconds, wallMs = performance.now()) {
+    if (this.heard === null) {
+      this.reset(simSeconds, wallMs);
+      return;
+    }
+    if (simSeconds < this.heard) {
+      // What comes together need not be in order, but for so long it is time that went back.
+      this.#backSince ??= wallMs;
+      if (wallMs - this.#backSince > STALE) this.reset(simSeconds, wallMs);
+    } else {
+      this.#backSince = null;
+      this.#from = this.now(wallMs);
+      this.#began = wallMs;
+      this.heard = simSeconds;
+    }
+    if (!this.#flows) return;
+    const offset = simSeconds - (wallMs / 1000) * this.factor;
+    while (this.#offsets.length && this.#offsets[this.#offsets.length - 1][1] <= offset) this.#offsets.pop();
+    this.#offsets.push([wallMs, offset]);
+    while (this.#offsets[0][0] < wallMs - WINDOW) this.#offsets.shift();
+  }
+
+  /**
+   * Say how fast time moves.
+   *
+   * @param {number} factor simulated seconds a wall second; 0 where it moves in bursts, as in lockstep
+   * @param {boolean} paused
+   * @param {number} wallMs
+   */
+  setRate(factor, paused, wallMs = performance.now()) {
+    if (factor === this.factor && paused === this.paused) return;
+    this.now(wallMs);
+    this.factor = factor;
+    this.paused = paused;
+    this.#offsets = [];
+    this.#from = this.#shown;
+    this.#began = wallMs;
+  }
+
+  /**
+   * Go there at once, forward or back, as after a reset of the simulation.
+   *
+   * @param {number} simSeconds
+   * @param {number} wallMs
+   */
+  reset(simSeconds, wallMs = performance.now()) {
+    this.heard = this.#shown = this.#from = simSeconds;
+    this.#at = this.#began = wallMs;
+    this.#offsets = [];
+    this.#backSince = null;
+  }
+
+  get #flows() {
+    return this.factor > 0 && !this.paused;
+  }
+
+  /** Go on at the known rate, a little faster or slower where that is wrong. */
+  #flow(wallMs, elapsed) {
+    const step = elapsed * this.factor;
+    const most = this.heard + Math.max(MOST_AHEAD * this.factor, LEAST_STEP);
+    if (!this.#offsets.length) return Math.max(this.#shown, Math.min(this.#shown + step, most));
+    const aim = (wallMs / 1000 - MARGIN) * this.factor + this.#offsets[0][1];
+    const error = aim - (this.#shown + step);
+    if (error > JUMP * this.factor) return Math.min(aim, most);
+    const correction = Math.max(-SLEW * step, Math.min(SLEW * step, (error * elapsed) / EASE));
+    return Math.max(this.#shown, Math.min(this.#shown + step + correction, most));
+  }
+
+  /** Go to what was heard last. */
+  #glide(wallMs) {
+    const share = Math.min(1, (wallMs - this.#began) / GLIDE);
+    return Math.max(this.#shown, this.#from + (this.heard - this.#from) * share);
+  }
+}

@@ -1,0 +1,268 @@
+/** Playing a recording: the model is as it was at a time, forwards and backwards. */
+
+import { ABORTED } from '../model/goals.js';
+import { Model } from '../model/model.js';
+import { secondsOf } from '../model/stamps.js';
+import { words } from '../model/words.js';
+
+const MOST_KEYFRAMES = 40;
+const LEAST_BETWEEN = 2000;
+const SLICE_MS = 8;
+const JITTER = 1e-3;
+
+/**
+ * @typedef {import('./recording.js').Recording} Recording
+ * @typedef {import('./recording.js').Sample} Sample
+ * @typedef {'aborted'|'fault'|'deadlock'|'reset'} MarkKind
+ * @typedef {{t: number, kind: MarkKind, text: string}} Mark
+ * @typedef {{reset: (seconds: number, wallMs: number) => void,
+ *   setRate: (factor: number, paused: boolean) => void}} Clock A `SimClock`.
+ */
+
+/**
+ * Dispatches 'time' when it is another time, 'state' when it begins or ceases to play or goes at another speed, and
+ * 'ready' when seeking has become quick.
+ *
+ * Its times are seconds of the recording: simulated time, which goes on where a simulation begins its own anew.
+ */
+export class Playback extends EventTarget {
+  /**
+   * @param {Recording} recording
+   * @param {Model} model Is made to be as the recording begins.
+   * @param {Clock} clock
+   */
+  constructor(recording, model, clock) {
+    super();
+    this._samples = recording.samples;
+    this._times = timesOf(recording.samples);
+    this._model = model;
+    this._clock = clock;
+    /** @type {string} */
+    this.name = recording.name;
+    /** @type {boolean} Whether the recording's end is missing. */
+    this.truncated = recording.truncated;
+    const count = this._times.length;
+    /** @type {number} */
+    this.begin = count ? this._times[0] : 0;
+    /** @type {number} */
+    this.end = count ? this._times[count - 1] : 0;
+    /** @type {number} */
+    this.time = this.begin;
+    /** @type {boolean} */
+    this.playing = false;
+    /** @type {readonly Mark[]} What is worth to be looked at, in order of time. */
+    this.marks = marksOf(this._samples, this._times);
+    this._speed = 1;
+    this._next = 0;
+    this._offset = 0;
+    this._wall = null;
+    this._between = Math.max(LEAST_BETWEEN, Math.ceil(count / MOST_KEYFRAMES));
+    const start = { next: 0, offset: 0, saved: new Model().snapshot() };
+    /** @type {{next: number, offset: number, saved: object}[]} */
+    this._keyframes = [start];
+    /** @type {boolean} Whether seeking is quick everywhere. */
+    this.ready = false;
+    this._restore(start);
+    this._show();
+    /** @type {Promise<void>} */
+    this.prepared = this._prepare();
+  }
+
+  /** @returns {number} Seconds of the recording a wall second. */
+  get speed() {
+    return this._speed;
+  }
+
+  set speed(speed) {
+    if (!(speed > 0)) throw new RangeError(`speed must be positive, got ${speed}`);
+    this._speed = speed;
+    this._tellRate();
+  }
+
+  /** Go on playing; from the beginning, if it has come to the end. */
+  play() {
+    if (this.playing) return;
+    if (this.time >= this.end) this.seek(this.begin);
+    this.playing = true;
+    this._wall = null;
+    this._tellRate();
+    this._schedule();
+  }
+
+  /** Stand still. */
+  pause() {
+    if (!this.playing) return;
+    this.playing = false;
+    this._tellRate();
+  }
+
+  /**
+   * Go to a time; whether it plays stays as it is.
+   * @param {number} time
+   */
+  seek(time) {
+    const to = Math.min(this.end, Math.max(this.begin, Number.isNaN(time) ? this.begin : time));
+    const frame = this._keyframeBefore(to);
+    if (to < this.time || frame.next > this._next) this._restore(frame);
+    this.time = to;
+    this._wall = null;
+    this._show();
+  }
+
+  /**
+   * Go to the next mark, or to the one before.
+   * @param {number} direction 1 or -1.
+   * @returns {Mark|null} Which; null if there is none.
+   */
+  jump(direction) {
+    const found = direction > 0
+      ? this.marks.find((mark) => mark.t > this.time + JITTER)
+      : this.marks.findLast((mark) => mark.t < this.time - JITTER);
+    if (!found) return null;
+    this.seek(found.t);
+    return found;
+  }
+
+  /**
+   * Go on by as much as the wall's clock has, if it plays.
+   * @param {number} wallMs As of `performance.now()`.
+   */
+  advance(wallMs) {
+    if (!this.playing) return;
+    const passed = this._wall === null ? 0 : Math.max(0, wallMs - this._wall) / 1000;
+    this._wall = wallMs;
+    this.time = Math.min(this.end, this.time + passed * this._speed);
+    this._show(wallMs);
+    if (this.time >= this.end) this.pause();
+  }
+
+  /** Stop for good. */
+  close() {
+    this.pause();
+    this._closed = true;
+  }
+
+  // ---------------------------------------------------------------------------------------------------------------
+
+  /** Have the model be as at this time. */
+  _show(wallMs = performance.now()) {
+    const { _times: times, _samples: samples } = this;
+    let next = this._next;
+    while (next < times.length && times[next] <= this.time) {
+      feed(this._model, samples[next]);
+      this._offset = offsetAt(samples[next], times[next], this._offset);
+      next += 1;
+    }
+    this._next = next;
+    const simulated = this.time + this._offset;
+    // Exactly, at each frame: nothing has to be waited for here.
+    this._clock.reset(simulated, wallMs);
+    this._model.flush(simulated);
+    this.dispatchEvent(new Event('time'));
+  }
+
+  _restore(frame) {
+    this._model.restore(frame.saved);
+    this._next = frame.next;
+    this._offset = frame.offset;
+  }
+
+  _keyframeBefore(time) {
+    const frames = this._keyframes;
+    let [low, high] = [0, frames.length - 1];
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (this._times[frames[middle].next - 1] <= time) low = middle;
+      else high = middle - 1;
+    }
+    return frames[low];
+  }
+
+  /** Go through all of it, a little at a time, with a model that nobody sees. */
+  async _prepare() {
+    const model = new Model();
+    let [next, offset] = [0, 0];
+    while (next < this._samples.length && !this._closed) {
+      const until = performance.now() + SLICE_MS;
+      do {
+        const to = Math.min(next + 100, this._samples.length);
+        for (; next < to; next += 1) {
+          feed(model, this._samples[next]);
+          offset = offsetAt(this._samples[next], this._times[next], offset);
+          if ((next + 1) % this._between === 0) this._keyframes.push({ next: next + 1, offset, saved: model.snapshot() });
+        }
+      } while (next < this._samples.length && performance.now() < until);
+      await new Promise((resolve) => setTimeout(resolve));
+    }
+    this.ready = true;
+    this.dispatchEvent(new Event('ready'));
+  }
+
+  _tellRate() {
+    this._clock.setRate(this._speed, !this.playing);
+    this._clock.reset(this.time + this._offset, performance.now());
+    this.dispatchEvent(new Event('state'));
+  }
+
+  _schedule() {
+    const again = (wallMs) => {
+      this.advance(wallMs ?? performance.now());
+      if (this.playing) this._schedule();
+    };
+    if (globalThis.requestAnimationFrame) requestAnimationFrame(again);
+    else setTimeout(again, 16);
+  }
+}
+
+/**
+ * Tell a model a sample of a recording.
+ * @param {Model} model
+ * @param {Sample} sample
+ */
+export function feed(model, [, key, payload]) {
+  if (key === '_world/events') model.apply(payload);
+  else if (key === '_world/scene') model.loadScene(payload);
+  else if (key === '_world/world') model.loadWorld(payload);
+  else if (key === '_world/info') model.loadInfo(payload);
+  else {
+    const [robot, topic, ...more] = key.split('/');
+    if (more.length) return;
+    if (topic === 'battery_state') model.setBattery(robot, payload);
+    else if (topic === '_tree') model.setTree(robot, payload);
+    else if (topic === 'detections') model.setDetections(robot, payload);
+  }
+}
+
+/** Return how much later simulated time is than the recording's, from a sample on. */
+function offsetAt([, key, payload], time, before) {
+  if (key !== '_world/events' && key !== '_world/scene') return before;
+  const offset = secondsOf(payload?.stamp) - time;
+  return Math.abs(offset - before) > JITTER ? offset : before;
+}
+
+/** Return when each sample is, in seconds that never go back. */
+function timesOf(samples) {
+  const times = new Float64Array(samples.length);
+  let [last, shift] = [-Infinity, 0];
+  for (let i = 0; i < samples.length; i += 1) {
+    const time = samples[i][0] * 1e-9;
+    if (time + shift < last - JITTER) shift = last - time;
+    last = Math.max(last, time + shift);
+    times[i] = last;
+  }
+  return times;
+}
+
+const MARKED = { fault_began: 'fault', deadlock: 'deadlock', reset: 'reset' };
+
+function marksOf(samples, times) {
+  const marks = [];
+  samples.forEach(([, key, event], i) => {
+    if (key !== '_world/events' || !event) return;
+    const kind = event.kind === 'status' && event.status === ABORTED ? 'aborted' : MARKED[event.kind];
+    if (!kind) return;
+    const who = event.robot && kind === 'aborted' ? `${event.robot}: ` : '';
+    marks.push({ t: times[i], kind, text: who + words(event) });
+  });
+  return marks;
+}

@@ -1,0 +1,121 @@
+"""A recording as a source of pages: sent as a whole, for the page plays it itself."""
+
+from __future__ import annotations
+
+import logging
+import zlib
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+from pydantic_core import to_json
+from starlette.responses import JSONResponse, StreamingResponse
+from starlette.routing import Route
+
+from hmrsim.errors import HmrsimError
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Iterable, Iterator
+
+    from starlette.requests import Request
+    from starlette.responses import Response
+    from starlette.routing import BaseRoute
+
+_CHUNK: Final = 256 * 1024
+_GZIP: Final = 31
+"""What zlib calls a window of 32 kB with gzip's header."""
+_LEVEL: Final = 5
+
+_log = logging.getLogger(__name__)
+
+
+class Recording(Protocol):
+    """What is shown of a recording.
+
+    Attributes:
+        name: Of the file.
+        begin: Simulated nanoseconds of its first sample.
+        end: … and of its last.
+        truncated: Whether its end is missing, as after a crash.
+    """
+
+    @property
+    def name(self) -> str: ...  # noqa: D102 - said above
+
+    @property
+    def begin(self) -> int: ...  # noqa: D102
+
+    @property
+    def end(self) -> int: ...  # noqa: D102
+
+    @property
+    def truncated(self) -> bool: ...  # noqa: D102
+
+    def samples(self) -> Iterable[tuple[int, str, Any]]:
+        """Return nanoseconds, key and payload of each sample, in order."""
+
+
+class Recorded:
+    """What pages see of a recording.
+
+    Args:
+        recording: An open one.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+
+    def routes(self) -> list[BaseRoute]:
+        """Return what a page asks beside its files."""
+        return [Route("/source", self._source), Route("/recording", self._samples)]
+
+    @asynccontextmanager
+    async def opened(self) -> AsyncIterator[None]:
+        """Do nothing: there is nothing to follow."""
+        yield
+
+    async def _source(self, _request: Request) -> Response:
+        recording = self._recording
+        return JSONResponse(
+            {
+                "kind": "recording",
+                "name": recording.name,
+                "begin": recording.begin,
+                "end": recording.end,
+                "truncated": recording.truncated,
+            }
+        )
+
+    async def _samples(self, request: Request) -> Response:
+        packed = "gzip" in request.headers.get("accept-encoding", "")
+        chunks = _in_chunks(self._lines())
+        return StreamingResponse(
+            _gzip(chunks) if packed else chunks,
+            media_type="application/x-ndjson",
+            headers={"Vary": "Accept-Encoding", **({"Content-Encoding": "gzip"} if packed else {})},
+        )
+
+    def _lines(self) -> Iterator[bytes]:
+        """Yield a line a sample, up to the first that can't be read."""
+        try:
+            for sample in self._recording.samples():
+                yield to_json(sample, inf_nan_mode="null") + b"\n"
+        except HmrsimError as error:
+            _log.warning("%s; what comes before is shown", error)
+
+
+def _in_chunks(lines: Iterable[bytes]) -> Iterator[bytes]:
+    """Join lines: each chunk goes through a thread, which takes longer than making a line."""
+    chunk = bytearray()
+    for line in lines:
+        chunk += line
+        if len(chunk) >= _CHUNK:
+            yield bytes(chunk)
+            chunk.clear()
+    yield bytes(chunk)
+
+
+def _gzip(chunks: Iterable[bytes]) -> Iterator[bytes]:
+    packer = zlib.compressobj(_LEVEL, wbits=_GZIP)
+    for chunk in chunks:
+        yield packer.compress(chunk)
+    yield packer.flush()

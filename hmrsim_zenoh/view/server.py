@@ -1,0 +1,204 @@
+"""The page's server: files of the page, the palette, and what the source of what is shown adds to them."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import logging
+import socket
+import threading
+from contextlib import asynccontextmanager, suppress
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Protocol, Self
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.responses import FileResponse
+from starlette.routing import BaseRoute, Mount, Route
+from starlette.staticfiles import StaticFiles
+
+from hmrsim_zenoh.errors import BadOptions, PortTaken
+from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
+from hmrsim_zenoh.view.security import Gate, is_loopback
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from contextlib import AbstractAsyncContextManager
+
+    from starlette.requests import Request
+
+_PAGE: Final = Path(__file__).parent / "page"
+_MOST_ASKED: Final = 2**20
+"""Bytes of one request of a page's."""
+_GRACE: Final = 1
+"""Wall seconds in which answers under way may end."""
+_PATIENCE: Final = 5.0
+_ANY_ADDRESS: Final = {"0.0.0.0", "::"}  # noqa: S104 - that is what is looked for
+_ELSEWHERE: Final = "192.0.2.1", 9
+"""An address that nobody has (RFC 5737)."""
+
+_log = logging.getLogger(__name__)
+
+
+class Source(Protocol):
+    """What is shown: a simulator or a recording."""
+
+    def routes(self) -> list[BaseRoute]:
+        """Return what a page asks beside its files."""
+
+    def opened(self) -> AbstractAsyncContextManager[None]:
+        """Return what is entered in the event loop before the first page comes, and left after the last."""
+
+
+class ViewServer:
+    """Serves the page until it is closed, in a thread of its own.
+
+    Args:
+        source: What to show.
+        host: Address to bind to; elsewhere than on the loopback a token is asked for.
+        port: Port to bind to; 0 for a free one.
+
+    Attributes:
+        url: Where the page is, with the token if there is one.
+
+    Raises:
+        PortTaken: Somebody else listens there.
+        BadOptions: The host is no address of this machine.
+    """
+
+    def __init__(self, source: Source, *, host: str = DEFAULT_HOST, port: int = DEFAULT_PORT) -> None:
+        self._socket = _bound(host, port)
+        gate = Gate(_application(source), host)
+        self.url = _url(host, self._socket.getsockname()[1], gate.token)
+        self._server = _Server(
+            uvicorn.Config(
+                gate,
+                loop="asyncio",
+                http="h11",
+                ws="websockets-sansio",
+                lifespan="on",
+                log_config=None,
+                log_level="info",
+                access_log=False,
+                server_header=False,
+                date_header=False,
+                proxy_headers=False,
+                ws_max_size=_MOST_ASKED,
+                # On the loopback it would cost more than it saves.
+                ws_per_message_deflate=not is_loopback(host),
+                timeout_graceful_shutdown=_GRACE,
+            )
+        )
+        self._log = _Forwarded()
+        self._thread = threading.Thread(target=self._run, name="hmrsim view", daemon=True)
+        self._thread.start()
+        self._server.begun.wait(_PATIENCE)
+
+    def __enter__(self) -> Self:
+        """Return the server."""
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        """Close it."""
+        self.close()
+
+    def close(self) -> None:
+        """Send all pages away, and return when the server has ended."""
+        self._server.end()
+        self._thread.join(_PATIENCE)
+        self._log.close()
+
+    def _run(self) -> None:
+        asyncio.run(self._server.serve(sockets=[self._socket]))
+
+
+class _Server(uvicorn.Server):
+    """Uvicorn's, which waits for its end instead of looking ten times a second whether it has come."""
+
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self.begun = threading.Event()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._ended = asyncio.Event()
+
+    async def main_loop(self) -> None:
+        await self.on_tick(0)
+        self._loop = asyncio.get_running_loop()
+        self.begun.set()
+        await self._ended.wait()
+
+    def end(self) -> None:
+        """End it, from another thread; once more does nothing."""
+        if self._loop is not None:
+            with suppress(RuntimeError):
+                self._loop.call_soon_threadsafe(self._ended.set)
+
+
+class _Forwarded(logging.Handler):
+    """Says at debug what Uvicorn says, until it is closed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._theirs = logging.getLogger("uvicorn.error")
+        self._theirs.addHandler(self)
+        self._theirs.propagate = False
+
+    def emit(self, record: logging.LogRecord) -> None:
+        _log.debug("%s", record.getMessage(), exc_info=record.exc_info)
+
+    def close(self) -> None:
+        self._theirs.removeHandler(self)
+        super().close()
+
+
+def _application(source: Source) -> Starlette:
+    @asynccontextmanager
+    async def lifespan(_app: Starlette) -> AsyncIterator[None]:
+        async with source.opened():
+            yield
+
+    return Starlette(
+        routes=[
+            *source.routes(),
+            Route("/palette.json", _palette),
+            Mount("/", StaticFiles(directory=_PAGE, html=True)),
+        ],
+        lifespan=lifespan,
+    )
+
+
+async def _palette(_request: Request) -> FileResponse:
+    return FileResponse(str(files("hmrsim.drawing") / "palette.json"))
+
+
+def _bound(host: str, port: int) -> socket.socket:
+    """Return a socket that listens."""
+    try:
+        family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
+        return socket.create_server(address[:2], family=family)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            raise PortTaken(f"{_authority(host, port)} is taken; name another with --port, 0 for a free one") from None
+        if error.errno == errno.EACCES:
+            raise BadOptions(f"--port {port}: may not be bound; 1024 and above may") from None
+        raise BadOptions(f"--host {host!r} is no address of this machine: {(error.strerror or '').lower()}") from None
+
+
+def _url(host: str, port: int, token: str) -> str:
+    shown = _own_address() if host in _ANY_ADDRESS else host
+    return f"http://{_authority(shown, port)}/{f'?token={token}' if token else ''}"
+
+
+def _authority(host: str, port: int) -> str:
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+def _own_address() -> str:
+    """Return the address by which others reach this machine, as far as the kernel knows; nothing is sent."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(_ELSEWHERE)
+        except OSError:
+            return socket.gethostname()
+        return str(probe.getsockname()[0])

@@ -1,0 +1,127 @@
+"""What waits for one page."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hmrsim_zenoh.view.frames import embedded
+from hmrsim_zenoh.view.outbox import Outbox
+
+
+def entry(key: str, value: object) -> tuple[str, str]:
+    """Return a sample as a feed has it."""
+    return key, str(embedded(key, json.dumps(value).encode()))
+
+
+@pytest.fixture
+def outbox():
+    """An outbox with a subscription 1 to all samples, and 2 to the latest; 100 characters may wait."""
+    made = Outbox(100)
+    made.open(1, latest=False)
+    made.open(2, latest=True)
+    return made
+
+
+def taken(outbox: Outbox) -> list[dict]:
+    """Return the frames that are sent now."""
+    return [json.loads(frame) for frame in outbox.take()]
+
+
+def test_nothing_is_sent_of_nothing(outbox):
+    """A page that nobody tells anything gets no frames."""
+    assert [] == outbox.take()
+
+
+def test_samples_of_all_subscriptions_share_a_frame(outbox):
+    """Samples of a subscription are in order."""
+    outbox.add(1, [entry("a", 1), entry("a", 2)], lost=False)
+    outbox.add(2, [entry("b", 3)], lost=False)
+
+    assert [{"op": "samples", "samples": [[1, "a", 1], [1, "a", 2], [2, "b", 3]]}] == taken(outbox)
+
+
+def test_what_was_taken_is_not_sent_again(outbox):
+    """Each sample is sent once, also the latest of a key."""
+    outbox.add(1, [entry("a", 1)], lost=False)
+    outbox.add(2, [entry("a", 1)], lost=False)
+    outbox.take()
+
+    assert [] == outbox.take()
+
+
+def test_of_the_latest_only_the_newest_waits(outbox):
+    """However often it comes, a key has one sample."""
+    for value in range(1000):
+        outbox.add(2, [entry("a", value)], lost=False)
+
+    assert [{"op": "samples", "samples": [[2, "a", 999]]}] == taken(outbox)
+
+
+def test_too_many_samples_are_dropped_and_told_of(outbox):
+    """Who is too slow loses all that waits of the subscription, and is told once, not each time."""
+    for value in range(1000):
+        outbox.add(1, [entry("a", value)], lost=False)
+
+    assert [{"op": "lost", "id": 1}] == taken(outbox)
+    assert [] == taken(outbox)
+
+
+def test_samples_come_again_after_some_were_lost(outbox):
+    """What comes after `lost` was sent, is sent."""
+    outbox.add(1, [entry("a", "x" * 200)], lost=False)
+    outbox.take()
+    outbox.add(1, [entry("a", 1)], lost=False)
+
+    assert [{"op": "samples", "samples": [[1, "a", 1]]}] == taken(outbox)
+
+
+def test_other_subscriptions_lose_nothing(outbox):
+    """Only the samples of the one that is too much are dropped."""
+    outbox.add(2, [entry("b", 1)], lost=False)
+    outbox.add(1, [entry("a", "x" * 200)], lost=False)
+
+    assert [{"op": "samples", "samples": [[2, "b", 1]]}, {"op": "lost", "id": 1}] == taken(outbox)
+
+
+def test_what_zenoh_dropped_is_lost_too(outbox):
+    """A feed that could not keep all says so, and the page is told."""
+    outbox.add(1, [entry("a", 1)], lost=True)
+
+    assert [{"op": "lost", "id": 1}] == taken(outbox)
+
+
+def test_the_latest_can_not_be_lost(outbox):
+    """Of a key whose newest sample counts, older ones were not wanted anyway."""
+    outbox.add(2, [entry("a", 1)], lost=True)
+
+    assert [{"op": "samples", "samples": [[2, "a", 1]]}] == taken(outbox)
+
+
+def test_what_waits_of_an_ended_subscription_is_dropped(outbox):
+    """Nothing comes after the end, and its room is free again."""
+    outbox.add(1, [entry("a", "x" * 80)], lost=False)
+    outbox.close(1)
+    outbox.add(2, [entry("b", "y" * 80)], lost=False)
+
+    assert [{"op": "samples", "samples": [[2, "b", "y" * 80]]}] == taken(outbox)
+
+
+def test_answers_are_never_dropped(outbox):
+    """Frames that are no samples are sent all, before the samples."""
+    outbox.add(1, [entry("a", 1)], lost=False)
+    for number in range(200):
+        outbox.put(f'{{"op": "reply", "id": {number}}}')
+
+    assert [*(["reply"] * 200), "samples"] == [frame["op"] for frame in taken(outbox)]
+
+
+def test_who_never_reads_is_crowded(outbox):
+    """With a hundred frames waiting, no further request should be served."""
+    for _ in range(99):
+        outbox.put("{}")
+    before = outbox.crowded
+    outbox.put("{}")
+
+    assert (False, True) == (before, outbox.crowded)
