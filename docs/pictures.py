@@ -1,27 +1,53 @@
-"""Makes the pictures of the documentation: a real terminal, photographed while the demo runs. Needs tmux."""
+"""Makes the pictures of the documentation: real screens, photographed while something runs.
+
+``python -m docs.pictures`` makes them all, ``python -m docs.pictures page_dark map`` some. Needs tmux for ``demo``,
+Chromium for pages, and pngquant.
+"""
 
 from __future__ import annotations
 
 import io
+import json
 import re
 import subprocess
 import sys
+import tempfile
 import time
+from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
 from rich.console import Console
 from rich.text import Text
 
+from benchmarks._browser import browser, shown, until
+from benchmarks._fleet import grid_world
+from benchmarks._processes import HMRSIM, command, free_port, line_of
+from benchmarks._wire import served
+from hmrsim_zenoh.host import HostSettings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from playwright.sync_api import Page
+
 WIDTH, HEIGHT = 84, 30
 DOCS = Path(__file__).parent
+_MISSION: Final = (sys.executable, "-m", "bt_controller", "run")
+_LARGE: Final = {"width": 1440, "height": 900}
+_PHONE: Final = {"width": 390, "height": 844}
 
 
-def main() -> None:
+# --- a terminal --------------------------------------------------------------------------------------------------
+
+
+def demo() -> None:
     """Run the demo in a terminal, and write docs/demo.svg when a robot has delivered something."""
-    demo = Path(sys.executable).with_name("hmrsim")
+    program = Path(sys.executable).with_name("hmrsim")
     tmux = ["tmux", "-L", "hmrsim-pictures"]
     subprocess.run(
-        [*tmux, "new-session", "-d", "-x", str(WIDTH), "-y", str(HEIGHT), f"{demo} demo; sleep 60"], check=True
+        [*tmux, "new-session", "-d", "-x", str(WIDTH), "-y", str(HEIGHT), f"{program} demo; sleep 60"], check=True
     )
     try:
         deadline = time.monotonic() + 60
@@ -40,6 +66,103 @@ def main() -> None:
     # The fonts that rich names are on another host; whoever looks has one of his own.
     picture = re.sub(r"@font-face \{.*?\}\s*", "", picture, flags=re.DOTALL)
     (DOCS / "demo.svg").write_text(picture, encoding="utf-8")
+
+
+# --- worlds and reports ------------------------------------------------------------------------------------------
+
+
+def world() -> None:
+    """Draw the hospital."""
+    subprocess.run([*HMRSIM, "map", "render", "hospital", "-o", str(DOCS / "map.svg")], check=True)
+
+
+def report() -> None:
+    """Report on half an hour of the warehouse, and photograph the report."""
+    with tempfile.TemporaryDirectory() as folder, browser() as chromium:
+        trace, page = Path(folder, "run.jsonl"), Path(folder, "report.html")
+        run = ["simulate", "warehouse", "--duration", "1800", "--trace", str(trace)]
+        # It ends with 1, as it is not done by then.
+        subprocess.run([*HMRSIM, *run], check=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        subprocess.run([*HMRSIM, "report", str(trace), "-o", str(page)], check=True)
+        tab = chromium.new_page(viewport=_LARGE)
+        tab.goto(page.as_uri())
+        _photograph(tab, "report")
+
+
+# --- the page ----------------------------------------------------------------------------------------------------
+
+
+def _photograph(page: Page, name: str) -> None:
+    """Write docs/NAME.png, with a palette of its own, which makes it a third: flat pictures have few colours."""
+    page.evaluate("() => new Promise((then) => requestAnimationFrame(() => requestAnimationFrame(then)))")
+    path = DOCS / f"{name}.png"
+    page.screenshot(path=path)
+    subprocess.run(["pngquant", "--force", "--ext", ".png", "--nofs", str(path)], check=True)
+
+
+@contextmanager
+def _hospital(factor: float = 4.0) -> Iterator[str]:
+    """Run the mission in the hospital; yields where its page is."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    run = ("run", "hospital", "--listen", endpoint, "--real-time-factor", str(factor), "--json")
+    robots = ("--robot", "wall_e", "eve", "burn_e", "m_o", "nan_e", "d_fib", "auto", "vaq_m")
+    with ExitStack() as stack:
+        simulator = stack.enter_context(command(*HMRSIM, *run))
+        line_of(simulator)
+        view = stack.enter_context(command(*HMRSIM, "view", "--connect", endpoint, "--port", "0", "--json"))
+        url = json.loads(line_of(view))["url"]
+        stack.enter_context(
+            command(*_MISSION, "bt_controller.hospital:mission", *robots, "--connect", endpoint, "--quiet")
+        )
+        yield url
+
+
+def _page(name: str, at: float, viewport: Mapping[str, int], query: str, **options: object) -> None:
+    """Photograph the hospital at a simulated time, standing still."""
+    with _hospital() as url, browser() as chromium:
+        page = shown(chromium.new_page(viewport=viewport, **options), f"{url}?{query}")
+        until(page, "(at) => hmrsim.clock.now() >= at", at)
+        page.get_by_role("button", name="Got it").click()
+        page.evaluate("hmrsim.commands.pause()")
+        until(page, "hmrsim.clock.paused")
+        _photograph(page, name)
+
+
+def thousand() -> None:
+    """Photograph a thousand robots on their ways."""
+    settings = HostSettings(keep_results=10)
+    with (
+        served(grid_world(1000), settings, wandering=1000) as grid,
+        command(*HMRSIM, "view", "--connect", grid.endpoint, "--port", "0", "--json") as view,
+        browser() as chromium,
+    ):
+        url = json.loads(line_of(view))["url"]
+        page = shown(chromium.new_page(viewport=_LARGE), f"{url}?theme=dark&panel=none")
+        until(page, "hmrsim.map.stats.frames > 60")
+        page.get_by_role("button", name="Got it").click()
+        _photograph(page, "thousand")
+
+
+PICTURES: Final[Mapping[str, Callable[[], None]]] = {
+    "demo": demo,
+    "map": world,
+    "page_light": partial(_page, "page_light", 60.0, _LARGE, "theme=light&panel=goals"),
+    "page_dark": partial(_page, "page_dark", 60.0, _LARGE, "theme=dark&panel=trees&follow=wall_e"),
+    "page_phone": partial(
+        _page, "page_phone", 60.0, _PHONE, "theme=dark", device_scale_factor=2, is_mobile=True, has_touch=True
+    ),
+    "thousand": thousand,
+    "report": report,
+}
+
+
+def main() -> None:
+    """Make the pictures that are named, or all."""
+    wanted = sys.argv[1:] or list(PICTURES)
+    for unknown in set(wanted) - PICTURES.keys():
+        sys.exit(f"no picture {unknown!r}; there are {', '.join(PICTURES)}")
+    for name in wanted:
+        PICTURES[name]()
 
 
 if __name__ == "__main__":

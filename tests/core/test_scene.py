@@ -18,6 +18,7 @@ from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD, Log, Run
 
 A = "a" * 32
+B = "b" * 32
 
 WORLD = SMALL_WORLD | {
     "docks": {"charger": {"at": [1, 2], "type": "charger"}},
@@ -36,10 +37,10 @@ WORLD = SMALL_WORLD | {
 }
 
 
-def go(x, y, *, robot="wall_e"):
+def go(x, y, *, robot="wall_e", goal_id=A):
     """Return the command to drive to a point."""
     target = PoseStamped(pose=Pose(position=Point(x=x, y=y)))
-    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=target), A)
+    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=target), goal_id)
 
 
 @pytest.fixture
@@ -168,6 +169,20 @@ class TestWatched:
 
         assert ([4.0, 1.0, 0.5, 0.0], Trapezoid(4.0, 1.0, 0.5).duration) == (driven["profile"], driven["duration"])
         assert pytest.approx(3.1415927) == abs(turned["turned"])
+
+    def test_a_turn_that_takes_no_time_is_told(self, simulator):
+        """Who comes from the east turns to face east at once, as the goal says, where it has no turning rate."""
+        log = Log(simulator=simulator)
+        simulator.attach(log)
+        Run(log, simulator)((0.0, go(9, 2)), (9.0, go(1, 2, goal_id=B)))
+
+        turned = log.happened("motion")[-1][1]
+
+        assert ([1.0, 2.0, pytest.approx(3.1415927)], [1.0, 2.0, 0.0], 0.0) == (
+            turned["from"],
+            turned["to"],
+            turned["duration"],
+        )
 
     def test_no_trace_has_it(self, simulator):
         """A trace says what happened; how is made anew by a replay."""

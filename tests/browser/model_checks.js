@@ -1,0 +1,398 @@
+// What the page's model makes of what happens. Each claim throws if it does not hold; evaluated in a page (base "") or
+// in node (base: the folder of the modules). Returns what was wrong, by claim.
+async (base) => {
+  const { Model } = await import(`${base}/model/model.js`);
+  const { Robot } = await import(`${base}/model/robot.js`);
+  const { World } = await import(`${base}/model/world.js`);
+  const { Motion } = await import(`${base}/model/motion.js`);
+  const { Tail } = await import(`${base}/model/tail.js`);
+  const { Lines } = await import(`${base}/source/recording.js`);
+  const { Playback } = await import(`${base}/source/playback.js`);
+  const { errorOf } = await import(`${base}/model/goals.js`);
+  const { words, levelOf, goalWords } = await import(`${base}/model/words.js`);
+
+  const WORLD = {
+    name: 'small',
+    waypoints: { a: [0, 0], b: { at: [10, 0], capacity: 3 }, c: [10, 10], up: [110, 10] },
+    lanes: [['a', 'b'], { from: 'b', to: 'c', one_way: true, speed_limit: 0.5, capacity: 2 }, ['c', 'b']],
+    traffic: { policy: 'reserve', lane_capacity: 4 },
+    walls: [[[0, 5], [5, 5]], { solid: [[20, 20], [21, 20], [21, 21]] }],
+    doors: { gate: { at: [[5, -1], [5, 1]], opening_time: 1.5 } },
+    lifts: { lift: { stops: ['c', 'up'], travel_time: 6 } },
+    places: { ward: { at: [10, 10] } },
+    docks: { charger: { at: 'a', type: 'charger' } },
+    items: { medicine: { at: 'ward', weight: 0.2 } },
+    robot_types: { nurse: { base: { speed: 2, radius: 0.3 } } },
+    robots: { wall_e: { type: 'nurse', at: 'charger', yaw: 1 }, eve: { at: 'b' } },
+  };
+  const stamp = (t) => ({ sec: Math.floor(t), nanosec: Math.round((t % 1) * 1e9) });
+  const robot = (name, more = {}) => ({
+    name, type: 'nurse', radius: 0.3, flies: false, speed: 2, pose: [0, 0, 0], motion: null, route: [], waits: false,
+    dock: null, ailments: {}, connected: true, holds: [], battery: { percentage: 1, charging: false }, sensors: [],
+    goals: [], ...more,
+  });
+  const scene = (t, robots = [robot('wall_e'), robot('eve', { pose: [10, 0, 0] })], more = {}) => ({
+    stamp: stamp(t), robots, items: [{ name: 'medicine', weight: 0.2, at: [10, 10], carrier: null }],
+    fixtures: [], closed_lanes: [], faults: [], ...more,
+  });
+  const event = (t, kind, more = {}) => ({ stamp: stamp(t), kind, ...more });
+  const drive = (t, from, to, more = {}) => {
+    return event(t, 'motion', { robot: 'wall_e', from, to, duration: 5, lane: ['a', 'b'], ...more });
+  };
+  const status = (t, number, more = {}) => {
+    const goal = { robot: 'wall_e', action: 'navigate_to_pose', goal_id: 'one' };
+    return event(t, 'status', { ...goal, status: number, ...more });
+  };
+  const modelOf = (...events) => {
+    const model = new Model();
+    model.loadWorld(WORLD);
+    model.loadScene(scene(0));
+    events.forEach((each) => model.apply(each));
+    return model;
+  };
+  const wallE = (...events) => modelOf(...events).robots.get('wall_e');
+  const samplesOf = (events) => [
+    [0, '_world/world', WORLD], [0, '_world/scene', scene(0)],
+    ...events.map((each) => [each.stamp.sec * 1e9 + each.stamp.nanosec, '_world/events', each]),
+  ];
+  const still = () => ({ reset(t) { this.t = t; }, setRate() {} });
+  const equal = (expected, actual) => {
+    const [want, got] = [expected, actual].map((each) => JSON.stringify(each));
+    if (want !== got) throw new Error(`expected ${want}, got ${got}`);
+  };
+
+  const claims = {
+    'a world names its points'() {
+      const world = new World(WORLD);
+      equal([[0, 0], [10, 10]], [world.docks.get('charger').at, world.items.get('medicine').at]);
+      equal(['ward', 'charger', ''], [world.nameAt(10, 10), world.nameAt(0, 0), world.nameAt(1, 1)]);
+      equal([0, 0, 110, 21], [world.extent[0], world.bounds ?? 0, world.extent[2], world.extent[3]]);
+    },
+    'lanes have the capacity of the traffic unless they have their own'() {
+      const { lanes } = new World(WORLD);
+      equal([[4, false, null], [2, true, 0.5], [4, false, null]], lanes.map((l) => [l.capacity, l.oneWay, l.speedLimit]));
+      equal([null, 'c|b', 'b|c'], lanes.map((lane) => lane.pair && lane.pair.key));
+    },
+    'nothing counts where traffic is free'() {
+      equal(null, new World({ ...WORLD, traffic: {} }).lanes[0].capacity);
+    },
+    'the nearest lane and waypoint are found'() {
+      const world = new World(WORLD);
+      equal(['a|b', [4, 0], 1], Object.values(world.nearestLane(4, 1)).map((each) => each.key ?? each));
+      equal([null, 'b'], [world.nearestLane(4, 1, 0.5), world.nearestWaypoint(9, 1).name]);
+    },
+    'types keep their numbers, and new ones get the next'() {
+      const world = new World(WORLD);
+      equal([0, 1, 2, 2], ['nurse', 'carrier', 'alien', 'alien'].map((name) => world.typeIndex(name)));
+    },
+    'a motion is driven at its time'() {
+      const there = wallE(drive(1, [0, 0, 0], [10, 0, 0]));
+      equal([[0, 0, 0], [5, 0, 0], [10, 0, 0]], [0.5, 3.5, 99].map((t) => there.poseAt(t)));
+      equal(['driving', 'idle'], [there.stateAt(3), there.stateAt(6)]);
+    },
+    'an array that is given is filled'() {
+      const out = [9, 9, 9];
+      equal(true, wallE(drive(1, [0, 0, 0], [10, 0, 0])).poseAt(2, out) === out);
+      equal([2, 0, 0], out);
+    },
+    'who looks a little back sees the motion before'() {
+      const there = wallE(drive(1, [0, 0, 0], [10, 0, 0]), drive(6, [10, 0, 0], [10, 10, 0]));
+      equal([9, 0, 0], there.poseAt(5.5));
+    },
+    'more than half a turn leads the long way round'() {
+      const motion = new Motion({ from: [0, 0, 1], to: [0, 0, 6], duration: 10, turned: 5 }, 0);
+      equal([0, 0, 3.5], motion.poseAt(5));
+    },
+    'in a ride one is where it began until it is over'() {
+      const motion = new Motion({ from: [0, 0, 1], to: [100, 0, 1], duration: 10, ride: true }, 0);
+      equal([[0, 0, 1], [100, 0, 1]], [motion.poseAt(9.9), motion.poseAt(10)]);
+    },
+    'a stretch is driven from rest to rest'() {
+      const motion = new Motion({ from: [0, 0, 0], to: [10, 0, 0], duration: 7, profile: [10, 2, 1, 0] }, 0);
+      equal([0.5, 2, 8, 9.5], [1, 2, 5, 6].map((t) => motion.poseAt(t)[0]));
+      equal([1, 2, 1], [1, 3, 6].map((t) => motion.speedAt(t)));
+    },
+    'a robot stops where it is told to'() {
+      const there = wallE(drive(1, [0, 0, 0.5], [10, 0, 0.5]), event(3, 'stopped', { robot: 'wall_e', at: [4, 0] }));
+      equal([[4, 0, 0.5], 'idle', []], [there.poseAt(4), there.stateAt(4), there.route]);
+    },
+    'the route shrinks, and rides are no distance'() {
+      const points = [[10, 0], [10, 10], [110, 10], [110, 20]];
+      const there = wallE(event(1, 'route', { robot: 'wall_e', points }), drive(1, [0, 0, 0], [10, 0, 0]));
+      equal([30, 25], [there.distanceRemaining(1), there.distanceRemaining(3.5)]);
+      there.begin(new Motion({ from: [10, 0, 0], to: [10, 10, 0], duration: 5 }, 6));
+      equal([points.slice(1), [[0, 0, 1], [10, 0, 6]]], [there.route, there.driven]);
+    },
+    'a robot waits for others until it moves'() {
+      const model = modelOf(event(1, 'waiting', { robot: 'wall_e', at: [0, 0], for: ['eve'] }));
+      const there = model.robots.get('wall_e');
+      equal(['waiting', ['eve'], 1], [there.stateAt(1), there.waitsFor, there.waitsSince]);
+      model.apply(drive(2, [0, 0, 0], [10, 0, 0]));
+      equal(['driving', []], [there.stateAt(2), there.waitsFor]);
+    },
+    'a deadlock is over when one of its robots moves'() {
+      const model = modelOf(event(1, 'deadlock', { robots: ['eve', 'wall_e'], lanes: [] }));
+      equal([['eve', 'wall_e']], model.deadlocks.map(({ robots }) => robots));
+      model.apply(drive(2, [0, 0, 0], [10, 0, 0]));
+      equal([], model.deadlocks);
+    },
+    'a goal is known from its acceptance to its end'() {
+      const goal = { pose: { pose: { position: { x: 10, y: 10 } } } };
+      const asked = event(1, 'goal', { robot: 'wall_e', action: 'navigate_to_pose', goal_id: 'one', goal });
+      const model = modelOf(asked, status(1, 1), status(1, 2));
+      equal(['busy', 'one'], [model.robots.get('wall_e').stateAt(1), model.robots.get('wall_e').goal.id]);
+      model.setFeedback('wall_e', 'navigate_to_pose', { goal_id: 'one', feedback: { distance_remaining: 3 } });
+      model.apply(status(9, 6, { result: { error_code: 208, error_msg: 'no route' } }));
+      const { accepted, ended, errorCode, errorMsg, feedback, goal: known } = model.goals.get('one');
+      equal([1, 9, 208, 'no route', { distance_remaining: 3 }], [accepted, ended, errorCode, errorMsg, feedback]);
+      equal(['to ward', null], [goalWords('navigate_to_pose', known, model.world), model.robots.get('wall_e').goal]);
+    },
+    'errors are those of Nav2, MoveIt or the simulation'() {
+      equal([208, 'x'], errorOf({ error_code: 208, error_msg: 'x' }));
+      equal([-19, 'y'], errorOf({ error_code: { val: -19, message: 'y' } }));
+      equal([[null, ''], [null, '']], [errorOf({ error_code: { val: 1, message: '' } }), errorOf(undefined)]);
+      equal([null, 'z'], errorOf({ result: { result: 4, error_message: 'z' } }));
+    },
+    'at most 2,000 goals are kept, and those that go on are'() {
+      const model = modelOf(status(0, 2, { goal_id: 'long' }));
+      for (let i = 0; i < 5000; i += 1) model.apply(status(1, 4, { goal_id: `g${i}` }));
+      equal([true, true, true], [model.goals.size <= 2000, model.goals.has('long'), model.goals.has('g4999')]);
+    },
+    'items are carried and laid down'() {
+      const model = modelOf(event(1, 'picked', { robot: 'wall_e', item: 'medicine' }));
+      equal(['wall_e', ['medicine']], [model.items.get('medicine').carrier, model.robots.get('wall_e').holds]);
+      model.apply(event(2, 'dropped', { robot: 'wall_e', item: 'medicine', at: [3, 4] }));
+      equal([null, [3, 4]], [model.items.get('medicine').carrier, model.items.get('medicine').at]);
+      equal([], model.robots.get('wall_e').holds);
+    },
+    'docks have robots and a queue'() {
+      const queued = event(1, 'dock_queued', { robot: 'wall_e', dock: 'charger', position: 1 });
+      const model = modelOf(event(1, 'dock_docked', { robot: 'eve', dock: 'charger' }), queued);
+      equal(['dock', 'charger', 'full', 'docked:eve', 'queued:wall_e'], model.docks.get('charger').tags);
+      model.apply(event(2, 'dock_undocked', { robot: 'eve', dock: 'charger' }));
+      model.apply(event(3, 'dock_docked', { robot: 'wall_e', dock: 'charger' }));
+      equal(['dock', 'charger', 'full', 'docked:wall_e'], model.docks.get('charger').tags);
+    },
+    'doors open, close, are locked and jam'() {
+      const model = modelOf(event(1, 'door_opening', { door: 'gate', by: 'eve' }));
+      const gate = () => model.doors.get('gate').tags.slice(1).join(' ');
+      equal('opening', gate());
+      model.apply(event(2, 'door_opened', { door: 'gate', by: 'eve' }));
+      model.apply(event(3, 'fault_began', { fault: 'door_jammed', name: 'rust', door: 'gate' }));
+      equal('open jammed', gate());
+      model.apply(event(4, 'fault_ended', { fault: 'door_jammed', name: 'rust', door: 'gate' }));
+      model.apply(event(5, 'door_closed', { door: 'gate' }));
+      model.apply(event(5, 'lane_closed', { lane: ['a', 'b'], why: 'gate is locked' }));
+      equal('closed locked', gate());
+      model.apply(event(6, 'lane_opened', { lane: ['a', 'b'] }));
+      equal('closed', gate());
+    },
+    'a lift carries robots from stop to stop'() {
+      const left = event(1, 'lift_departed', { lift: 'lift', from: 'c', to: 'up', robots: ['eve'] });
+      const model = modelOf(left);
+      equal(['lift', 'at:c', 'moving', 'to:up', 'carries:eve'], model.lifts.get('lift').tags);
+      equal(11, model.lifts.get('lift').arrives);
+      model.apply(event(11, 'lift_arrived', { lift: 'lift', stop: 'up', robots: [] }));
+      equal([['lift', 'at:up'], [110, 10]], [model.lifts.get('lift').tags, model.lifts.get('lift').at]);
+    },
+    'faults do what they do, two of a kind one by one'() {
+      const lost = (t, kind, name) => event(t, kind, { fault: 'messages_lost', name, robot: 'wall_e' });
+      const model = modelOf(lost(1, 'fault_began', 'x'), lost(2, 'fault_began', 'y'), lost(3, 'fault_ended', 'x'));
+      equal('offline', model.robots.get('wall_e').stateAt(3));
+      model.apply(lost(4, 'fault_ended', 'y'));
+      model.apply(event(5, 'fault_began', { fault: 'breakdown', name: 'tyre', robot: 'wall_e' }));
+      equal(['stopped', ['tyre']], [model.robots.get('wall_e').stateAt(5), [...model.faults.keys()]]);
+    },
+    'batteries are charged and empty'() {
+      const model = modelOf(event(1, 'charging_began', { robot: 'wall_e', percentage: 0.5 }));
+      equal('charging', model.robots.get('wall_e').stateAt(1));
+      model.setBattery('wall_e', { header: { stamp: stamp(5) }, percentage: 0.6, power_supply_status: 2 });
+      equal({ percentage: 0.6, charging: false }, model.robots.get('wall_e').battery);
+      equal([[0, 1], [1, 0.5], [5, 0.6]], model.batteries.get('wall_e'));
+      model.apply(event(6, 'battery_empty', { robot: 'wall_e', percentage: 0, at: [1, 2] }));
+      equal(['stopped', 'empty'], [model.robots.get('wall_e').stateAt(6), model.robots.get('wall_e').batteryLevel]);
+    },
+    'robots come and go'() {
+      const model = modelOf(event(1, 'spawned', { entity: 'm_o', type: 'nurse', at: [3, 4] }));
+      equal([[3, 4, 0], 0.3], [model.robots.get('m_o').poseAt(1), model.robots.get('m_o').radius]);
+      model.apply(event(2, 'teleported', { entity: 'm_o', at: [5, 6], yaw: 1 }));
+      equal([5, 6, 1], model.robots.get('m_o').poseAt(2));
+      model.apply(event(3, 'deleted', { entity: 'm_o' }));
+      equal(false, model.robots.has('m_o'));
+    },
+    'a robot that no scene had is there when it moves'() {
+      const model = modelOf(drive(1, [1, 1, 0], [2, 1, 0], { robot: 'stranger' }));
+      equal([2, 1, 0], model.robots.get('stranger').poseAt(9));
+    },
+    'unknown kinds and missing fields break nothing'() {
+      const kinds = ['motion', 'route', 'stopped', 'teleported', 'waiting', 'went_on', 'deadlock', 'made_room', 'goal',
+        'lane_closed', 'lane_opened', 'status', 'picked', 'placed', 'dropped', 'dock_queued', 'dock_docked', 'reset',
+        'dock_undocked', 'battery_low', 'battery_empty', 'battery_full', 'charging_began', 'door_opening', 'planner',
+        'door_closed', 'lift_departed', 'lift_arrived', 'lift_called', 'fault_began', 'fault_ended', 'fault_missed',
+        'spawned', 'deleted', 'participant_joined', 'participant_left', 'script_ended', 'simulation_state',
+        'plan_wanted', 'rejected', 'rerouted', 'world_loaded', 'of_tomorrow'];
+      const model = modelOf();
+      for (const kind of kinds) {
+        for (const more of [{}, { robot: 'wall_e' }, { robot: 'nobody' }, { door: 'gate', lift: 'lift', name: 'x' }]) {
+          const each = event(1, kind, more);
+          model.apply(each);
+          equal(['string', true], [typeof levelOf(each), words(each, model.world).length > 0]);
+        }
+        model.apply({ kind });
+      }
+      [undefined, null, {}, { kind: 7 }].forEach((each) => model.apply(each));
+      new Model().loadScene({});
+      new Model().loadWorld({});
+      model.flush();
+    },
+    'events are kept without motions and routes'() {
+      const model = modelOf(drive(1, [0, 0, 0], [1, 0, 0]), event(2, 'rerouted', { robot: 'wall_e' }), event(3, 'new'));
+      equal([['rerouted', 2], ['new', 3]], model.events.map(({ kind, t }) => [kind, t]));
+    },
+    'listeners are told once a flush'() {
+      const model = modelOf();
+      model.flush();
+      const heard = [];
+      for (const kind of ['events', 'goals', 'robots', 'scene']) model.addEventListener(kind, () => heard.push(kind));
+      model.apply(status(1, 1));
+      model.apply(status(1, 2));
+      equal([], heard);
+      model.flush();
+      model.flush();
+      equal(['events', 'goals', 'robots'], heard.sort());
+    },
+    'robots are counted by state over time, at most 1,000 times'() {
+      const model = modelOf(drive(1.5, [0, 0, 0], [10, 0, 0]), event(4, 'new'));
+      equal([[0, 1, 2, 4], [0, 0, 1, 1]], [model.history.t, model.history.counts.driving]);
+      for (let t = 5; t < 9000; t += 1) model.apply(event(t, 'new'));
+      const { t, counts } = model.history;
+      equal([true, t.length, 2], [t.length <= 1000 && t.length > 400, counts.idle.length, counts.idle[t.length - 1]]);
+    },
+    'a scene tells of goals that ended unheard'() {
+      const model = modelOf(status(1, 2));
+      model.loadScene(scene(5));
+      equal([0, 5, null], [model.goals.get('one').status, model.goals.get('one').ended, model.robots.get('wall_e').goal]);
+    },
+    'a simulator that begins anew leaves no goal running, and the same world the same'() {
+      const model = modelOf(status(1, 2));
+      const { world } = model;
+      model.loadWorld(structuredClone(WORLD));
+      equal([0, true, 'idle'], [model.goals.get('one').status, model.world === world, model.robots.get('eve').stateAt(0)]);
+    },
+    'another world has other robots and goals, and the log goes on'() {
+      const model = modelOf(status(1, 2), event(2, 'world_loaded', { name: 'other' }));
+      model.loadWorld({ robots: { m_o: { at: [1, 2] } } });
+      equal([['m_o'], 0, 2], [[...model.robots.keys()], model.goals.size, model.events.length]);
+    },
+    'a scene that comes again changes nothing'() {
+      const model = modelOf(drive(1, [0, 0, 0], [10, 0, 0]), event(6, 'waiting', { robot: 'wall_e', for: ['eve'] }));
+      const there = model.robots.get('wall_e');
+      model.loadScene(scene(7, [robot('wall_e', { pose: [10, 0, 0], waits: true }), robot('eve')]));
+      equal([true, ['eve'], 6], [there === model.robots.get('wall_e'), there.waitsFor, there.waitsSince]);
+      equal([[0, 0, 1]], there.driven);
+    },
+    'what is saved comes back, whatever happens after'() {
+      const model = modelOf(drive(1, [0, 0, 0], [10, 0, 0]), status(1, 1));
+      const there = model.robots.get('wall_e');
+      const saved = model.snapshot();
+      const before = [there.poseAt(3), [...there.driven], [...model.goals.keys()], model.events.length];
+      model.apply(drive(6, [10, 0, 0], [10, 10, 0]));
+      model.apply(status(7, 4));
+      model.apply(event(8, 'deleted', { entity: 'wall_e' }));
+      for (let i = 0; i < 2; i += 1) {
+        model.restore(saved);
+        const now = model.robots.get('wall_e');
+        equal(before, [now.poseAt(3), now.driven, [...model.goals.keys()], model.events.length]);
+        model.apply(drive(6, [10, 0, 0], [10, 10, 0]));
+      }
+    },
+    'a tail keeps the last, and its beginnings come back'() {
+      const tail = new Tail(4);
+      for (let i = 0; i < 5; i += 1) tail.push(i);
+      const saved = tail.saved();
+      for (let i = 5; i < 20; i += 1) tail.push(i);
+      equal([true, 19], [tail.length >= 4 && tail.length <= 6, tail.last]);
+      tail.restore(saved);
+      equal([0, 1, 2, 3, 4], tail.items);
+    },
+    'a recording may be cut anywhere'() {
+      const bytes = new TextEncoder().encode('[1,"_world/events",{"kind":"é"}]\n\n[2,"x",{}]\n[3,"_wor');
+      for (let cut = 0; cut <= bytes.length; cut += 1) {
+        const lines = new Lines();
+        lines.add(bytes.slice(0, cut));
+        lines.add(bytes.slice(cut));
+        equal([false, [1, 2]], [lines.end(), lines.samples.map(([time]) => time)]);
+        equal('é', lines.samples[0][2].kind);
+      }
+    },
+    async 'seeking is as playing, forwards and backwards'() {
+      const events = [];
+      for (let i = 0; i < 9000; i += 1) {
+        const from = [i, 0, 0];
+        events.push(i % 3 ? drive(i, from, [i + 1, 0, 0], { duration: 0.5 }) : status(i, 1 + (i % 6), { goal_id: `${i}` }));
+      }
+      const clock = still();
+      const playback = new Playback({ name: 'x', samples: samplesOf(events), truncated: false }, new Model(), clock);
+      await playback.prepared;
+      for (const time of [8999, 10, 4567.25, 4568, 0, 6000.5]) {
+        playback.seek(time);
+        const played = modelOf(...events.filter(({ stamp: { sec } }) => sec <= time));
+        const seen = (model) => {
+          const there = model.robots.get('wall_e');
+          return [there.poseAt(time), there.driven, there.goals.length, [...model.goals.keys()], model.events.length];
+        };
+        equal(seen(played), seen(playback._model));
+        equal(time, clock.t);
+      }
+    },
+    async 'one jumps from mark to mark, and the end is the end'() {
+      const fault = { fault: 'slip', name: 'wet', robot: 'wall_e' };
+      const events = [event(1, 'fault_began', fault), status(2, 6), event(3, 'deadlock', { robots: ['eve'] }), event(9, 'x')];
+      const playback = new Playback({ name: 'x', samples: samplesOf(events), truncated: true }, new Model(), still());
+      equal([['fault', 1], ['aborted', 2], ['deadlock', 3]], playback.marks.map(({ kind, t }) => [kind, t]));
+      equal([1, 2, 1, undefined], [1, 1, -1, -1].map((direction) => playback.jump(direction)?.t));
+      playback.speed = 4;
+      playback.play();
+      playback.advance(1000);
+      playback.advance(1500);
+      equal([3, true], [playback.time, playback.playing]);
+      playback.advance(9000);
+      equal([9, false], [playback.time, playback.playing]);
+      playback.close();
+    },
+    async 'time goes on in a recording where a simulation begins anew'() {
+      const samples = samplesOf([event(5, 'x'), event(0, 'reset', { scope: 255 }), event(2, 'y')]);
+      const clock = still();
+      const playback = new Playback({ name: 'x', samples, truncated: false }, new Model(), clock);
+      playback.seek(Infinity);
+      equal([7, 2], [playback.end, clock.t]);
+      playback.seek(4);
+      equal([4, 4], [playback.time, clock.t]);
+    },
+    'a robot is in one state at a time, the first that counts'() {
+      const there = new Robot('x', 'y');
+      const states = [there.stateAt(0)];
+      there.goals = [{ action: 'wait' }];
+      states.push(there.stateAt(0));
+      there.battery = { percentage: 1, charging: true };
+      states.push(there.stateAt(0));
+      there.begin(new Motion({ from: [0, 0, 0], to: [1, 0, 0], duration: 1 }, 0));
+      states.push(there.stateAt(0));
+      there.wait(0.5, [], 'a door');
+      states.push(there.stateAt(1));
+      there.ail('breakdown', 'broken');
+      states.push(there.stateAt(1));
+      there.connected = false;
+      equal(['idle', 'busy', 'charging', 'driving', 'waiting', 'stopped', 'offline'], [...states, there.stateAt(1)]);
+    },
+  };
+  const wrong = {};
+  for (const [claim, check] of Object.entries(claims)) {
+    try {
+      await check();
+    } catch (error) {
+      wrong[claim] = String(error.stack ?? error);
+    }
+  }
+  return { claims: Object.keys(claims).length, wrong };
+};

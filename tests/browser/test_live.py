@@ -1,0 +1,155 @@
+"""The page beside simulators that come and go, and before people who mean no good."""
+
+from __future__ import annotations
+
+import urllib.error
+import urllib.request
+from urllib.parse import urlsplit
+
+import pytest
+import yaml
+
+from benchmarks._browser import shown, until
+
+pytestmark = pytest.mark.browser
+
+YELLOW = "#f5c400"
+HOME = [515, 80]
+_STATE = "(state) => document.documentElement.dataset.state === state"
+_PLAYING, _PAUSED = 1, 2
+
+
+def test_a_restart_is_survived(start, ask, open_page, coloured):
+    """When the simulator goes the page says so, and when another one comes there it shows what that one has."""
+    first = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0")
+    endpoint = first.ready["endpoints"][0]
+    page = open_page(start("view", "--connect", endpoint, "--port", 0).ready["url"])
+    until(page, _STATE, "live")
+
+    first.end()
+    until(page, _STATE, "lost")
+    start("run", "scenario1", "--listen", endpoint, "--robot", "eve@230,80")
+    until(page, _STATE, "live")
+    until(page, "hmrsim.model.robots.has('eve')")
+    until(page, "document.body.dataset.gone === 'false' && !document.getAnimations().length")
+
+    assert coloured(page, [230, 80], YELLOW) > 20
+    simulator = ask(endpoint)
+    goal = simulator.send("eve", "navigate_to_pose", pose={"pose": {"position": {"x": 230, "y": 300}}})
+    assert simulator.result("eve", "navigate_to_pose", goal) == 4
+    until(page, "Math.abs(hmrsim.model.robots.get('eve').poseAt(hmrsim.clock.now())[1] - 300) < 0.01")
+    assert coloured(page, [230, 80], YELLOW) == 0
+
+
+def test_time_is_the_simulators(viewed, ask, open_page):
+    """Paused, the page's time stands where the simulator's does; a step moves both; its speed is the factor."""
+    endpoint, url = viewed("scenario1")
+    simulator, page = ask(endpoint), open_page(url)
+
+    page.evaluate("hmrsim.commands.pause()")
+    until(page, "hmrsim.clock.paused")
+    before = simulator.scene()["stamp"]
+    assert before == simulator.scene()["stamp"]
+    shown = page.evaluate("hmrsim.clock.now()")
+    assert shown == pytest.approx(before["sec"] + before["nanosec"] / 1e9, abs=0.05)
+
+    page.evaluate("hmrsim.commands.step(5)")
+    until(page, "(before) => hmrsim.clock.now() > before", shown)
+    assert simulator.scene()["stamp"] != before
+
+    page.evaluate("hmrsim.commands.resume()")
+    until(page, "!hmrsim.clock.paused")
+    page.evaluate("hmrsim.commands.setSpeed(20)")
+    until(page, "hmrsim.clock.factor === 20")
+
+
+def test_what_others_change_is_shown(viewed, ask, open_page):
+    """Robots and items that come and go, lanes that close and faults are on the page without being asked for."""
+    endpoint, url = viewed("scenario1")
+    simulator, page = ask(endpoint), open_page(url)
+
+    simulator.call(
+        "spawn_entity", name="eve", uri="robot_type:carrier", initial_pose={"pose": {"position": {"x": 230, "y": 80}}}
+    )
+    until(page, "hmrsim.model.robots.has('eve')")
+    simulator.call("inject_fault", type="lane_closed", name="party", lane=["lobby", "crossing"])
+    until(page, "hmrsim.model.closedLanes.size > 0 && hmrsim.model.faults.has('party')")
+    simulator.call("clear_fault", name="party")
+    until(page, "hmrsim.model.closedLanes.size === 0 && !hmrsim.model.faults.has('party')")
+    simulator.call("delete_entity", entity="eve")
+    until(page, "!hmrsim.model.robots.has('eve')")
+
+
+def test_two_pages(viewed, open_page):
+    """What one page does another one shows."""
+    _, url = viewed("scenario1")
+    one, other = open_page(url), open_page(f"{url}?theme=dark")
+
+    one.evaluate("hmrsim.commands.goTo('wall_e', [400, 300])")
+
+    until(other, "hmrsim.model.robots.get('wall_e').poseAt(hmrsim.clock.now())[1] > 299.9")
+    assert [["navigate_to_pose", 4]] == other.evaluate(
+        "[...hmrsim.model.goals.values()].map((goal) => [goal.action, goal.status])"
+    )
+
+
+def test_hostile_names_are_text(viewed, ask, open_page, tmp_path):
+    """Markup in names of a world, in errors and in events is shown as the text that it is; nothing of it is run."""
+    evil = "<img src=x onerror='document.title=1'>"
+    world = {
+        "name": evil,
+        "waypoints": {evil: [0, 0], "b": [10, 0]},
+        "lanes": [[evil, "b"]],
+        "places": {f"place {evil}": {"at": [5, 5]}},
+        "docks": {f"dock {evil}": {"at": [0, 5], "type": f"type {evil}"}},
+        "items": {f"item {evil}": {"at": [3, 3]}},
+        "robot_types": {evil: {"components": {"claw": {"reach": 50}}}},
+        "robots": {"wall_e": {"at": [0, 0], "type": evil}},
+    }
+    file = tmp_path / "evil.yaml"
+    file.write_text(yaml.safe_dump(world))
+    endpoint, url = viewed(file)
+    simulator, page = ask(endpoint), open_page(f"{url}?follow=wall_e&panel=goals")
+
+    simulator.do("wall_e", "pickup", target_name=f"no {evil}")
+    simulator.call("inject_fault", type="breakdown", name="<img src=x>", robot="wall_e")
+
+    until(page, "[...hmrsim.model.goals.values()].some((goal) => goal.status === 6)")
+    until(page, "hmrsim.model.faults.has('<img src=x>')")
+    for panel in ("goals", "events", "trees", "charts"):
+        shown(page, f"{url}?panel={panel}&follow=wall_e")
+        assert 0 == page.locator("img[src=x]").count()
+    assert page.title() != "1"
+    assert evil in page.evaluate("document.documentElement.textContent + document.title")
+
+
+def test_a_token_is_asked_for_elsewhere(start, open_page):
+    """Bound beyond the machine, the page comes with the token of its URL, and with it alone."""
+    simulator = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0")
+    url = start("view", "--connect", simulator.ready["endpoints"][0], "--host", "0.0.0.0", "--port", 0).ready["url"]
+    parts = urlsplit(url)
+
+    page = open_page(url)
+
+    until(page, _STATE, "live")
+    with pytest.raises(urllib.error.HTTPError, match="403"):
+        urllib.request.urlopen(f"http://{parts.netloc}/")
+
+
+def test_other_sites_are_kept_out(viewed, browser):
+    """A page of another origin gets no WebSocket."""
+    _, url = viewed("scenario1")
+    stranger = browser.new_context().new_page()
+    stranger.goto("data:text/html,<p>another site")
+
+    opened = stranger.evaluate(
+        """(url) => new Promise((then) => {
+          const socket = new WebSocket(url);
+          socket.onopen = () => then('open');
+          socket.onerror = () => then('refused');
+        })""",
+        f"ws://{urlsplit(url).netloc}/ws",
+    )
+
+    assert opened == "refused"
+    stranger.context.close()

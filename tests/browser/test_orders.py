@@ -1,0 +1,121 @@
+"""What people tell the simulator to do by the page: with a mouse, a finger or a key."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from benchmarks._browser import until
+
+pytestmark = pytest.mark.browser
+
+HOME, ROOM, FAR = [515, 80], [512, 215], [100, 215]
+_ENDED = "(status) => [...hmrsim.model.goals.values()].some((goal) => goal.status === status)"
+_HERE = "() => hmrsim.model.robots.get('wall_e').poseAt(hmrsim.clock.now()).slice(0, 2)"
+SUCCEEDED, CANCELED = 4, 5
+
+
+def test_a_robot_and_a_place_are_clicked(viewed, ask, open_page, on_page):
+    """A click on a robot and one on a place send it there, and the table of goals says that it has come."""
+    endpoint, url = viewed("scenario1")
+    simulator, page = ask(endpoint), open_page(f"{url}?panel=goals")
+
+    page.mouse.click(*on_page(page, HOME))
+    page.mouse.click(*on_page(page, ROOM))
+
+    until(page, _ENDED, SUCCEEDED)
+    assert simulator.robot("wall_e")["pose"][:2] == pytest.approx(ROOM, abs=3)
+    (goal,) = simulator.robot("wall_e")["goals"]
+    assert (goal["action"], goal["status"]) == ("navigate_to_pose", SUCCEEDED)
+    until(page, "document.querySelector('.right').textContent.includes('wall_e')")
+
+
+def test_a_goal_is_canceled_by_a_right_click(viewed, ask, open_page, on_page):
+    """The menu of a robot that drives cancels its goal, and it stops."""
+    endpoint, url = viewed("scenario1", "--real-time-factor", "0.05")
+    simulator, page = ask(endpoint), open_page(url)
+    goal = simulator.send("wall_e", "navigate_to_pose", pose={"pose": {"position": {"x": FAR[0], "y": FAR[1]}}})
+    until(page, "hmrsim.model.robots.get('wall_e').motion !== null")
+
+    page.mouse.click(*on_page(page, page.evaluate(_HERE)), button="right")
+    page.get_by_role("menuitem", name="Cancel goal").click()
+
+    assert simulator.result("wall_e", "navigate_to_pose", goal) == CANCELED
+    until(page, _ENDED, CANCELED)
+    assert simulator.robot("wall_e")["motion"] is None
+
+
+def test_a_fault_is_injected_by_a_menu(viewed, ask, open_page, on_page):
+    """The menu of a robot breaks it down, and has it repaired."""
+    endpoint, url = viewed("scenario1")
+    simulator, page = ask(endpoint), open_page(url)
+
+    page.mouse.click(*on_page(page, HOME), button="right")
+    page.get_by_role("menuitem", name="Break down").click()
+    until(page, "hmrsim.model.robots.get('wall_e').stateAt(hmrsim.clock.now()) === 'stopped'")
+    assert ["breakdown"] == [fault["fault"] for fault in simulator.scene()["faults"]]
+
+    page.mouse.click(*on_page(page, HOME), button="right")
+    page.get_by_role("menuitem", name="Clear breakdown").click()
+    until(page, "hmrsim.model.robots.get('wall_e').stateAt(hmrsim.clock.now()) === 'idle'")
+    assert simulator.scene()["faults"] == []
+
+
+def test_time_is_controlled_by_buttons(viewed, ask, open_page):
+    """Pause, a step and the speed are a click each."""
+    endpoint, url = viewed("scenario1")
+    simulator, page = ask(endpoint), open_page(url)
+
+    page.get_by_role("button", name="Pause").click()
+    until(page, "hmrsim.clock.paused")
+    before = simulator.scene()["stamp"]
+    assert before == simulator.scene()["stamp"]
+    page.get_by_role("button", name="One step").click()
+    until(page, "(before) => hmrsim.clock.now() > before", before["sec"] + before["nanosec"] / 1e9)
+    page.get_by_role("button", name="Go on").click()
+    until(page, "!hmrsim.clock.paused")
+    page.get_by_label("Speed").select_option("5")
+    until(page, "hmrsim.clock.factor === 5")
+
+
+def test_a_tree_is_shown(viewed, open_page):
+    """The tree of a controller is on the panel of trees, with the names of its nodes, while it runs and after."""
+    endpoint, url = viewed("scenario2")
+    page = open_page(f"{url}?panel=trees")
+    tree = "bt_controller.examples:go_to_pose"
+
+    words = [sys.executable, "-m", "bt_controller", "run", tree, "--robot", "wall_e", "--connect", endpoint, "--quiet"]
+    assert subprocess.run(words, check=False, capture_output=True, timeout=60).returncode == 0
+
+    until(page, "document.querySelector('.right').textContent.includes('GoToPoseAction')")
+
+
+def test_a_phone(viewed, open_page, on_page):
+    """On a phone nothing is wider than the screen, and two taps send a robot."""
+    _, url = viewed("scenario1")
+    page = open_page(url, viewport={"width": 390, "height": 844}, is_mobile=True, has_touch=True, device_scale_factor=2)
+
+    assert page.evaluate("document.scrollingElement.scrollWidth <= innerWidth")
+    small = """() => [...document.querySelectorAll('button')].filter((button) => button.checkVisibility())
+        .filter((button) => Math.min(button.offsetWidth, button.offsetHeight) < 24).length"""
+    assert page.evaluate(small) == 0
+    page.touchscreen.tap(*on_page(page, HOME))
+    until(page, "hmrsim.map.selected === 'wall_e'")
+    page.touchscreen.tap(*on_page(page, ROOM))
+    until(page, _ENDED, SUCCEEDED)
+
+
+def test_keys(viewed, open_page):
+    """The page is used without a mouse: a robot is searched for, the theme changed, the panels opened."""
+    _, url = viewed("hospital")
+    page = open_page(f"{url}?theme=light&panel=none")
+
+    page.keyboard.press("/")
+    page.keyboard.type("eve")
+    page.keyboard.press("Enter")
+    until(page, "hmrsim.map.selected === 'eve'")
+    page.keyboard.press("Escape")
+    page.keyboard.press("d")
+    until(page, "document.documentElement.dataset.theme === 'dark'")
