@@ -449,13 +449,17 @@ class Mobile:
         return True
 
     def sidestep(self, leg: Leg) -> None:
-        """Make room for somebody by driving a leg that begins here; it is admitted already.
+        """Make room for somebody by driving a leg from where it stands; it is admitted already.
 
         Then it goes on to where it was going, if anywhere, when the rules of traffic say so.
         """
+        here = self.pose().point
         if self._drive is None:
             self._way, self._arrived, self._heeds = None, Event(self._env), True
         self._drive, self._aside = None, True
+        if here != leg.start:
+            # It stands beside the waypoint, as after backing up.
+            leg = replace(leg, start=here, length=distance(here, leg.end))
         self._begin(self._driven([leg]), admitted=True)
 
     def _stay_aside(self) -> None:

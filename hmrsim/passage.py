@@ -412,6 +412,11 @@ class Passage:
             return fields | {"why": wait.why}
         return fields | {"for": sorted(other.name for other in self.blockers(robot))}
 
+    def waiting(self, robot: Mobile) -> dict[str, Any] | None:
+        """Return what a robot waits for on its way, as JSON values, and since when; None if it does not."""
+        wait = self.waits.get(robot)
+        return {"since": wait.since, **self._described(wait)} if wait else None
+
     def _still_waits(self, wait: Wait) -> bool:
         return self.waits.get(wait.robot) is wait
 

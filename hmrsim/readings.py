@@ -9,7 +9,6 @@ from hmrsim.detections import Surroundings, sensors_of
 from hmrsim.errors import GoalRejected
 from hmrsim.gateway import Refused, Sampled, Topic
 from hmrsim.interfaces.builtin_interfaces import Time
-from hmrsim.interfaces.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance, Vector3
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.sim_time import nanoseconds
@@ -83,12 +82,16 @@ class Readings:
 
     def odom(self, robot: Robot) -> Sampled:
         """Return where a robot is, and its velocity as the robot itself sees it."""
-        where = robot.pose_stamped()
+        where = robot.stamped(robot.believed(robot.pose()))
         ahead, turning = robot.velocity()
-        message = Odometry(
-            header=where.header,
-            child_frame_id=f"{robot.name}/base_link",
-            pose=PoseWithCovariance(pose=where.pose),
-            twist=TwistWithCovariance(twist=Twist(linear=Vector3(x=ahead), angular=Vector3(z=turning))),
+        # Made at once of plain values: message by message it takes nearly twice as long.
+        message = Odometry.model_validate(
+            {
+                "header": where["header"],
+                "child_frame_id": f"{robot.name}/base_link",
+                "pose": {"pose": where["pose"]},
+                "twist": {"twist": {"linear": {"x": ahead}, "angular": {"z": turning}}},
+            },
+            strict=False,
         )
         return Sampled(Topic.ODOM, robot.name, message)

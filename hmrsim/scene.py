@@ -33,6 +33,7 @@ def scene(simulator: Simulator) -> dict[str, Any]:
         "robots": [
             {
                 **_robot(robot),
+                "waiting": roster.passage.waiting(robot),
                 "connected": name not in simulator.dispatcher.cut_off,
                 "holds": held[name],
                 "goals": _goals(goals[name]),

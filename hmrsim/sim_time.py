@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from hmrsim.interfaces.builtin_interfaces import MOST_NANOSECONDS, NANOSECONDS
 
+JITTER = 1_000_000
+"""Nanoseconds by which what is heard may be earlier than what was before, without time having begun anew."""
+
 
 def nanoseconds(seconds: float) -> int:
     """Return simulated seconds as whole nanoseconds, or the latest time that ROS can state."""

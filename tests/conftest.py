@@ -17,6 +17,14 @@ settings.register_profile("hmrsim", deadline=None, suppress_health_check=[Health
 settings.load_profile("hmrsim")
 
 
+@pytest.fixture(autouse=True)
+def _own_settings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keep the settings of whoever runs the tests away."""
+    for name in list(os.environ):
+        if name.startswith("HMRSIM_"):
+            monkeypatch.delenv(name)
+
+
 @pytest.fixture
 def run() -> Run:
     """Return a simulation of the small world in which everything is listened to."""

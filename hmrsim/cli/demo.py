@@ -20,7 +20,7 @@ from hmrsim.cli.output import warn
 from hmrsim.cli.run_log import LogLines
 from hmrsim.cli.time_options import add_clock_options, add_run_options
 from hmrsim.cli.tracing import check_writable
-from hmrsim.cli.view_options import add_view_options
+from hmrsim.cli.view_options import add_view_options, check_port
 from hmrsim.errors import HmrsimError
 from hmrsim.log_options import add_log_options, log_level
 from hmrsim.signals import exit_code_of, on_signals
@@ -84,6 +84,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _demo(args: argparse.Namespace) -> int:
+    check_port(args.view)
     check_writable(args.trace)
     screen = JsonLines() if args.json else Screen(sys.stdout)
     demo = _Demo(args, screen)

@@ -90,7 +90,7 @@ def _follow(
         Unreachable: The simulator says nothing of itself.
     """
     began = looked = seen = time.monotonic()
-    away = said = False
+    said = False
     while not signals:
         with suppress(queue.Empty):
             listener.work(_LOOK)
@@ -98,6 +98,7 @@ def _follow(
             said = True
             warn(f"recording to {args.file}")
         if recorder.time.now - recorder.time.begin >= args.duration * NANOSECONDS:
+            recorder.settle()
             return
         now = time.monotonic()
         if now - looked < _LOOK:
@@ -106,13 +107,11 @@ def _follow(
         if not listener.begun and now - began > _GRACE:
             raise Unreachable("the simulator is there, but does not say what is in it")
         if not client.alive:
-            away = True
             if now - seen > _GRACE:
                 warn("the simulator is gone")
                 break
             continue
         seen = now
-        if away:
-            away = False
+        if listener.interrupted:
             listener.look_anew()
     listener.drain()

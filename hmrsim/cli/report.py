@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
+import errno
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -14,7 +17,6 @@ from hmrsim.log_options import add_log_options, logging_to_stderr
 from hmrsim.report import of_recording, of_trace, report_of
 
 if TYPE_CHECKING:
-    import argparse
     from collections.abc import Iterator
 
     from hmrsim.report import Report, Told
@@ -53,7 +55,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print all of it as one JSON object")
     parser.add_argument(
-        "--csv", type=Path, metavar="DIR", help="write tables: goals.csv with a row a goal, robots.csv, waits.csv, …"
+        "--csv", type=_folder, metavar="DIR", help="write tables: goals.csv with a row a goal, robots.csv, waits.csv, …"
     )
     add_log_options(parser, default="error")
     parser.set_defaults(function=_report)
@@ -62,6 +64,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def _report(args: argparse.Namespace) -> int:
     if args.json and args.output == _STDOUT:
         raise WrongUse("hmrsim report: -o - and --json both want the standard output; give -o a file")
+    if args.output not in (None, _STDOUT):
+        _check_writable(args.file, Path(args.output))
+    if args.csv is not None:
+        _check_folder(args.csv)
     collect_rarely()
     with logging_to_stderr(args):
         told = _read(args.file)
@@ -79,6 +85,42 @@ def _report(args: argparse.Namespace) -> int:
     return ExitCode.DONE
 
 
+def _folder(text: str) -> Path:
+    if not text:
+        raise argparse.ArgumentTypeError("empty; expected a folder, such as . or tables")
+    return Path(text)
+
+
+def _check_folder(directory: Path) -> None:
+    """Do nothing if a folder is there, or can be made, and files in it.
+
+    Raises:
+        WrongUse: They can't.
+    """
+    nearest = next(each for each in (directory, *directory.parents) if each.exists())
+    if not nearest.is_dir():
+        raise WrongUse(_unwritable("--csv", directory, NotADirectoryError(errno.ENOTDIR, "not a directory")))
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise WrongUse(_unwritable("--csv", directory, PermissionError(errno.EACCES, "permission denied")))
+
+
+def _check_writable(told: Path, output: Path) -> None:
+    """Do nothing if a page can be written there, which one wants to know before a long run is run again.
+
+    Raises:
+        WrongUse: It can't, or it would overwrite what is to be read.
+    """
+    there = output.exists()
+    if there and told.exists() and output.samefile(told):
+        raise WrongUse(f"hmrsim report: -o {output}: is what the report is of")
+    try:
+        output.open("ab").close()
+    except OSError as error:
+        raise WrongUse(_unwritable("-o", output, error)) from None
+    if not there:
+        output.unlink()
+
+
 def _read(path: Path) -> Told:
     """Return what a file tells.
 
@@ -94,7 +136,7 @@ def _read(path: Path) -> Told:
     except OSError as error:
         raise TraceError(f"{path}: can't be read: {(error.strerror or str(error)).lower()}") from None
     except UnicodeDecodeError:
-        raise TraceError(f"{path}: is no text, and so no trace") from None
+        raise TraceError(f"{path}: neither a trace, which is text, nor a recording, which is MCAP") from None
     except TraceError as error:
         raise TraceError(f"{path}: {error}") from None
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import registry as actions
 from hmrsim.cli import numbers
-from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.goal_summary import summary
 from hmrsim.cli.output import show, show_json, warn
@@ -23,7 +23,7 @@ from hmrsim.cli.ros2_options import add_ros2_options, ros2_wires
 from hmrsim.cli.run_log import GoalLog, Later, LogLines
 from hmrsim.cli.time_options import TIME_STANDS, add_run_options, add_time_options
 from hmrsim.cli.tracing import traced
-from hmrsim.cli.view_options import add_view_options, viewed
+from hmrsim.cli.view_options import add_view_options, check_port, viewed
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.errors import HmrsimError, printable
 from hmrsim.log_options import add_log_options, log_level
@@ -118,6 +118,9 @@ def _add_server_options(parser: argparse.ArgumentParser) -> None:
 
 def _run(args: argparse.Namespace) -> int:
     options, wires = session_options(args), ros2_wires(args)
+    check_port(args.view)
+    if args.trace and args.record and args.trace.resolve() == args.record.resolve():
+        raise WrongUse(f"--trace and --record are both {args.record}; name two files")
     loaded = read_world(args)
     for problem in loaded.warnings:
         warn(line_of(problem))

@@ -59,9 +59,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _view(args: argparse.Namespace) -> int:
+    # It may be long, and a signal ends the process at once meanwhile.
+    recording = None if args.recording is None else _recording(args.recording)
     signals: queue.SimpleQueue[int] = queue.SimpleQueue()
     with on_signals(signals.put), logging_to_stderr(args), ExitStack() as stack:
-        source = _simulator(args, stack) if args.recording is None else _recording(args.recording)
+        source = recording or _simulator(args, stack)
         # Takes its time to load, which a mistyped name or nobody there need not.
         from hmrsim_zenoh.view.server import ViewServer  # noqa: PLC0415
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import json
 import logging
 import queue
+import socket
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.children import Child
 from hmrsim_zenoh.errors import BadOptions
-from hmrsim_zenoh.view import DEFAULT_PORT
+from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -41,6 +43,20 @@ def port(text: str) -> int:
     if not text.isdecimal() or int(text) > _GREATEST_PORT:
         raise argparse.ArgumentTypeError(f"{text!r} is no port; a whole number from 0 to {_GREATEST_PORT} is")
     return int(text)
+
+
+def check_port(view: int | None) -> None:
+    """Do nothing if a page can be served on a port, or none is wanted; before anything else is begun or overwritten.
+
+    Raises:
+        BadOptions: Somebody else listens there.
+    """
+    try:
+        if view is not None:
+            socket.create_server((DEFAULT_HOST, view)).close()
+    except OSError as error:
+        why = "is taken" if error.errno == errno.EADDRINUSE else f"can't be had ({(error.strerror or '').lower()})"
+        raise BadOptions(f"--view: {DEFAULT_HOST}:{view} {why}; name another with --view, 0 for a free one") from None
 
 
 class View:

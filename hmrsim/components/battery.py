@@ -218,8 +218,13 @@ class Battery:
         A cell that has failed has none.
         """
         settings = self.settings
-        volts = settings.nominal_voltage / settings.cells * (0.9 + 0.2 * self.share(now))
+        volts = settings.nominal_voltage / settings.cells * voltage_at(self.share(now))
         return [0.0 if cell in self.failed else volts for cell in range(settings.cells)]
+
+
+def voltage_at(share: float) -> float:
+    """Return the voltage of a battery in which a share from 0 to 1 is left, as a share of the nominal one."""
+    return 0.9 + 0.2 * share
 
 
 COMPONENT = Component(name="battery", settings=BatterySettings, create=Battery)

@@ -51,9 +51,11 @@ class Labels:
         self._lines: defaultdict[Point, list[Point]] = defaultdict(list)
 
     def block(self, box: Box) -> None:
-        """Keep texts out of a box."""
-        for cell in _cells(box):
-            self._boxes[cell].append(box)
+        """Keep texts out of a box, which may be far larger than the picture."""
+        x, y, to_x, to_y = self._within
+        seen = max(box[0], x), max(box[1], y), min(box[2], to_x), min(box[3], to_y)
+        for cell in _cells(seen):
+            self._boxes[cell].append(seen)
 
     def avoid(self, a: Point, b: Point) -> None:
         """Keep texts off a line where there is another place for them."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import registry
 from hmrsim.goal import GoalStatus
-from hmrsim.report.occurrence import text, whole
+from hmrsim.report.occurrence import Misfit, text, whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -68,6 +68,8 @@ class Book:
         fields = event.fields
         robot, action = text(fields, "robot"), text(fields, "action")
         status = GoalStatus(whole(fields, "status"))
+        if status is GoalStatus.UNKNOWN:
+            raise Misfit("status is that of no goal")
         goal_id = text(fields, "goal_id")
         goal = self._known.get(goal_id)
         if goal is None or (goal.ended is not None and not status.terminal):

@@ -30,7 +30,7 @@ def report_of(told: Told) -> model.Report:
     story, source = told.story, told.source
     goals = [goal_of(goal, exact=source.exact) for goal in story.book.goals]
     robots = _robots(story, exact=source.exact)
-    waits = [_wait(standing) for standing in story.standings]
+    waits = [_wait(standing) for standing in story.waiting.standings]
     return model.Report(
         source=source,
         world=_world(told),
@@ -39,16 +39,18 @@ def report_of(told: Told) -> model.Report:
         goals=tuple(goals),
         errors=tuple(errors_of(story)),
         waits=tuple(waits),
-        states=tuple(_spans(story.tracks.values())),
+        states=tuple(_spans(story.crew.tracks.values())),
         faults=tuple(_fault(trouble) for trouble in story.troubles.all),
         deadlocks=tuple(
-            model.Deadlock(at=in_seconds(at), robots=names, lanes=lanes) for at, names, lanes in story.deadlocks
+            model.Deadlock(at=in_seconds(at), robots=names, lanes=lanes) for at, names, lanes in story.waiting.deadlocks
         ),
         lanes=tuple(lanes_of(story)),
         paths=tuple(paths_of(story)),
         fixtures=tuple(fixtures_of(story)),
         throughput=tuple(throughput_of(story)),
-        batteries={name: curve for name, track in sorted(story.tracks.items()) if (curve := _thinned(track.curve))},
+        batteries={
+            name: curve for name, track in sorted(story.crew.tracks.items()) if (curve := _thinned(track.curve))
+        },
         events=dict(sorted(story.counts.items())),
     )
 
@@ -95,7 +97,7 @@ def _summary(story: Story, robots: list[model.Robot], waits: list[model.Wait], *
         waited=rounded(math.fsum(wait.duration for wait in waits)),
         reroutes=story.counts["rerouted"],
         made_room=story.counts["made_room"],
-        deadlocks=len(story.deadlocks),
+        deadlocks=len(story.waiting.deadlocks),
         faults=len(story.troubles.all),
     )
 
@@ -107,7 +109,7 @@ def _robots(story: Story, *, exact: bool) -> list[model.Robot]:
     goals = defaultdict[str, list["Pursuit"]](list)
     for goal in story.book.goals:
         goals[goal.robot].append(goal)
-    tracks = sorted(story.tracks.items())
+    tracks = sorted(story.crew.tracks.items())
     return [_robot(track, goals[name], track.stood, exact=exact) for name, track in tracks]
 
 

@@ -10,7 +10,7 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-_LATEST = 2**62
+LATEST = 2**62
 """Nanoseconds; no stamp is later."""
 
 
@@ -19,10 +19,11 @@ class Misfit(ValueError):
 
 
 class Occurrence(NamedTuple):
-    """Something happened, as `_world/events` tells it; besides there are two kinds that nobody is told.
+    """Something happened, as `_world/events` tells it; besides there are three kinds that nobody is told.
 
     ``scene`` is all that can be seen (`hmrsim.scene`), ``battery`` what is in a robot's battery: `robot`,
-    `percentage`, and `charge` in units of energy, if it is known.
+    `percentage`, and `charge` in units of energy, if it is known; ``commanded`` says only when something came from
+    outside, before which nothing else may have happened for long.
 
     Attributes:
         at: When, in nanoseconds of simulated time.
@@ -49,7 +50,7 @@ def time_of(stamp: Any) -> int:
     if not isinstance(stamp, dict):
         raise Misfit("no stamp")
     at = whole(stamp, "sec") * NANOSECONDS + whole(stamp, "nanosec")
-    if not 0 <= at <= _LATEST:
+    if not 0 <= at <= LATEST:
         raise Misfit("a stamp out of range")
     return at
 

@@ -22,13 +22,13 @@ _MOST_PATHS: Final = 5000
 def lanes_of(story: Story) -> Iterator[model.Lane]:
     """Return how lanes were used, by name; first what was driven off them."""
     drives, meters, times = Counter[Any](), defaultdict[Any, list[float]](list), Counter[Any]()
-    for track in story.tracks.values():
+    for track in story.crew.tracks.values():
         for lane, use in track.lanes.items():
             drives[lane] += use.drives
             meters[lane].append(use.distance)
             times[lane] += use.time
     waits, waited = Counter[Any](), Counter[Any]()
-    for standing in story.standings:
+    for standing in story.waiting.standings:
         if standing.kind == "way":
             waits[standing.lane] += 1
             waited[standing.lane] += length(standing)
@@ -53,7 +53,7 @@ def lanes_of(story: Story) -> Iterator[model.Lane]:
 def paths_of(story: Story) -> Iterator[model.Path]:
     """Return the ways that were driven off the lanes; of very many those that were driven most."""
     paths = Counter[Any]()
-    for track in story.tracks.values():
+    for track in story.crew.tracks.values():
         paths.update(track.paths)
     for (begin, end), drives in sorted(paths.most_common(_MOST_PATHS)):
         yield model.Path(begin=begin, end=end, drives=drives)
@@ -61,7 +61,7 @@ def paths_of(story: Story) -> Iterator[model.Path]:
 
 def fixtures_of(story: Story) -> Iterator[model.Fixture]:
     """Return how doors, lifts and docks were used."""
-    sites, standings, whole = story.sites, story.standings, story.now - (story.began or 0)
+    sites, standings, whole = story.sites, story.waiting.standings, story.now - (story.began or 0)
     kinds: tuple[tuple[Any, dict[str, Use]], ...] = (
         ("door", sites.doors),
         ("lift", sites.lifts),

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 from pydantic_core import from_json
 
 from hmrsim import __version__
+from hmrsim.components.battery import voltage_at
 from hmrsim.errors import TraceError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.replay import replay
+from hmrsim.report.crew import Crew
 from hmrsim.report.model import Source
-from hmrsim.report.occurrence import Misfit, Occurrence, occurrence_of, text, time_of
+from hmrsim.report.occurrence import LATEST, Misfit, Occurrence, number, occurrence_of, text, time_of
 from hmrsim.report.story import Story
 from hmrsim.report.watching import Watcher
 from hmrsim.report.wording import times
@@ -80,17 +83,17 @@ _MISSING: Final = (
 
 def _as_written(lines: Iterable[str], header: Mapping[str, Any], why: str) -> Told:
     """Return what the lines of a trace say themselves."""
-    story, last = Story(began=0), ""
+    story, last = Story(crew=Crew(began=0)), ""
     for name, robot in _robots(header):
-        story.add(name, robot)
-    for number, line in enumerate(lines, 1):
-        if number == 1 or not line.endswith("\n"):
+        story.crew.add(name, robot)
+    for i, line in enumerate(lines, 1):
+        if i == 1 or not line.endswith("\n"):
             continue
-        event = _parsed(line, f"line {number}")
+        event = _parsed(line, f"line {i}")
         try:
             happened = occurrence_of(event)
         except Misfit as error:
-            raise TraceError(f"line {number}: {error}") from None
+            raise TraceError(f"line {i}: {error}") from None
         last = happened.kind
         story.take(happened)
     story.end()
@@ -108,6 +111,8 @@ class Recorded(Protocol):
 
     world: Any
     info: Any
+    about: dict[str, str]
+    end: int
     truncated: bool
 
     def samples(self) -> Iterator[tuple[int, str, dict[str, Any]]]:
@@ -121,7 +126,8 @@ def of_recording(recording: Recorded) -> Told:
         happened = _sampled(key, payload)
         if happened is not None:
             story.take(happened)
-    story.end()
+    # Time goes on after the last event; but what a damaged file says of it may be anything.
+    story.end(recording.end if recording.end <= LATEST else None)
     notes = ["Energy is what the batteries said, once a second or so."] if story.metered else []
     # That is known for sure when all has been read.
     if recording.truncated:
@@ -134,7 +140,12 @@ def of_recording(recording: Recorded) -> Told:
         notes.append("It does not say what there was in the beginning: states and distances may be wrong.")
     complete = not recording.truncated
     source = Source(kind="recording", exact=story.seen, complete=complete, notes=(*notes, *_misfits(story)))
-    return Told(story, source, recording.info, recording.world)
+    seed = recording.about.get("seed", "")
+    header = {**recording.info, "seed": int(seed)} if _SEED.fullmatch(seed) else recording.info
+    return Told(story, source, header, recording.world)
+
+
+_SEED: Final = re.compile(r"[0-9]{1,20}")
 
 
 def _sampled(key: str, payload: Mapping[str, Any]) -> Occurrence | None:
@@ -158,11 +169,13 @@ def _sampled(key: str, payload: Mapping[str, Any]) -> Occurrence | None:
 
 def _charge(state: Mapping[str, Any]) -> dict[str, Any]:
     """Return units of energy of a state in ampere hours, by the nominal voltage that its voltage is in line with."""
-    share, voltage, charge = (state.get(key) for key in ("percentage", "voltage", "charge"))
-    if not all(isinstance(each, (int, float)) for each in (share, voltage, charge)):
-        return {"percentage": share}
-    nominal = voltage / (0.9 + 0.2 * share)  # type: ignore[operator]  # all are numbers
-    return {"percentage": share, "charge": charge * nominal * 3600.0}  # type: ignore[operator]  # likewise
+    share = number(state, "percentage")
+    if not 0.0 <= share <= 1.0:
+        raise Misfit("percentage is no share")
+    said = {"percentage": share}
+    if state.get("voltage") is None or state.get("charge") is None:
+        return said
+    return {**said, "charge": number(state, "charge") * number(state, "voltage") / voltage_at(share) * 3600.0}
 
 
 def _misfits(story: Story) -> Iterator[str]:
@@ -181,7 +194,9 @@ def _robots(header: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _header(line: str) -> Mapping[str, Any]:
-    wrong = TraceError("line 1: no header of a trace; expected a file that was written with --trace")
+    wrong = TraceError(
+        "line 1: no header of a trace, and no MCAP; expected a file that was written with --trace or --record"
+    )
     try:
         header = _parsed(line, "line 1")
         world = header.get("world")

@@ -41,12 +41,16 @@ class Tick(NamedTuple):
 
 
 class Timeline(NamedTuple):
-    """All rows; *left_out* robots have none; *together* is what short goals of a row were drawn as one within."""
+    """All rows; *left_out* robots have none; *together* is what short goals of a row were drawn as one within.
+
+    *waits_left_out* are not drawn, as there are too many.
+    """
 
     rows: tuple[Row, ...]
     ticks: tuple[Tick, ...]
     left_out: int
     together: float
+    waits_left_out: int
 
 
 class _Scale(NamedTuple):
@@ -90,12 +94,12 @@ def timeline_of(report: Report) -> Timeline:
         bars = {robot.name: _bars(goals[robot.name], end, resolution / WIDTH * scale.length) for robot in robots}
         if sum(map(len, bars.values())) <= _MOST_BARS:
             break
-    rows = []
+    rows, most_waits = [], _MOST_BARS // max(1, len(robots)) + 20
     for robot in robots:
         parts = [
             *(_goal_bar(bar, scale) for bar in bars[robot.name]),
             *_states(spans[robot.name], scale),
-            *(_wait_bar(wait, scale) for wait in waits[robot.name][: _MOST_BARS // len(robots) + 20]),
+            *(_wait_bar(wait, scale) for wait in waits[robot.name][:most_waits]),
             *(_fault_bar(fault, scale, end) for fault in faults[robot.name]),
         ]
         view = f"0 0 {WIDTH} 24"
@@ -107,7 +111,8 @@ def timeline_of(report: Report) -> Timeline:
         )
         rows.append(Row(robot.name, robot.type, svg))
     together = resolution / WIDTH * scale.length
-    return Timeline(tuple(rows), tuple(_ticks(scale)), len(report.robots) - len(robots), together)
+    left_out = sum(max(0, len(waits[robot.name]) - most_waits) for robot in robots)
+    return Timeline(tuple(rows), tuple(_ticks(scale)), len(report.robots) - len(robots), together, left_out)
 
 
 def _bars(goals: list[Goal], end: float, gap: float) -> list[_Bar]:

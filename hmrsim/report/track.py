@@ -198,6 +198,11 @@ class Track:
             use.distance += driven
             use.time += at - motion.began
 
+    def drives(self, motion: Motion) -> bool:
+        """Return whether it drives a piece already, as far as that can be known of when and where."""
+        known = self.motion
+        return known is not None and known.end == motion.end and abs(known.began - motion.began) <= _INSTANT
+
     def go(self, motion: Motion) -> None:
         """Begin a piece of way; one under way is cut short where this one begins."""
         self.halt(motion.began, motion.start)

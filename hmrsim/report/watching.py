@@ -12,7 +12,7 @@ from hmrsim.sim_time import stamp
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.gateway import Event
+    from hmrsim.gateway import Command, Event
     from hmrsim.simulator import Simulator
 
 _ANEW: Final = ("reset", "world_loaded")
@@ -29,7 +29,9 @@ class Watcher:
     def __init__(self, simulator: Simulator, take: Callable[[Occurrence], object]) -> None:
         self._simulator = simulator
         self._take = take
+        self._record = simulator.record
         self._see()
+        simulator.record = self._commanded
         simulator.attach(self)
 
     def wants(self, topic: Topic) -> bool:
@@ -60,6 +62,11 @@ class Watcher:
         """Tell what is in all batteries."""
         for robot in self._simulator.robots:
             self._weigh(robot)
+
+    def _commanded(self, command: Command, by: str) -> None:
+        """Tell the time: what is asked for may be that it begins anew."""
+        self._record(command, by)
+        self._take(Occurrence(stamp(self._simulator.now), "commanded", {}))
 
     def _see(self) -> None:
         self._take(Occurrence(stamp(self._simulator.now), "scene", scene(self._simulator)))

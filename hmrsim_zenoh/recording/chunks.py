@@ -15,6 +15,8 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Schema
 from mcap.stream_reader import StreamReader
 
+from hmrsim_zenoh.recording.container import MAGIC
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -24,9 +26,10 @@ MOST_UNPACKED: Final = 64 << 20
 """Bytes of a chunk that is looked into; ours have 1 MiB, and a message more at most."""
 
 BROKEN: Final = (
-    McapError, struct.error, ValueError, LookupError, OverflowError, EOFError, zstandard.ZstdError, RuntimeError
+    McapError, struct.error, ValueError, LookupError, OverflowError, EOFError, MemoryError, zstandard.ZstdError,
+    RuntimeError,
 )  # fmt: skip
-"""What reading raises of what is no MCAP; lz4's errors are RuntimeErrors."""
+"""What reading raises of what is no MCAP, or claims a text of 4 GB; lz4's errors are RuntimeErrors."""
 
 _HEAD: Final = struct.Struct("<BQ")
 _MESSAGE: Final = struct.Struct("<HIQQ")
@@ -50,11 +53,8 @@ def records(file: IO[bytes], size: int) -> Iterator[McapRecord]:
     try:
         yield from reader.records
     except BROKEN:
-        if file.seek(0) == 0 and file.read(len(_MAGIC)) != _MAGIC:
+        if file.seek(0) == 0 and file.read(len(MAGIC)) != MAGIC:
             raise ValueError("no MCAP") from None
-
-
-_MAGIC: Final = b"\x89MCAP0\r\n"
 
 
 def unpacked(chunk: Chunk) -> Iterator[Piece | Channel | Schema]:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import logging
+import struct
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import zenoh
-from pydantic import ValidationError
+from pydantic_core import from_json
 
 from hmrsim.actions import registry as actions
 from hmrsim.gateway import FeedbackSent, GoalEntry, Sampled, StatusChanged, Topic
 from hmrsim.goal import GoalStatus
-from hmrsim.interfaces.builtin_interfaces import values_of
+from hmrsim.interfaces.builtin_interfaces import Time, values_of
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.interfaces.sensor_msgs import BatteryState
@@ -36,6 +36,8 @@ _log = logging.getLogger(__name__)
 
 _MOST_WAITING: Final = 100_000
 """Samples that wait to be written; what comes then is lost."""
+_FEW_WAITING: Final = _MOST_WAITING // 10
+"""Samples that may wait when we ask what was lost has changed."""
 
 _PATIENCE: Final = 10.0
 """Wall seconds for an answer."""
@@ -48,7 +50,10 @@ _MESSAGES: Final[Mapping[str, tuple[Topic, type[Message]]]] = {
     "detections": (Topic.DETECTIONS, Detection3DArray),
 }
 
-_UNREADABLE: Final = (ValueError, LookupError, TypeError, ValidationError)
+_UNREADABLE: Final = (
+    ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError, struct.error
+)  # fmt: skip
+"""What others may publish leads to; that the file can't be written is a `HmrsimError`."""
 
 
 class _Answered(NamedTuple):
@@ -68,6 +73,7 @@ class Listener:
     Attributes:
         lost: How many samples could not be kept until they were written.
         begun: Whether the simulator has said what is there, before which nothing is recorded.
+        interrupted: Whether the simulator was away, if only for a moment, since it was asked what is there.
     """
 
     def __init__(self, client: Client, recorder: Recorder) -> None:
@@ -77,11 +83,14 @@ class Listener:
         self._waiting: SimpleQueue[tuple[str, bytes] | _Answered] = SimpleQueue()
         self._told: dict[str, dict[str, Any]] = {}
         self._asking = False
-        self._warned = False
+        self._warned = self._missed = False
         self.lost = 0
         self.begun = False
+        self.interrupted = False
         handler = zenoh.handlers.Callback(self._on_sample, indirect=False)
         self._subscriber = client.session.declare_subscriber(self._keys.everything(), handler)
+        presence = zenoh.handlers.Callback(self._on_presence, indirect=False)
+        self._presence = client.session.liveliness().declare_subscriber(self._keys.alive(), presence)
         self._ask()
 
     def __enter__(self) -> Self:
@@ -91,6 +100,7 @@ class Listener:
     def __exit__(self, *_error: object) -> None:
         """Listen no more."""
         self._subscriber.undeclare()
+        self._presence.undeclare()
 
     def work(self, timeout: float) -> None:
         """Write what has come, or the first that comes in *timeout* wall seconds.
@@ -109,14 +119,20 @@ class Listener:
             if not self._warned:
                 self._warned = True
                 _log.warning("what can't be read is not recorded: %s", str(error).partition("\n")[0])
+        if self._missed and not self._asking and self._waiting.qsize() <= _FEW_WAITING:
+            self._missed = False
+            self._recorder.world_stale = True
+            self._ask()
 
     def drain(self) -> None:
-        """Write all that has come."""
+        """Write all that has come, and what was gathered of it."""
         for _ in range(self._waiting.qsize()):
             self.work(0.0)
+        self._recorder.settle()
 
     def look_anew(self) -> None:
         """Ask what is there: the simulator was out of reach, or is another."""
+        self.interrupted = False
         recorder = self._recorder
         if self.begun:
             now, fields = recorder.time.simulated, {"kind": "simulator_returned"}
@@ -130,7 +146,14 @@ class Listener:
         if self._waiting.qsize() < _MOST_WAITING:
             self._waiting.put((str(sample.key_expr), sample.payload.to_bytes()))
         else:
+            if not self.lost:
+                _log.warning("messages come faster than they can be written; some are lost")
             self.lost += 1
+            self._missed = True
+
+    def _on_presence(self, sample: zenoh.Sample) -> None:
+        if sample.kind == zenoh.SampleKind.DELETE:
+            self.interrupted = True
 
     # --- what is asked ---------------------------------------------------------------------------------------------
 
@@ -150,13 +173,13 @@ class Listener:
             # It has gone; `look_anew` comes when it is back.
             self._asking = False
             return
-        told = json.loads(answered.answer)
+        self._asking &= answered.topic != _SCENE
+        told = _object_in(answered.answer)
         if answered.topic == _DEFINITION:
-            told = json.loads(told["world"]["world_resource"]["resource_string"])
+            told = _object_in(told["world"]["world_resource"]["resource_string"])
         self._told[answered.topic] = told
         if answered.topic != _SCENE:
             return
-        self._asking = False
         self._keys = Keys(self._keys.prefix, self._told[_INFO]["aliases"])
         now = (self._told[_DEFINITION], self._told[_INFO], told)
         if not self.begun:
@@ -174,20 +197,22 @@ class Listener:
             case TopicKey(robot, topic) if robot == WORLD:
                 self._record_world(topic, payload)
             case TopicKey(robot, topic) if topic == TREE:
-                self._recorder.tree(robot, json.loads(payload))
+                self._recorder.tree(robot, _object_in(payload))
             case TopicKey(robot, topic) if topic in _MESSAGES:
                 kind, cls = _MESSAGES[topic]
                 message: Any = cls.model_validate_json(payload)
                 self._recorder.sample(Sampled(kind, robot, message), message.header.stamp.to_nanoseconds())
             case ActionKey(robot, action, verb) if key == self._keys.action(robot, action, verb):
-                self._record_goals(robot, action, verb, json.loads(payload))
-        if self._recorder.stale and not self._asking:
+                self._record_goals(robot, action, verb, _object_in(payload))
+        if self._recorder.scene_due and not self._asking:
             self._ask()
 
     def _record_world(self, topic: str, payload: bytes) -> None:
         if topic == "events":
-            event = json.loads(payload)
-            self._recorder.event(event, payload, nanoseconds_of(event["stamp"]))
+            event = _object_in(payload)
+            if not isinstance(event["kind"], str):
+                raise TypeError("an event of no kind")
+            self._recorder.event(event, payload, Time.model_validate(event["stamp"]).to_nanoseconds())
         elif topic == "clock":
             clock = Clock.model_validate_json(payload)
             self._recorder.sample(Sampled(Topic.CLOCK, "", clock), clock.clock.to_nanoseconds())
@@ -197,6 +222,14 @@ class Listener:
             self._recorder.feedback(FeedbackSent(robot, action, message["goal_id"], message["feedback"]))
         elif verb is Verb.STATUS:
             self._recorder.status(StatusChanged(robot, action, tuple(map(_entry, message["status_list"]))))
+
+
+def _object_in(payload: bytes | str) -> dict[str, Any]:
+    """Return the object that some JSON is."""
+    value = from_json(payload)
+    if not isinstance(value, dict):
+        raise TypeError("no JSON object")
+    return value
 
 
 def _entry(goal: Mapping[str, Any]) -> GoalEntry:

@@ -59,7 +59,8 @@ class Pictures:
             case {"kind": "picked", "robot": str(robot), "item": str(name)} if name in self._items:
                 self._items[name]["carrier"] = robot
             case {"kind": "placed" | "dropped", "item": str(name), "at": at} if name in self._items:
-                self._items[name].update(carrier=None, at=at)
+                x, y, *_ = at
+                self._items[name].update(carrier=None, at=(float(x), float(y)))
             case {"kind": str(kind), "door": str(door)} if kind in _DOORS and self._doors.get(door) != _DOORS[kind]:
                 self._doors[door] = _DOORS[kind]
             case {"kind": "lane_closed", "lane": [a, b], **more}:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any, Final
 
-from mcap.records import Channel, Chunk, Footer, Message, Schema
+from mcap.records import Channel, Chunk, Footer, Message, Metadata, Schema
 
 from hmrsim.errors import RecordingError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim_zenoh.keys import TREE
 from hmrsim_zenoh.recording.chunks import Piece, records, unpacked
-from hmrsim_zenoh.recording.recorder import EVENTS, INFO, SCENE, WORLD
+from hmrsim_zenoh.recording.recorder import ABOUT, EVENTS, INFO, SCENE, WORLD
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
 from hmrsim_zenoh.ros2.codec.types import message_type
 
@@ -34,6 +34,7 @@ class Recording:
         path: Where it is.
         world: The world in the beginning, as a native file has it.
         info: What the simulator said of itself, as on ``_world/info``.
+        about: What is to be known of the recording itself: the version that made it, the seed if that was known.
         begin: The time of the first message, in nanoseconds of the recording's time: simulated time that goes on where
             it began anew.
         end: The time of the last message.
@@ -47,6 +48,7 @@ class Recording:
         self.path = path
         self.begin = self.end = 0
         self.truncated = True
+        self.about: dict[str, str] = {}
         self._look_over()
         found = self._first_of((WORLD, INFO))
         self.world, self.info = found[WORLD], found[INFO]
@@ -102,6 +104,8 @@ class Recording:
                     topics.clear()
                 case Channel():
                     topics.add(record.topic)
+                case Metadata() if record.name == ABOUT:
+                    self.about = record.metadata
                 case Footer():
                     self.truncated = False
             times = [min(times), max(times)] if times else []

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from hmrsim import CONTRACT, __version__
 from hmrsim.actions import registry as actions
 from hmrsim.interfaces.action_msgs import GoalStatusArray
-from hmrsim.interfaces.builtin_interfaces import values_of
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rcl_interfaces import Log
 from hmrsim.interfaces.tf2_msgs import TFMessage
@@ -21,7 +21,6 @@ from hmrsim_zenoh.recording.writing import Schema
 from hmrsim_zenoh.ros2.codec.definitions import definition
 from hmrsim_zenoh.ros2.codec.types import action_types, message_type
 from hmrsim_zenoh.ros2.publishing.statuses import Statuses
-from hmrsim_zenoh.ros2.publishing.topics import tf_of_all
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -32,20 +31,33 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.codec.types import MessageType
 
 EVENTS, SCENE, INFO, WORLD = "/_world/events", "/_world/scene", "/_world/info", "/_world/world"
+ABOUT: Final = "hmrsim"
+"""The metadata record of what is to be known of a recording itself."""
 MARKERS, THINGS = "/world/markers", "/world/things"
 
-_MAKES_SCENE_STALE: Final = frozenset({"reset", "world_loaded", "spawned", "deleted", "teleported"})
-"""What changes so much that everything is to be told anew."""
+_BEGINS_ANEW: Final = frozenset({"reset", "world_loaded"})
+"""What changes so much that everything is to be told anew, at once."""
+_MAKES_SCENE_STALE: Final = _BEGINS_ANEW | {"spawned", "deleted", "teleported"}
 _MAKES_WORLD_STALE: Final = frozenset({"world_loaded"})
 
 _LATCHED: Final = frozenset({MARKERS, THINGS, "/tf_static"})
-_LATCHED_PROFILE: Final = """\
+_INFINITE: Final = "{sec: 9223372036, nsec: 854775807}"
+_LATCHED_PROFILE: Final = f"""\
 - history: keep_last
   depth: 1
   reliability: reliable
   durability: transient_local
+  deadline: {_INFINITE}
+  lifespan: {_INFINITE}
+  liveliness: automatic
+  liveliness_lease_duration: {_INFINITE}
+  avoid_ros_namespace_conventions: false
 """
-"""How rosbag2 says that whoever comes later gets the last message, too."""
+"""How rosbag2 says that whoever comes later gets the last message, too; it wants all of this said."""
+
+_SCENE_PERIOD: Final = NANOSECONDS
+_THINGS_PERIOD: Final = NANOSECONDS // 10
+"""Nanoseconds between one account of all there is and the next, where a little of it has changed."""
 
 
 class Told(NamedTuple):
@@ -70,7 +82,7 @@ class Recorder:
         words: What people are told of an event, given its fields; None for nothing.
 
     Attributes:
-        stale: Whether `scene` is to be told anew.
+        stale: Whether `scene` is to be told anew, some time.
         world_stale: Whether `world` and `info` are, too.
         time: The recording's time.
     """
@@ -82,8 +94,16 @@ class Recorder:
         self._statuses: dict[tuple[str, str], Statuses] = {}
         self._channels: dict[str, tuple[int, MessageType]] = {}
         self._json: dict[str, int] = {}
+        self._transforms: list[dict[str, Any]] = []
+        self._things_changed = self._begun_anew = False
+        self._things_at = self._scene_at = 0
         self.time = Timeline()
         self.stale = self.world_stale = False
+
+    @property
+    def scene_due(self) -> bool:
+        """Whether `scene` is to be told anew now: to do so takes long where there are many robots."""
+        return self._begun_anew or (self.stale and self.time.now - self._scene_at >= _SCENE_PERIOD)
 
     def begin(self, definition: Mapping[str, Any], info: Mapping[str, Any], scene: dict[str, Any], **more: str) -> None:
         """Write what is there in the beginning; *more* is to be known of the recording."""
@@ -97,7 +117,7 @@ class Recorder:
             **looked_at_from_above(world["units"]),
             **more,
         }
-        self._file.describe("hmrsim", about)
+        self._file.describe(ABOUT, about)
         self._file.attach("world.json", "application/json", json.dumps(definition).encode())
         # Whoever looks for events knows at once that they are here.
         self._json_channel(EVENTS, schemas.EVENT)
@@ -106,7 +126,7 @@ class Recorder:
     def tell_anew(self, definition: Mapping[str, Any], info: Mapping[str, Any], scene: dict[str, Any]) -> None:
         """Write another world, or one that began anew elsewhere, with what is there now."""
         self.world_stale = False
-        self.time.at(nanoseconds_of(scene["stamp"]))
+        self._go_to(nanoseconds_of(scene["stamp"]))
         self._add_json(WORLD, schemas.world, definition)
         self._add_json(INFO, schemas.INFO, info)
         self._pictures.load(definition)
@@ -116,13 +136,13 @@ class Recorder:
 
     def scene(self, scene: dict[str, Any]) -> None:
         """Write all that is there now."""
-        self.stale = False
-        self.time.at(nanoseconds_of(scene["stamp"]))
+        self.stale = self._begun_anew = False
+        self._scene_at = self._go_to(nanoseconds_of(scene["stamp"]))
         shifted = self.time.scene(scene)
         self._add_json(SCENE, schemas.SCENE, shifted)
         self._pictures.follow(shifted)
         self._add(MARKERS, MarkerArray, self._pictures.markers(self.time.now))
-        self._add(THINGS, MarkerArray, self._pictures.things(self.time.now))
+        self._write_things(self.time.now)
 
     def event(self, fields: Mapping[str, Any], payload: bytes, nanoseconds: int) -> None:
         """Write something that happened, and what people are told of it.
@@ -132,18 +152,17 @@ class Recorder:
             payload: The same, as on the wire.
             nanoseconds: When, in simulated time.
         """
-        time = self.time.at(nanoseconds)
+        kind, told = fields["kind"], self._words(fields)
+        time = self._go_to(nanoseconds)
         if self.time.offset:
             payload = dump({**json.loads(payload), "stamp": values_of(time)})
         self._file.add(self._json_channel(EVENTS, schemas.EVENT), time, payload)
-        kind = fields["kind"]
         self.stale |= kind in _MAKES_SCENE_STALE
+        self._begun_anew |= kind in _BEGINS_ANEW
         self.world_stale |= kind in _MAKES_WORLD_STALE
-        told = self._words(fields)
         if told is not None:
             self.log(told)
-        if self._pictures.change(fields):
-            self._add(THINGS, MarkerArray, self._pictures.things(time))
+        self._things_changed |= self._pictures.change(fields)
 
     def log(self, told: Told) -> None:
         """Write what people are told now."""
@@ -152,12 +171,12 @@ class Recorder:
 
     def sample(self, sample: Sampled, nanoseconds: int) -> None:
         """Write the latest of a topic."""
-        self.time.at(nanoseconds)
+        self._go_to(nanoseconds)
         message = self.time.message(sample.message)
         topic = sample.topic.value
         self._add(f"/{sample.robot}/{topic}" if sample.robot else f"/{topic}", type(message), message)
         if isinstance(message, Odometry):
-            self._add("/tf", TFMessage, tf_of_all(message))
+            self._transforms.append(_transform(message))
 
     def status(self, event: StatusChanged) -> None:
         """Write how the goals of an action are, at the time of what was told last."""
@@ -174,7 +193,7 @@ class Recorder:
     def feedback(self, event: FeedbackSent, nanoseconds: int | None = None) -> None:
         """Write how a goal is doing; at the time of what was told last, if no other is known."""
         if nanoseconds is not None:
-            self.time.at(nanoseconds)
+            self._go_to(nanoseconds)
         topic = f"/{event.robot}/{event.action}/_action/feedback"
         known = self._channels.get(topic)
         if known is None:
@@ -188,9 +207,38 @@ class Recorder:
         """Write the state of a robot's behaviour tree, at the time of what was told last."""
         self._add_json(f"/{robot}/_tree", schemas.tree, state)
 
-    def _add(self, topic: str, cls: type[Message], values: Message | Mapping[str, Any]) -> None:
+    def settle(self) -> None:
+        """Write what was gathered of this instant; nothing more of it may come."""
+        self._write_transforms(self.time.now)
+        if self._things_changed:
+            self._write_things(self.time.now)
+
+    def _go_to(self, nanoseconds: int) -> int:
+        """Go on to an instant of the simulation; return the recording's time."""
+        before = self.time.now
+        now = self.time.at(nanoseconds)
+        if now != before:
+            self._write_transforms(before)
+            if self._things_changed and before - self._things_at >= _THINGS_PERIOD:
+                self._write_things(before)
+        return now
+
+    def _write_transforms(self, time: int) -> None:
+        """Write where all robots were: a message for each of them would be a third of all."""
+        if self._transforms:
+            transforms, self._transforms = self._transforms, []
+            self._add("/tf", TFMessage, {"transforms": transforms}, time)
+
+    def _write_things(self, time: int) -> None:
+        """Write all items, doors and closed lanes: for each change at once it would take too long."""
+        self._things_changed, self._things_at = False, time
+        self._add(THINGS, MarkerArray, self._pictures.things(time), time)
+
+    def _add(
+        self, topic: str, cls: type[Message], values: Message | Mapping[str, Any], time: int | None = None
+    ) -> None:
         channel, type_ = self._channel(topic, cls)
-        self._file.add(channel, self.time.now, type_.encode(values))
+        self._file.add(channel, self.time.now if time is None else time, type_.encode(values))
 
     def _channel(self, topic: str, cls: type[Message]) -> tuple[int, MessageType]:
         return self._channels.get(topic) or self._opened(topic, message_type(cls), cls)
@@ -211,3 +259,10 @@ class Recorder:
         if number is None:
             number = self._json[topic] = self._file.channel(topic, schema if isinstance(schema, Schema) else schema())
         return number
+
+
+def _transform(odom: Odometry) -> dict[str, Any]:
+    """Return where a robot is, as a TransformStamped in plain values."""
+    pose = odom.pose.pose
+    transform = {"translation": pose.position, "rotation": pose.orientation}
+    return {"header": odom.header, "child_frame_id": odom.child_frame_id, "transform": transform}

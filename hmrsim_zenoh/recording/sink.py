@@ -40,7 +40,7 @@ class RecordingSink:
         self._simulator = simulator
         self._recorder = recorder
         self._description = Description(simulator, time)
-        self._period = round(NANOSECONDS / clock_rate)
+        self._period = 1.0 / clock_rate
         self._clock = -1
         recorder.begin(*self._now(), seed=str(simulator.seed))
         simulator.attach(self)
@@ -66,7 +66,8 @@ class RecordingSink:
 
     def close(self) -> None:
         """Write what is still to be told."""
-        self._settle()
+        self._settle(due=self._recorder.stale)
+        self._recorder.settle()
 
     def _sample(self, event: Sampled) -> None:
         now = stamp(self._simulator.now)
@@ -74,17 +75,21 @@ class RecordingSink:
             self._recorder.sample(event, now)
             return
         # The time is told also whenever it stands still, which depends on when who controls the robots answers.
-        if now % self._period == 0 and now != self._clock:
+        if now == self._nearest_tick(now) and now != self._clock:
             self._clock = now
             self._recorder.sample(event, now)
-        self._settle()
+        self._settle(due=self._recorder.scene_due)
 
-    def _settle(self) -> None:
+    def _nearest_tick(self, now: int) -> int:
+        """Return when a sample of the clock is due, reckoned as `hmrsim.telemetry` does."""
+        return round(round(now / NANOSECONDS / self._period) * self._period * NANOSECONDS)
+
+    def _settle(self, *, due: bool) -> None:
         """Tell anew what has changed too much; when nothing else is being done."""
         if self._recorder.world_stale:
             self._description.forget()
             self._recorder.tell_anew(*self._now())
-        elif self._recorder.stale:
+        elif due:
             self._recorder.scene(scene(self._simulator))
 
     def _now(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:

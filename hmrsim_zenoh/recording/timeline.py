@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time, values_of
+from hmrsim.sim_time import JITTER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.interfaces.message import Message
-
-
-_JITTER: Final = 1_000_000
-"""Nanoseconds by which time may go back without having begun anew."""
 
 
 class Timeline:
@@ -39,7 +36,7 @@ class Timeline:
         """Return the time in the recording of what happens at an instant now."""
         # As everywhere, the first instant is 1: ROS reads zero as "unset".
         nanoseconds = max(1, nanoseconds)
-        if nanoseconds + self.offset < self.now - _JITTER:
+        if nanoseconds + self.offset < self.now - JITTER:
             self.offset = self.now - (nanoseconds if nanoseconds > 1 else 0)
         self.now = max(self.now, nanoseconds + self.offset)
         self.begin = self.begin or self.now

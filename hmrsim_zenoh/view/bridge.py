@@ -43,6 +43,7 @@ class Bridge:
         self._gets: set[int] = set()
         self._news = asyncio.Event()
         self._room = asyncio.Event()
+        self._gone = False
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve the page until it goes."""
@@ -76,16 +77,20 @@ class Bridge:
         self._news.set()
 
     async def _send(self, socket: WebSocket) -> None:
-        """Send what there is, as fast as the page takes it."""
-        while await self._news.wait():
-            self._news.clear()
-            for frame in self._outbox.take():
-                await socket.send_text(frame)
+        """Send what there is, as fast as the page takes it, until the page goes."""
+        try:
+            while await self._news.wait():
+                self._news.clear()
+                for frame in self._outbox.take():
+                    await socket.send_text(frame)
+                self._room.set()
+        finally:
+            self._gone = True
             self._room.set()
 
     async def _until_there_is_room(self) -> None:
         """Return when the page has taken most of its answers: who only asks and never reads, waits."""
-        while self._outbox.crowded:
+        while self._outbox.crowded and not self._gone:
             self._room.clear()
             await self._room.wait()
 
@@ -101,7 +106,7 @@ class Bridge:
                     self._unsubscribe(id_)
                 case frames.Get() as request:
                     self._get(request)
-        except ValueError as error:
+        except (ValueError, zenoh.ZError) as error:
             self.put(frames.said("error", error=str(error)))
 
     def _subscribe(self, request: frames.Subscribe) -> None:
@@ -110,8 +115,8 @@ class Bridge:
         if len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
             raise ValueError(f"there are {MOST_SUBSCRIPTIONS} subscriptions already")
         self._check_key(request.key)
-        self._outbox.open(request.id, latest=request.latest)
         self._subscriptions[request.id] = _Subscription(self, self._live, request)
+        self._outbox.open(request.id, latest=request.latest)
 
     def _unsubscribe(self, id_: int) -> None:
         subscription = self._subscriptions.pop(id_, None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from operator import attrgetter
 from typing import TYPE_CHECKING, Final
 
 from hmrsim_zenoh.view import frames
@@ -48,8 +49,11 @@ class _Pending:
         self.size = 0
 
 
+_size = attrgetter("size")
+
+
 class Outbox:
-    """Frames as they are, which all are sent; and samples, of which those of a key are dropped if there are too many.
+    """Frames as they are, which all are sent; and samples: if there are too many, the largest subscription's are lost.
 
     Args:
         most: Characters of samples that may wait.
@@ -90,8 +94,8 @@ class Outbox:
             return
         for key, text in entries:
             self._size += pending.add(key, text)
-        if self._size > self._most:
-            self._lose(pending)
+        while self._size > self._most:
+            self._lose(max(self._pending.values(), key=_size))
 
     def take(self) -> list[str]:
         """Return the frames to send now, and forget them."""

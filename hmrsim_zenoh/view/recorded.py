@@ -96,8 +96,9 @@ class Recorded:
 
     def _lines(self) -> Iterator[bytes]:
         """Yield a line a sample, up to the first that can't be read."""
+        samples = self._recording.samples()
         try:
-            for sample in self._recording.samples():
+            for sample in samples:
                 yield to_json(sample, inf_nan_mode="null") + b"\n"
         except HmrsimError as error:
             _log.warning("%s; what comes before is shown", error)

@@ -18,6 +18,7 @@ from starlette.responses import FileResponse
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
+from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.errors import BadOptions, PortTaken
 from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
 from hmrsim_zenoh.view.security import Gate, is_loopback
@@ -91,9 +92,14 @@ class ViewServer:
             )
         )
         self._log = _Forwarded()
+        self._failure: HmrsimError | None = None
         self._thread = threading.Thread(target=self._run, name="hmrsim view", daemon=True)
         self._thread.start()
-        self._server.begun.wait(_PATIENCE)
+        self._server.begun.wait()
+        if self._failure is not None:
+            self._socket.close()
+            self._log.close()
+            raise self._failure
 
     def __enter__(self) -> Self:
         """Return the server."""
@@ -110,7 +116,14 @@ class ViewServer:
         self._log.close()
 
     def _run(self) -> None:
-        asyncio.run(self._server.serve(sockets=[self._socket]))
+        try:
+            # Uvicorn leaves by SystemExit when it can't begin, and has logged why.
+            with suppress(SystemExit):
+                asyncio.run(self._server.serve(sockets=[self._socket]))
+        finally:
+            if not self._server.begun.is_set():
+                self._failure = HmrsimError("the page's server did not begin; --log-level debug says why")
+                self._server.begun.set()
 
 
 class _Server(uvicorn.Server):
@@ -176,7 +189,8 @@ def _bound(host: str, port: int) -> socket.socket:
     """Return a socket that listens."""
     try:
         family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
-        return socket.create_server(address[:2], family=family)
+        both = host == "::" and socket.has_dualstack_ipv6()
+        return socket.create_server(address[:2], family=family, dualstack_ipv6=both)
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
             raise PortTaken(f"{_authority(host, port)} is taken; name another with --port, 0 for a free one") from None

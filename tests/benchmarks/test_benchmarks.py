@@ -30,6 +30,7 @@ TINY = {
     },
     "memory": {"sizes": (2, 4), "side": 3},
     "realtime": {"factors": (10.0,), "robots": 2, "window": 1.0},
+    "recording": {"sizes": (3,), "seconds": 1.0, "side": 4},
     "ros2": {"rounds": 10, "robots": 2, "starts": 1, "side": 2},
     "scale": {"sizes": (1, 10), "window": 0.02, "side": 4},
     "scenario2": {"rounds": 2, "crowd": 3, "side": 4},

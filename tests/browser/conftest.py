@@ -58,19 +58,24 @@ class Watched:
 
 @pytest.fixture
 def open_page(browser):
-    """Return the function that opens a page and waits for its world; what went wrong there fails the test."""
+    """Return the function that opens a page and waits for its world; what went wrong there fails the test.
+
+    So does what the page can't read, but for what *unreadable* says.
+    """
     opened = []
 
-    def load(url, **context):
+    def load(url, *, unreadable=0, **context):
         page = browser.new_context(**{"viewport": {"width": 1280, "height": 800}, **context}).new_page()
-        opened.append((page, Watched(page, url)))
+        opened.append((page, Watched(page, url), unreadable))
         return _browser.shown(page, url)
 
     yield load
-    found = [complaint for _, watched in opened for complaint in watched.found]
-    for page, _ in opened:
+    found = [complaint for _, watched, _ in opened for complaint in watched.found]
+    left_out = [page.evaluate("window.hmrsim?.model.unreadable ?? 0") for page, _, _ in opened]
+    for page, _, _ in opened:
         page.context.close()
     assert found == []
+    assert [unreadable for _, _, unreadable in opened] == left_out
 
 
 class Process:
@@ -145,6 +150,11 @@ class Asked:
 
     def __init__(self, client):
         self._client = client
+
+    def tell(self, **event):
+        """Publish an event as the world does, at its present time."""
+        key = self._client.keys.world("events")
+        self._client.session.put(key, json.dumps({"stamp": self.scene()["stamp"], **event}))
 
     def scene(self):
         """Return all that is dynamic, as it is now."""

@@ -287,7 +287,7 @@ async (base) => {
     'a scene that comes again changes nothing'() {
       const model = modelOf(drive(1, [0, 0, 0], [10, 0, 0]), event(6, 'waiting', { robot: 'wall_e', for: ['eve'] }));
       const there = model.robots.get('wall_e');
-      model.loadScene(scene(7, [robot('wall_e', { pose: [10, 0, 0], waits: true }), robot('eve')]));
+      model.loadScene(scene(7, [robot('wall_e', { pose: [10, 0, 0], waits: true, waiting: { since: 6, for: ['eve'] } }), robot('eve')]));
       equal([true, ['eve'], 6], [there === model.robots.get('wall_e'), there.waitsFor, there.waitsSince]);
       equal([[0, 0, 1]], there.driven);
     },

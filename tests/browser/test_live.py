@@ -50,11 +50,12 @@ def test_time_is_the_simulators(viewed, ask, open_page):
     until(page, "hmrsim.clock.paused")
     before = simulator.scene()["stamp"]
     assert before == simulator.scene()["stamp"]
-    shown = page.evaluate("hmrsim.clock.now()")
-    assert shown == pytest.approx(before["sec"] + before["nanosec"] / 1e9, abs=0.05)
+    # It glides to where time has stopped.
+    stopped = before["sec"] + before["nanosec"] / 1e9
+    until(page, "(stopped) => Math.abs(hmrsim.clock.now() - stopped) < 1e-6", stopped)
 
     page.evaluate("hmrsim.commands.step(5)")
-    until(page, "(before) => hmrsim.clock.now() > before", shown)
+    until(page, "(before) => hmrsim.clock.now() > before", stopped)
     assert simulator.scene()["stamp"] != before
 
     page.evaluate("hmrsim.commands.resume()")
@@ -121,6 +122,63 @@ def test_hostile_names_are_text(viewed, ask, open_page, tmp_path):
         assert 0 == page.locator("img[src=x]").count()
     assert page.title() != "1"
     assert evil in page.evaluate("document.documentElement.textContent + document.title")
+
+
+_UNREADABLE = [
+    {"kind": "battery_empty", "robot": "wall_e", "at": 5},
+    {"kind": "deadlock", "robots": 5},
+    {"kind": "motion", "robot": "wall_e", "from": 3, "to": 5, "duration": 1},
+    {"kind": "waiting", "robot": "wall_e", "for": "eve"},
+    {"kind": "waiting", "robot": "wall_e", "for": [{}]},
+    {"kind": "status", "robot": "wall_e", "goal_id": "x", "status": 2},
+    {"kind": "lane_closed", "lane": 5},
+    {"kind": {}},
+]
+_STRANGE = [
+    {"kind": "lane_opened", "lane": None},
+    {"kind": "__proto__"},
+    {"kind": "constructor", "robot": "wall_e"},
+    {"kind": "status", "robot": "wall_e", "action": "__proto__", "goal_id": "y", "status": 2},
+    {"kind": "fault_began", "name": "strange", "fault": "__proto__", "robot": "wall_e"},
+    {"kind": "goal", "robot": "wall_e", "action": "wait", "goal_id": "z", "goal": {"time": 5}},
+    {"kind": "door_closed", "door": "nowhere", "at": "noon"},
+]
+
+
+@pytest.mark.parametrize("panel", ["goals", "events", "charts", "trees"])
+def test_what_cannot_be_read_is_left_out(viewed, ask, open_page, panel):
+    """Events that are no events are left out, which the page says; what is only strange is shown; it all goes on."""
+    endpoint, url = viewed("scenario1")
+    simulator = ask(endpoint)
+    page = open_page(f"{url}?panel={panel}&follow=wall_e", unreadable=len(_UNREADABLE))
+
+    for event in [*_UNREADABLE, *_STRANGE]:
+        simulator.tell(**event)
+    simulator.call("inject_fault", type="breakdown", name="after", robot="wall_e")
+
+    until(page, "hmrsim.model.faults.has('after')")
+    until(page, "document.querySelector('.toasts').textContent.includes(\"can't be read\")")
+    until(page, "document.querySelector('.inspector').textContent.includes('broken down')")
+    page.evaluate("window.seen = hmrsim.map.stats.frames; hmrsim.map.changed(true)")
+    until(page, "hmrsim.map.stats.frames > window.seen")
+    assert 0 == page.locator("[data-failed]").count()
+
+
+def test_a_part_that_fails_fails_alone(viewed, open_page):
+    """A part of the page that can't be drawn shows that, and the others are drawn on."""
+    _, url = viewed("scenario1")
+    page = open_page(f"{url}?panel=goals")
+    page.evaluate("""() => {
+      console.error = () => {};
+      Object.defineProperty(hmrsim.model, 'goals', {get() { throw new Error('no goals'); }, configurable: true});
+    }""")
+
+    until(page, "document.querySelector('.side').dataset.failed === 'true'")
+    shown_then = page.evaluate("hmrsim.clock.now()")
+    until(page, "(then) => hmrsim.clock.now() > then + 0.5", shown_then)
+    until(page, "(then) => document.querySelector('.time').textContent > then", page.locator(".time").text_content())
+    page.evaluate("delete hmrsim.model.goals")
+    until(page, "document.querySelector('.side').dataset.failed === undefined")
 
 
 def test_a_token_is_asked_for_elsewhere(start, open_page):

@@ -102,7 +102,7 @@ def test_a_phone(viewed, open_page, on_page):
         .filter((button) => Math.min(button.offsetWidth, button.offsetHeight) < 24).length"""
     assert page.evaluate(small) == 0
     page.touchscreen.tap(*on_page(page, HOME))
-    until(page, "hmrsim.map.selected === 'wall_e'")
+    until(page, "hmrsim.map.selected === 'wall_e' && hmrsim.map.camera.glide === null")
     page.touchscreen.tap(*on_page(page, ROOM))
     until(page, _ENDED, SUCCEEDED)
 

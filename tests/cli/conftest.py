@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 
 import pytest
 
 FREE_PORT = ("--listen", "tcp/127.0.0.1:0")
-
-
-@pytest.fixture(autouse=True)
-def _own_settings(monkeypatch):
-    """Keep the settings of whoever runs the tests away."""
-    for name in list(os.environ):
-        if name.startswith("HMRSIM_"):
-            monkeypatch.delenv(name)
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import os
 import re
 import select
 import signal
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -91,6 +92,14 @@ def test_demo_whose_simulator_does_not_start(monkeypatch, capsys):
 
     assert 1 == code
     assert re.search(r"the simulator does not start; it says:\n.*nosuch: no such file", capsys.readouterr().err)
+
+
+def test_demo_whose_page_has_no_port(capsys):
+    """It is told before anything begins."""
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        code = main(["demo", "--view", str(taken.getsockname()[1])])
+
+    assert (2, True) == (code, "is taken; name another with --view" in capsys.readouterr().err)
 
 
 def test_demo_whose_mission_fails(monkeypatch, capsys):

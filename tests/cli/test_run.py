@@ -118,3 +118,11 @@ def test_a_signal_ends_it_at_once_though_nobody_reads_its_log(start, number):
 
     assert 0 == process.wait(PATIENCE)
     assert time.monotonic() - begun < PROMISE
+
+
+def test_a_trace_and_a_recording_need_two_files(tmp_path, capsys):
+    """By whatever names; nothing is written."""
+    code = main(["run", "scenario1", "--trace", str(tmp_path / "a"), "--record", str(tmp_path / "b" / ".." / "a")])
+
+    assert (2, True) == (code, "--trace and --record are both" in capsys.readouterr().err)
+    assert [] == list(tmp_path.iterdir())

@@ -71,6 +71,7 @@ class TestScene:
             "motion": None,
             "route": [],
             "waits": False,
+            "waiting": None,
             "dock": "charger",
             "ailments": {},
             "battery": {"percentage": 1.0, "charging": False},
@@ -104,6 +105,18 @@ class TestScene:
         (goal,) = robot(simulator)["goals"]
 
         assert ("b" * 32, 6, 204) == (goal["goal_id"], goal["status"], goal["result"]["error_code"])
+
+    def test_who_waits_is_shown_with_what_for(self, simulator):
+        """And since when, so that whoever comes later sees it, too."""
+        simulator.submit(go(9, 2))
+        simulator.advance(3.0)
+
+        shown = robot(simulator)
+
+        assert (True, {"since": 2.0, "at": [5.0, 2.0], "lane": ["door", "shelf"], "why": "gate is opening"}) == (
+            shown["waits"],
+            {key: value for key, value in shown["waiting"].items() if key != "robot"},
+        )
 
     def test_items_move_with_who_holds_them(self, simulator):
         """The robot names what it holds, the item by whom it is held."""

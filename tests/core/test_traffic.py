@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hmrsim.gateway import CancelGoal, SendGoal, Topic
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.nav2_msgs import FollowPath, NavigateToPose
+from hmrsim.interfaces.nav2_msgs import BackUp, FollowPath, NavigateToPose
 from hmrsim.interfaces.simulation_interfaces import SpawnEntity
 from tests.simulation import simulate
 
@@ -183,6 +183,15 @@ class TestReserve:
 
 class TestPriority:
     """Whoever set out first has the others make room."""
+
+    def test_who_makes_room_drives_from_where_it_stands(self):
+        """Beside the waypoint, as after backing up; it does not jump onto its lane."""
+        world = {**TRACK, "robots": {"ann": {"at": "b"}, "bob": {"at": "a"}}}
+        back = SendGoal("ann", "back_up", BackUp.Goal(target=Point(x=0.5), speed=0.5), A)
+        log = under("priority", world)((0.0, back), (2.0, go("bob", 20, 0, B)))
+
+        (_, backed), (_, aside) = ((at, told) for at, told in log.happened("motion") if told["robot"] == "ann")
+        assert ([9.5, 0.0], [9.5, 0.0], [10.0, 5.0]) == (backed["to"][:2], aside["from"][:2], aside["to"][:2])
 
     def test_a_robot_that_stands_makes_room(self):
         """And stays where it has gone."""

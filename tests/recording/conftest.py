@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 
@@ -16,14 +15,6 @@ from hmrsim_zenoh.recording.writing import RecordingFile
 from tests.simulation import simulate
 
 STATE = TimeState(0.0, "realtime", 1.0, False, 0, (), (), 0.0)
-
-
-@pytest.fixture(autouse=True)
-def _own_settings(monkeypatch):
-    """Keep the settings of whoever runs the tests away."""
-    for name in list(os.environ):
-        if name.startswith("HMRSIM_"):
-            monkeypatch.delenv(name)
 
 
 @pytest.fixture

@@ -17,7 +17,8 @@ from hmrsim.errors import RecordingError
 from hmrsim.gateway import SendGoal
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim_zenoh.recording import open_recording
-from hmrsim_zenoh.recording.chunks import MOST_UNPACKED, unpacked
+from hmrsim_zenoh.recording.chunks import MOST_UNPACKED, records, unpacked
+from hmrsim_zenoh.recording.container import MAGIC
 from tests.simulation import SMALL_WORLD
 
 
@@ -93,7 +94,7 @@ def test_batteries_are_among_the_samples(record):
 def test_what_was_cut_off_can_be_read_up_to_there(path):
     """All that is in complete chunks."""
     data = path.read_bytes()
-    path.write_bytes(data[: len(data) * 2 // 3])
+    path.write_bytes(data[: len(data) // 2])
     recording = open_recording(path)
 
     assert recording.truncated
@@ -181,6 +182,24 @@ def test_a_bomb_is_not_unpacked(claimed):
 
     with pytest.raises(ValueError, match="chunk of"):
         list(unpacked(Chunk("zstd", data, 0, 0, 0, claimed)))
+
+
+class _Small(io.BytesIO):
+    """A file on a machine with a mebibyte of memory."""
+
+    def read(self, size=-1, /):
+        """Read, or run out of memory, whatever there is to be read."""
+        if size > 1 << 20:
+            raise MemoryError
+        return super().read(size)
+
+
+def test_a_text_that_claims_four_gigabytes_ends_the_file():
+    """It is not waited for memory that is not there; what was read before counts."""
+    header = b"\1" + (8).to_bytes(8, "little") + bytes(8)
+    schema = b"\3" + (8).to_bytes(8, "little") + bytes(2) + b"\xff\xff\xff\xff" + bytes(2)
+
+    assert ["Header"] == [type(one).__name__ for one in records(_Small(MAGIC + header + schema), 1 << 20)]
 
 
 def test_a_record_longer_than_its_chunk_is_none():

@@ -7,14 +7,21 @@ from collections import Counter
 
 import pytest
 from mcap.reader import make_reader
+from rosbags.interfaces import QosDurability, QosReliability
+from rosbags.rosbag2.metadata import parse_qos
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from hmrsim.cli.rosout import told
 from hmrsim.gateway import CallService, SendGoal
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.services import registry as services
 from hmrsim_zenoh.recording import open_recording
-from tests.simulation import SMALL_WORLD
+from hmrsim_zenoh.recording.recorder import Recorder
+from hmrsim_zenoh.recording.sink import RecordingSink
+from hmrsim_zenoh.recording.writing import RecordingFile
+from tests.recording.conftest import STATE
+from tests.simulation import SMALL_WORLD, simulate
 
 ID = "00112233445566778899aabbccddeeff"
 BATTERY = {"battery": {"capacity": 100.0}}
@@ -29,6 +36,11 @@ def go(x, y, robot="wall_e", goal_id=ID):
 def call(service, **request):
     """Return the command that asks a service."""
     return CallService(service, services()[service].request.model_validate(request))
+
+
+def at(x):
+    """Return where a robot is to be, as the service wants to know it."""
+    return {"pose": {"position": {"x": x, "y": 8.0}}}
 
 
 def messages(path, topic):
@@ -231,6 +243,63 @@ def test_a_robot_that_is_spawned_is_drawn(record):
     assert "new/base_link" in {marker.header.frame_id for marker in array.markers}
 
 
+def test_robots_that_come_one_after_the_other_make_one_scene_a_second(record):
+    """Of very many robots a scene takes long; the last one is told at the end at the latest."""
+    spawns = [
+        (0.5 + i / 10, call("spawn_entity", name=f"new{i}", uri="robot_type:carrier", initial_pose=at(2.0 + i)))
+        for i in range(10)
+    ]
+    path = record(*spawns, until=1.45)
+    scenes = [(at, len(scene["robots"])) for at, key, scene in open_recording(path).samples() if key == "_world/scene"]
+
+    assert [(1, 3), (1_100_000_000, 9), (1_450_000_000, 13)] == scenes
+
+
+def test_what_changes_at_once_is_drawn_once(tmp_path):
+    """All items are one message, which takes long: it comes when time moves on, ten times a second at most."""
+    path, items = tmp_path / "run.mcap", [{"name": f"i{n}", "at": [n, 0], "carrier": None} for n in range(3)]
+    with RecordingFile(path) as file:
+        recorder = Recorder(file, lambda _event: None)
+        scene = {"robots": [], "items": items, "fixtures": [], "closed_lanes": [], "stamp": {"sec": 1, "nanosec": 0}}
+        recorder.scene(scene)
+        for milliseconds, item in ((2000, "i0"), (2000, "i1"), (2050, "i2"), (2200, "none")):
+            event = {"kind": "picked", "robot": "wall_e", "item": item}
+            recorder.event(event, b"{}", milliseconds * 1_000_000)
+        recorder.settle()
+
+    assert [(1.0, 0), (2.0, 2), (2.2, 3)] == [
+        (time / 1e9, sum(marker.header.frame_id == "wall_e/base_link" for marker in array.markers))
+        for time, array in messages(path, "/world/things")
+    ]
+
+
+@pytest.mark.parametrize("rate", [3.0, 7.0, 30.0])
+def test_the_clock_is_recorded_at_any_rate(tmp_path, rate):
+    """Also at one whose period is no whole number of nanoseconds."""
+    path, simulated = tmp_path / "run.mcap", simulate(clock_rate=rate)
+    with RecordingFile(path, reproducible=True) as file:
+        sink = RecordingSink(simulated.simulator, Recorder(file, told), lambda: STATE, clock_rate=rate)
+        simulated(until=2.0)
+        sink.close()
+
+    assert 2 * rate == len(messages(path, "/clock"))
+
+
+def test_whoever_comes_later_is_told_the_latest(record):
+    """As rosbag2 has it, read by somebody else: all that it asks for is said."""
+    with record().open("rb") as file:
+        channels = make_reader(file).get_summary().channels.values()
+    said = {channel.topic: parse_qos(channel.metadata.get("offered_qos_profiles", "")) for channel in channels}
+    (markers,) = said["/world/markers"]
+
+    assert [] == said["/clock"]
+    assert (QosDurability.TRANSIENT_LOCAL, QosReliability.RELIABLE, 1) == (
+        markers.durability,
+        markers.reliability,
+        markers.depth,
+    )
+
+
 def test_the_same_run_makes_the_same_file(record, tmp_path):
     """Byte for byte, where chunks end by simulated time."""
     first = record((1.0, go(5.0, 2.0)), until=30.0, path=tmp_path / "a.mcap")
@@ -248,3 +317,25 @@ def test_mcaps_reader_finds_all_in_order(record):
 
     assert (sorted(times), statistics.message_count) == (times, len(times))
     assert 1 < statistics.chunk_count
+
+
+def test_what_controllers_publish_of_their_trees_is_recorded(tmp_path):
+    """As it came, on a channel of the robot's, at the time of what was told last."""
+    path = tmp_path / "run.mcap"
+    state = {"tree_id": "patrol", "nodes": []}
+    with RecordingFile(path) as file:
+        recorder = Recorder(file, lambda _event: None)
+        recorder.event({"kind": "stopped"}, b'{"kind":"stopped","stamp":{"sec":2,"nanosec":0}}', 2_000_000_000)
+        recorder.tree("wall_e", state)
+
+    with path.open("rb") as file:
+        ((schema, channel, message),) = make_reader(file).iter_messages(topics=["/wall_e/_tree"])
+    assert ("hmrsim/Tree", "json") == (schema.name, channel.message_encoding)
+    assert (2_000_000_000, state) == (message.log_time, json.loads(message.data))
+
+
+def test_where_all_robots_are_at_an_instant_is_one_message(record):
+    """They are sampled together; on /tf they are told together."""
+    times = [time for time, _ in messages(record(), "/tf")]
+
+    assert len(set(times)) == len(times)

@@ -95,21 +95,25 @@ def test_a_page_on_standard_output(file, capsys):
     assert capsys.readouterr().out.startswith("<!doctype html>")
 
 
-@pytest.mark.parametrize(
-    ("text", "error"),
-    [
-        ("", "line 1: no header of a trace; expected a file that was written with --trace"),
-        ("hello\n", "line 1: no header of a trace; expected a file that was written with --trace"),
-        ("[" * 100_000 + "\n", "line 1: no header of a trace; expected a file that was written with --trace"),
-        ('{"kind":"header"}\n', "line 1: no header of a trace; expected a file that was written with --trace"),
-    ],
-)
-def test_what_is_no_trace(tmp_path, capsys, text, error):
-    """One line, exit 2."""
-    path = tmp_path / "run.jsonl"
+@pytest.mark.parametrize("text", ["", "hello\n", "[" * 100_000 + "\n", '{"kind":"header"}\n', "\x89MCAQ\n"])
+@pytest.mark.parametrize("name", ["run.jsonl", "run.mcap"])
+def test_what_is_neither_a_trace_nor_a_recording(tmp_path, capsys, text, name):
+    """One line that names both, whatever the file is called; exit 2."""
+    path = tmp_path / name
     path.write_text(text)
     code = main(["report", str(path)])
 
+    error = "line 1: no header of a trace, and no MCAP; expected a file that was written with --trace or --record"
+    assert (2, f"hmrsim: {path}: {error}\n") == (code, capsys.readouterr().err)
+
+
+def test_what_is_no_text_and_no_recording(tmp_path, capsys):
+    """One line that names both; exit 2."""
+    path = tmp_path / "run.mcap"
+    path.write_bytes(b"\xff\xfe\n")
+    code = main(["report", str(path)])
+
+    error = "neither a trace, which is text, nor a recording, which is MCAP"
     assert (2, f"hmrsim: {path}: {error}\n") == (code, capsys.readouterr().err)
 
 
@@ -131,6 +135,7 @@ def test_lines_that_are_no_json_object(file, capsys, line):
     [
         {"kind": "status", "robot": 7, "action": "wait", "goal_id": "", "status": 1},
         {"kind": "status", "robot": "wall_e", "action": "wait", "goal_id": "", "status": 77},
+        {"kind": "status", "robot": "wall_e", "action": "wait", "goal_id": "", "status": 0},
         {"kind": "waiting", "robot": "wall_e", "at": [1e999, None], "for": "all"},
         {"kind": "deadlock", "robots": {}, "lanes": 7},
         {"kind": "fault_began", "name": [], "fault": {}},
@@ -172,6 +177,43 @@ def test_a_file_that_is_not_there(tmp_path, capsys):
         code,
         capsys.readouterr().err,
     )
+
+
+@pytest.mark.parametrize("option", ["-o", "--csv"])
+def test_where_nothing_can_be_written_is_known_first(tmp_path, capsys, option):
+    """Before anything is read, which may take long."""
+    there = tmp_path / "file"
+    there.touch()
+    main(["report", str(tmp_path / "none"), option, str(there / "x")])
+
+    assert f"hmrsim report: {option} {there}/x: can't be written: not a directory\n" == capsys.readouterr().err
+
+
+def test_a_page_over_what_it_is_of(file, capsys):
+    """It is refused, and the trace is as it was."""
+    path = file(ALONE)
+    before = path.read_bytes()
+    code = main(["report", str(path), "-o", str(path)])
+
+    assert (2, f"hmrsim report: -o {path}: is what the report is of\n") == (code, capsys.readouterr().err)
+    assert before == path.read_bytes()
+
+
+def test_nothing_is_left_behind_where_there_is_no_report(tmp_path):
+    """Neither a page nor a folder."""
+    code = main(["report", str(tmp_path / "none"), "-o", str(tmp_path / "page"), "--csv", str(tmp_path / "tables")])
+
+    assert (2, []) == (code, list(tmp_path.iterdir()))
+
+
+def test_tables_into_no_folder(file, tmp_path, monkeypatch, capsys):
+    """An empty name, as of a variable of the shell that is not set, is not the folder that one is in."""
+    path = file(ALONE)
+    monkeypatch.chdir(tmp_path)
+    code = main(["report", str(path), "--csv", ""])
+
+    assert (2, True) == (code, "--csv: empty; expected a folder" in capsys.readouterr().err)
+    assert [path] == list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("option", ["-o", "--csv"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 from contextlib import ExitStack
 
 import pytest
@@ -170,6 +171,18 @@ def test_a_huge_frame_ends_that_page_only(open_page):
 
     with open_page() as second:
         assert "replies" in second.get("_world/info")
+
+
+def test_a_page_that_goes_while_answers_wait_is_let_go(open_page, wait_for_listener):
+    """It never read any, so that no further request of its was served; nobody publishes for it any more."""
+    with open_page() as page:
+        page.say("subscribe", id=1, key="somebody/else")
+        wait_for_listener("hmrsim/somebody/else", there=True)
+        for _ in range(400):
+            page.socket.send("?")
+        page.socket.socket.shutdown(socket.SHUT_RDWR)
+
+    wait_for_listener("hmrsim/somebody/else", there=False)
 
 
 def test_an_id_is_taken_once(page):

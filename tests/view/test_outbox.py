@@ -85,6 +85,14 @@ def test_other_subscriptions_lose_nothing(outbox):
     assert [{"op": "samples", "samples": [[2, "b", 1]]}, {"op": "lost", "id": 1}] == taken(outbox)
 
 
+def test_what_is_small_is_not_lost_for_what_is_large(outbox):
+    """Room is made by the subscription that takes most of it, whichever comes last."""
+    outbox.add(1, [entry("a", "x" * 85)], lost=False)
+    outbox.add(2, [entry("b", "y" * 10)], lost=False)
+
+    assert [{"op": "samples", "samples": [[2, "b", "y" * 10]]}, {"op": "lost", "id": 1}] == taken(outbox)
+
+
 def test_what_zenoh_dropped_is_lost_too(outbox):
     """A feed that could not keep all says so, and the page is told."""
     outbox.add(1, [entry("a", 1)], lost=True)

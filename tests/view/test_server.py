@@ -7,6 +7,7 @@ import json
 import logging
 import socket
 import time
+from contextlib import asynccontextmanager
 from urllib.parse import urlsplit
 
 import pytest
@@ -244,3 +245,27 @@ def test_it_ends_at_once_with_pages_open(simulator):
         with pytest.raises(ConnectionClosed, match="1012"):
             page.hear("never")
         assert time.monotonic() - begin < 2.0
+
+
+class Broken:
+    """A source that can't be opened."""
+
+    def routes(self):
+        """Return nothing to ask."""
+        return []
+
+    @asynccontextmanager
+    async def opened(self):
+        """Fail."""
+        raise OSError("no more files")
+        yield
+
+
+def test_a_server_that_can_not_begin_says_so():
+    """At once, and its port is free again."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    with pytest.raises(HmrsimError, match="did not begin"):
+        ViewServer(Broken(), port=port)
+
+    socket.create_server(("127.0.0.1", port)).close()

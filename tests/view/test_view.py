@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import socket
 import subprocess
@@ -15,14 +14,6 @@ from hmrsim.cli import main
 from tests.view.pages import PATIENCE, fetched, opened
 
 pytestmark = pytest.mark.system
-
-
-@pytest.fixture(autouse=True)
-def _own_settings(monkeypatch):
-    """Keep the settings of whoever runs the tests away."""
-    for name in list(os.environ):
-        if name.startswith("HMRSIM_"):
-            monkeypatch.delenv(name)
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 import { Banner } from './panels/banner.js';
 import { ChartsPanel } from './panels/charts.js';
-import { button, el, icon, mark } from './panels/dom.js';
+import { button, el, guarded, mark } from './panels/dom.js';
 import { EventsPanel } from './panels/events.js';
 import { FaultDialog } from './panels/faults.js';
 import { GoalsPanel } from './panels/goals.js';
@@ -11,17 +11,18 @@ import { Inspector } from './panels/inspector.js';
 import { Keyboard } from './panels/keyboard.js';
 import { Legend } from './panels/legend.js';
 import { Menu } from './panels/menu.js';
+import { Orders } from './orders.js';
 import { Player } from './panels/player.js';
 import { Search } from './panels/search.js';
 import { Side } from './panels/side.js';
 import { Summary } from './panels/summary.js';
 import { TimeBar } from './panels/time.js';
+import { Theme } from './panels/theme.js';
 import { Toasts } from './panels/toasts.js';
 import { TreesPanel } from './panels/trees.js';
 
 const ZOOM = 60; // css pixels that the buttons for the map take at the left
 const PHONE = matchMedia('(max-width: 700px)');
-const DARK = matchMedia('(prefers-color-scheme: dark)');
 
 export class App {
   /** @param {object} parts See main.js. */
@@ -31,6 +32,7 @@ export class App {
     /** @type {string|null} The robot whose goal is chosen with the next click. */
     this.aimed = null;
     this.toasts = new Toasts();
+    this.orders = new Orders(this);
     this.banner = new Banner(this);
     this.search = new Search(this);
     this.summary = new Summary(this);
@@ -42,17 +44,17 @@ export class App {
     this.panels = new Side(this, {
       goals: new GoalsPanel(this), events: new EventsPanel(this), trees: new TreesPanel(this), charts: new ChartsPanel(this),
     });
-    this.themeButton = button('sun', 'Dark or light', () => this.setTheme(this.theme === 'dark' ? 'light' : 'dark'), { key: 'd' });
     this.legendButton = button('layers', 'Legend and layers', () => this.legend.toggle(), { key: 'l' });
     this.legend = new Legend(this);
     this.keyboard = new Keyboard(this);
+    this.theme = new Theme(this);
     this.#place();
     this.#listen();
-    this.setTheme(asked.get('theme') ?? this.#rememberedTheme(), false);
+    this.theme.begin();
   }
 
   #place() {
-    const corner = el('div', { class: 'card corner-tools' }, this.themeButton,
+    const corner = el('div', { class: 'card corner-tools' }, this.theme.button,
       button('help', 'Keys', () => this.keyboard.help(), { key: '?' }));
     const zoom = el('div', { class: 'card zoom', role: 'group', 'aria-label': 'Map' },
       button('plus', 'Nearer', () => this.zoom(1.35), { key: '+' }), button('minus', 'Farther', () => this.zoom(1 / 1.35), { key: '-' }),
@@ -60,9 +62,9 @@ export class App {
     this.panels.tabs.classList.add('card');
     document.getElementById('shell').append(
       el('div', { class: 'top' }, el('div', { class: 'card brand' }, this.summary.element, this.search.element),
-        el('div', { class: 'top-right' }, this.panels.tabs, corner)),
+        this.hint.element, el('div', { class: 'top-right' }, this.panels.tabs, corner)),
       el('div', { class: 'right' }, this.inspector.element, this.panels.element), zoom, this.legend.element,
-      el('div', { class: 'bottom' }, this.toasts.element, this.hint.element, this.time.element),
+      el('div', { class: 'bottom' }, this.toasts.element, this.time.element),
       this.banner.element, this.menu.element, this.faults.element, this.keyboard.element);
   }
 
@@ -75,11 +77,17 @@ export class App {
     });
     map.addEventListener('follow', () => this.render());
     this.model.addEventListener('world', () => this.layout());
+    this.model.addEventListener('unreadable', ({ detail }) => this.#tellUnreadable(`on ${detail} `));
+    if (this.model.unreadable) this.#tellUnreadable('in this recording ');
     PHONE.addEventListener('change', () => this.layout());
     addEventListener('resize', () => this.layout());
-    DARK.addEventListener('change', () => {
-      if (!this.asked.get('theme') && !remembered('theme')) this.setTheme(DARK.matches ? 'dark' : 'light', false);
-    });
+  }
+
+  /** Say once that not all can be shown. @param {string} where */
+  #tellUnreadable(where) {
+    if (this.toldUnreadable) return;
+    this.toldUnreadable = true;
+    this.toasts.show('error', `Something ${where}can't be read, and is left out.`, 'So is whatever else is like that.');
   }
 
   /** The first world is there. */
@@ -104,15 +112,12 @@ export class App {
 
   /** Render what is open; called a few times a second. */
   render() {
-    this.banner.render();
+    guarded(this.banner.element, () => this.banner.render());
     if (!this.shown) return;
     if (this.map.selected !== null && !this.model.robots.has(this.map.selected)) this.select(null);
     const gone = this.live && this.live.state !== 'live';
     mark(document.body, 'data-gone', String(Boolean(gone)));
-    this.summary.render();
-    this.time.render();
-    this.inspector.render();
-    this.panels.render();
+    for (const part of [this.summary, this.time, this.inspector, this.panels]) guarded(part.element, () => part.render());
   }
 
   // --- what is looked at ----------------------------------------------------------------------------------------
@@ -137,12 +142,17 @@ export class App {
     if (names.length) this.select(names[(at < 0 && step < 0 ? names.length - 1 : at + step + names.length) % names.length], { center: true });
   }
 
-  /** @param {string|undefined} name Of anything that has a place on the map. */
-  centerOn(name) {
+  /** @param {string|undefined} name Of anything on the map. @returns {number[]|undefined} where it is */
+  pointOf(name) {
     const { robots, items, doors, lifts, world } = this.model;
     const thing = robots.get(name)?.poseAt(this.now()) ?? items.get(name)?.at ?? lifts.get(name)?.at ?? world.point(name);
     const door = doors.get(name);
-    const point = door ? [(door.at[0][0] + door.at[1][0]) / 2, (door.at[0][1] + door.at[1][1]) / 2] : thing;
+    return door ? [(door.at[0][0] + door.at[1][0]) / 2, (door.at[0][1] + door.at[1][1]) / 2] : thing;
+  }
+
+  /** @param {string|undefined} name */
+  centerOn(name) {
+    const point = this.pointOf(name);
     if (!point) return;
     this.map.follow = null;
     this.map.camera.centerOn(point[0], point[1]);
@@ -206,78 +216,13 @@ export class App {
       this.select(pick.name);
       this.aim(again ? null : pick.name);
     } else if (this.aimed !== null) {
-      this.send(this.aimed, pick);
+      this.orders.send(this.aimed, pick);
     } else {
       this.select(null);
     }
   }
 
-  /** Send a robot to what was picked: into a dock, or to the point. */
-  send(robot, pick) {
-    if (pick.kind === 'dock' && this.#may(robot, 'dock_robot')) {
-      this.sendToDock(robot, pick.name);
-      return;
-    }
-    this.aim(null);
-    const name = ['floor', 'lane', 'door'].includes(pick.kind) ? '' : pick.name;
-    const to = name || pick.point.map((each) => each.toFixed(this.model.world.units === 'px' ? 0 : 1)).join(', ');
-    this.ask(`send ${robot} to ${to}`, () => this.commands.goTo(robot, pick.point), `${robot} is on its way to ${to}.`);
-  }
-
-  /** @param {string} robot @param {string} [dock] Left out: the nearest that is free. */
-  sendToDock(robot, dock = this.#nearestDock(robot)) {
-    this.aim(null);
-    this.ask(`dock ${robot} at ${dock}`, () => this.commands.dock(robot, dock), `${robot} is on its way to ${dock}.`);
-  }
-
-  inject(fault) {
-    const what = `${fault.type.replaceAll('_', ' ')} (${fault.robot ?? fault.door ?? fault.lane.join(' – ')})`;
-    this.ask(`inject ${what}`, () => this.commands.injectFault(fault), `Injected: ${what}.`);
-  }
-
-  /**
-   * Ask for something, and tell what came of it.
-   * @param {string} what As after "could not".
-   * @param {() => Promise<any>} request
-   * @param {string} [done] What to say when it went well.
-   */
-  async ask(what, request, done = '') {
-    try {
-      await request();
-      if (done) this.toasts.show('good', done);
-    } catch (error) {
-      const details = (error.details ?? []).map(({ field, message }) => `${field}: ${message}`);
-      this.toasts.show('error', `Could not ${what}`, [error.message, ...details].join('; '));
-    }
-  }
-
-  #may(robot, action) {
-    return this.model.robots.get(robot)?.actions.includes(action) ?? false;
-  }
-
-  #nearestDock(name) {
-    const [x, y] = this.model.robots.get(name)?.poseAt(this.now()) ?? [0, 0];
-    const far = ({ at, docked, capacity }) => Math.hypot(at[0] - x, at[1] - y) + (docked.length < capacity ? 0 : 1e9);
-    const suited = [...this.model.docks.values()].filter(({ reservedFor }) =>
-      !reservedFor || reservedFor.includes(name) || reservedFor.includes(this.model.robots.get(name)?.type));
-    return suited.reduce((best, dock) => (best === null || far(dock) < far(best) ? dock : best), null)?.name ?? '';
-  }
-
   // --- how it looks ---------------------------------------------------------------------------------------------
-
-  setTheme(theme, keep = true) {
-    this.theme = theme === 'dark' ? 'dark' : 'light';
-    document.documentElement.dataset.theme = this.theme;
-    this.map.theme = this.theme;
-    this.themeButton.replaceChildren(icon(this.theme === 'dark' ? 'sun' : 'moon'));
-    if (keep) remember('theme', this.theme);
-    this.legend.render();
-    this.render();
-  }
-
-  #rememberedTheme() {
-    return remembered('theme') ?? (DARK.matches ? 'dark' : 'light');
-  }
 
   /** Tell the camera what of the map is covered. */
   layout() {
@@ -286,13 +231,17 @@ export class App {
     const phone = PHONE.matches;
     const open = !this.panels.element.hidden;
     const side = document.querySelector('.right').getBoundingClientRect();
-    const top = document.querySelector('.top').getBoundingClientRect();
+    const top = document.querySelector('.top-right').getBoundingClientRect();
     const bottom = innerHeight - this.time.element.getBoundingClientRect().top;
-    Object.assign(camera.insets, {
-      top: top.bottom, left: phone ? 0 : ZOOM, right: open && !phone ? innerWidth - side.left : 0,
+    const covered = open || !this.inspector.element.hidden;
+    const insets = {
+      top: top.bottom, left: phone ? 0 : ZOOM, right: covered && !phone ? innerWidth - side.left : 0,
       bottom: phone ? this.#sheet(open, bottom) : bottom,
-    });
-    if (camera.fitted) camera.fit(phone);
+    };
+    if (Object.entries(insets).every(([edge, width]) => camera.insets[edge] === width)) return;
+    Object.assign(camera.insets, insets);
+    this.map.changed(false);
+    if (camera.fitted) camera.fit(phone || covered);
   }
 
   /** Return how much a phone's sheet covers, or the card of the robot that is selected. */
@@ -305,21 +254,5 @@ export class App {
   colourOf(type) {
     const { types } = this.palette;
     return types[this.model.world.typeIndex(type) % types.length];
-  }
-}
-
-function remembered(key) {
-  try {
-    return localStorage.getItem(`hmrsim.${key}`);
-  } catch {
-    return null; // forbidden by the browser's settings
-  }
-}
-
-function remember(key, value) {
-  try {
-    localStorage.setItem(`hmrsim.${key}`, value);
-  } catch {
-    // Then it is chosen anew next time.
   }
 }

@@ -6,6 +6,7 @@ import { Commands } from './commands.js';
 import { Connection } from './source/connection.js';
 import { Live } from './source/live.js';
 import { MapView } from './map/view.js';
+import { guarded } from './panels/dom.js';
 import { Model } from './model/model.js';
 import { Playback } from './source/playback.js';
 import { fetchRecording, fetchSource } from './source/recording.js';
@@ -71,13 +72,12 @@ async function begin() {
 function run(app, parts, map) {
   let next = 0;
   const frame = (wallMs) => {
-    map.draw(wallMs);
-    if (wallMs >= next) {
-      next = wallMs + PANELS;
-      if (parts.live && parts.live.state === 'live') parts.model.flush(parts.clock.now());
-      app.render();
-    }
     requestAnimationFrame(frame);
+    guarded(map.element, () => map.draw(wallMs));
+    if (wallMs < next) return;
+    next = wallMs + PANELS;
+    if (parts.live && parts.live.state === 'live') parts.model.flush(parts.clock.now());
+    app.render();
   };
   requestAnimationFrame(frame);
   const root = document.documentElement;

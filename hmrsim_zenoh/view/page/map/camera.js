@@ -3,7 +3,7 @@
  * In metres y points up, in pixels down; nothing else in the map knows.
  */
 
-const PADDING = 36; // css pixels kept free around what is fitted
+const PADDING = 20; // css pixels kept free around what is fitted
 const GLIDE = 0.24; // seconds of a camera's animation
 const CLOSEST = 400; // css pixels that a metre takes at most; a world in pixels: see setWorld
 
@@ -134,6 +134,15 @@ export class Camera {
       Object.assign(this, { x: to.x, y: to.y, scale: to.scale });
     }
     this.changed();
+  }
+
+  /** @returns {Camera} one that stands still and sees so many css pixels more on each side */
+  widened(margin) {
+    const { width, height } = this;
+    const insets = Object.fromEntries(Object.entries(this.insets).map(([edge, covered]) => [edge, covered + margin]));
+    return Object.assign(Object.create(Camera.prototype), this, {
+      width: width + 2 * margin, height: height + 2 * margin, insets,
+    });
   }
 
   screenX(x) {

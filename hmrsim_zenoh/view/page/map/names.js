@@ -6,21 +6,51 @@ import { Room } from './room.js';
 const ROOM = 9000; // square css pixels a robot, of which with less only chosen ones have names
 const CROWD = 400; // with more robots in sight names don't keep clear of robots
 const ITEMS_NAMED = 34; // css pixels a metre
-const SIDES = [[0, 1], [0, -1], [1, 0], [-1, 0]]; // where a name may be, best first
+const SIDES = [[0, 1], [0, -1], [1, 0], [-1, 0], [1, 1], [-1, 1], [1, -1], [-1, -1]]; // where a name may be, best first
+const AGAIN = 200; // ms after which names are placed anew; until then they move with their robots
 
 export class Names {
-  /** @param {import('./sprites.js').Sprites} sprites @param {Room} signs what names of what stands still take */
+  /** @param {import('./sprites.js').Sprites} sprites @param {import('./signs.js').Signs} signs of what stands still */
   constructor(sprites, signs) {
     this.sprites = sprites;
     this.signs = signs;
     this.room = new Room();
     /** The side where each robot's name was last, so that it stays there while it can. */
     this.sides = new Map();
+    /** Robots that have names, and on which side, since they were placed. @type {[string, number, boolean][]} */
+    this.placed = [];
+    /** Items that have names. */
+    this.items = [];
+    this.said = '';
+    this.when = -Infinity;
   }
 
-  /** Write the names of chosen robots first; who has no room has none. */
-  draw(c, frame, poses) {
+  draw(c, frame, poses, wallMs) {
+    const { camera, layers, selected, hovered, follow } = frame;
+    const said = `${camera.scale} ${camera.width} ${poses.count} ${layers.names} ${selected} ${hovered} ${follow}`;
+    if (said !== this.said || !(wallMs - this.when < AGAIN)) {
+      Object.assign(this, { said, when: wallMs });
+      this.arrange(frame, poses);
+    }
+    for (const [name, side, chosen] of this.placed) {
+      const i = poses.index.get(name);
+      if (i === undefined) continue;
+      const sprite = this.sprites.name(name, chosen);
+      const [left, top] = corner(poses, i, sprite, side);
+      stamp(c, sprite, left + sprite.width / 2, top + sprite.height / 2);
+    }
+    const away = itemSize(frame) / 2 + 1;
+    for (const item of this.items) {
+      if (item.carrier || !item.at) continue;
+      const sprite = this.sprites.name(item.name, false);
+      stamp(c, sprite, camera.screenX(item.at[0]), camera.screenY(item.at[1]) - away - sprite.height / 2);
+    }
+  }
+
+  /** Place the names of chosen robots first; who has no room has none. */
+  arrange(frame, poses) {
     const { camera, selected, hovered, follow, layers } = frame;
+    this.placed.length = this.items.length = 0;
     this.room.reset(camera.width, camera.height);
     for (let i = 0; i < poses.count && poses.count <= CROWD; i++) {
       const radius = poses.radius[i];
@@ -29,27 +59,28 @@ export class Names {
     const chosen = [selected, follow, hovered];
     for (let k = 0; k < chosen.length; k++) {
       const i = poses.index.get(chosen[k]);
-      if (i !== undefined && chosen.indexOf(chosen[k]) === k) this.place(c, poses, i, chosen[k] === selected, true);
+      if (i !== undefined && chosen.indexOf(chosen[k]) === k) this.place(poses, i, chosen[k] === selected, true);
     }
     if (!layers.names) return;
     const all = poses.count * ROOM <= camera.width * camera.height;
     for (let i = 0; i < poses.count && all; i++) {
-      if (!chosen.includes(poses.robots[i].name)) this.place(c, poses, i, false, false);
+      if (!chosen.includes(poses.robots[i].name)) this.place(poses, i, false, false);
     }
-    if (camera.scale * frame.measures.metre >= ITEMS_NAMED) this.drawItems(c, frame);
+    if (camera.scale * frame.measures.metre >= ITEMS_NAMED) this.placeItems(frame);
   }
 
-  place(c, poses, i, selected, always) {
+  place(poses, i, selected, always) {
     const { name } = poses.robots[i];
     const sprite = this.sprites.name(name, selected);
     const last = this.sides.get(name) ?? 0;
-    let side = this.side(poses, i, sprite, last, true) ?? this.side(poses, i, sprite, last, false);
+    let side = this.side(poses, i, sprite, last, true);
     if (side === null && !always) return;
+    side ??= this.side(poses, i, sprite, last, false);
     side ??= 0;
     this.sides.set(name, side);
     const [left, top] = corner(poses, i, sprite, side);
     this.room.take(left, top, sprite.width, sprite.height);
-    stamp(c, sprite, left + sprite.width / 2, top + sprite.height / 2);
+    this.placed.push([name, side, selected]);
   }
 
   /** Return a side that is free, the last one if that is; null if none is. */
@@ -63,18 +94,19 @@ export class Names {
     return null;
   }
 
-  /** Write the names of items above them. */
-  drawItems(c, frame) {
+  /** Place the names of items above them. */
+  placeItems(frame) {
     const { camera, model } = frame;
     const away = itemSize(frame) / 2 + 1;
-    for (const { name, at, carrier } of model.items.values()) {
+    for (const item of model.items.values()) {
+      const { name, at, carrier } = item;
       if (carrier || !at || !inSight(camera, at)) continue;
       const sprite = this.sprites.name(name, false);
       const left = camera.screenX(at[0]) - sprite.width / 2;
       const top = camera.screenY(at[1]) - away - sprite.height;
       if (!this.room.free(left, top, sprite.width, sprite.height)) continue;
       this.room.take(left, top, sprite.width, sprite.height);
-      stamp(c, sprite, left + sprite.width / 2, top + sprite.height / 2);
+      this.items.push(item);
     }
   }
 }

@@ -27,7 +27,7 @@ export class Poses {
       const room = Math.ceil(all * 1.5) + 16;
       for (const key of ['px', 'py', 'radius', 'angle']) this[key] = new Float32Array(room);
     }
-    const least = all > 300 ? 3.6 : all > 60 ? 5.5 : 8;
+    const least = all > 300 ? 4.9 : all > 60 ? 5.5 : 8;
     let count = 0;
     this.index.clear();
     for (const robot of model.robots.values()) {

@@ -3,9 +3,11 @@
 import { lookOf } from './bodies.js';
 import { HEADINGS, Sprites } from './sprites.js';
 
+const FEW = 60; // robots in sight
 const CROWD = 160; // robots in sight above which small ones have no battery
 const SMALL = 16; // css pixels of radius below which a robot is not turned smoothly
-const DOT = 5; // css pixels of radius below which a robot is a dot
+const PLAIN = 9; // css pixels of radius below which many robots have marks only of what is wrong
+const DOT = 5; // css pixels of radius below which a robot has no marks
 
 export class RobotLayer {
   /** @param {Sprites} sprites @param {object} palette */
@@ -68,7 +70,9 @@ export class RobotLayer {
       const px = poses.px[i];
       const py = poses.py[i];
       const side = Math.min(9, Math.max(5, Math.round(radius * 0.45)));
-      const badge = this.sprites.badge(robot.stateAt(time), side);
+      const state = robot.stateAt(time);
+      const minor = state === 'busy' && radius < PLAIN && poses.count > FEW;
+      const badge = minor ? null : this.sprites.badge(state, side);
       if (badge) stamp(c, badge, px + radius * 0.78, py - radius * 0.78);
       if (robot.holds.length) {
         // On its back, where the wedge is not.

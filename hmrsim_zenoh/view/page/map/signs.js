@@ -7,10 +7,16 @@ import { Room } from './room.js';
 const FONT = '11px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 const HEIGHT = 13;
 const BOLD = `600 ${FONT}`;
+const CLOSE = 14; // css pixels a metre from which a name may lie on a wall rather than be left out
 
 export class Signs {
   constructor() {
     this.room = new Room();
+    this.walls = new Room();
+    /** Where the corner of what is drawn is on the screen. */
+    this.left = this.top = 0;
+    /** From where to where names of what is in sight have to be. */
+    this.seen = [0, 0];
     this.widths = new Map();
     // A dock at a waypoint of its name needs it once.
     this.named = new Set();
@@ -19,20 +25,59 @@ export class Signs {
   draw(c, frame) {
     const { camera, world, measures, colours, layers } = frame;
     this.room.reset(camera.width, camera.height);
+    this.walls.reset(camera.width, camera.height);
     for (const place of world.places.values()) drawPin(c, frame, place.at);
     if (!layers.names) return;
     const dock = dockSize(frame);
+    this.avoid(frame, dock);
     const close = camera.scale * measures.metre;
     this.named.clear();
-    this.kind(c, frame, world.places, colours.place, 8, close > (world.places.size > 60 ? 16 : 6), BOLD);
+    this.kind(c, frame, world.places, colours.place, 9, close > (world.places.size > 60 ? 16 : 6), BOLD);
     this.kind(c, frame, world.docks, colours.muted, dock + 3, close > (world.docks.size > 20 ? 26 : 14));
     this.kind(c, frame, world.doors, colours.door, 7, close > (world.doors.size > 20 ? 40 : 22));
     this.kind(c, frame, world.lifts, colours.lift, dock + 5, close > 14);
     this.kind(c, frame, world.waypoints, colours.muted, 7, close > 38);
   }
 
+  /** Return whether no name is in a rectangle of the screen. */
+  free(left, top, width, height) {
+    return this.room.free(left - this.left, top - this.top, width, height);
+  }
+
+  /** Know of what names should not lie on: walls, pins, docks and robots that rest; and what panels cover. */
+  avoid(frame, dock) {
+    const { camera, world, measures, layers, model, clock } = frame;
+    const { insets } = camera;
+    this.seen = [insets.left, camera.width - insets.right];
+    if (layers.walls) for (const { points, solid } of world.walls) this.wall(camera, points, solid);
+    for (const { at } of world.places.values()) this.spot(camera, at, 0.5);
+    for (const { at } of world.docks.values()) this.spot(camera, at, Math.max(1, dock - 6));
+    const now = clock.now();
+    for (const robot of model.robots.values()) {
+      if (!robot.movesAt(now)) this.spot(camera, robot.poseAt(now), Math.max(5, measures.body * camera.scale));
+    }
+  }
+
+  spot(camera, [x, y], radius) {
+    this.walls.take(camera.screenX(x) - radius, camera.screenY(y) - radius, 2 * radius, 2 * radius);
+  }
+
+  /** Know of a wall, on which names are hard to read. */
+  wall(camera, points, closed) {
+    for (let i = closed ? 0 : 1; i < points.length; i++) {
+      const [ax, ay] = points[(i || points.length) - 1];
+      const [bx, by] = points[i];
+      const [px, py] = [camera.screenX(ax), camera.screenY(ay)];
+      const [dx, dy] = [camera.screenX(bx) - px, camera.screenY(by) - py];
+      const steps = Math.ceil(Math.hypot(dx, dy) / 6) || 1;
+      // What is far out of sight takes no steps.
+      if (steps > 2000) continue;
+      for (let k = 0; k <= steps; k++) this.walls.take(px + (dx * k) / steps - 1, py + (dy * k) / steps - 1, 2, 2);
+    }
+  }
+
   /** Write names below their spots, or above, or beside them. */
-  kind(c, { camera, colours }, things, colour, gap, shown, font = FONT) {
+  kind(c, { camera, measures, colours }, things, colour, gap, shown, font = FONT) {
     if (!shown) return;
     c.font = font;
     c.textAlign = 'center';
@@ -41,6 +86,7 @@ export class Signs {
     c.lineWidth = 3;
     c.strokeStyle = faint(colours.floor, 0.85);
     c.fillStyle = colour;
+    const close = camera.scale * measures.metre > CLOSE;
     for (const thing of things.values()) {
       const { name } = thing;
       const [x, y] = spotOf(thing);
@@ -52,17 +98,26 @@ export class Signs {
       const width = this.width(c, font, name);
       const beside = gap + width / 2 + 1;
       const below = gap + HEIGHT / 2;
-      for (const [dx, dy] of [[0, below], [0, -below], [beside, 0], [-beside, 0]]) {
-        const left = px + dx - width / 2 - 2;
-        const top = py + dy - HEIGHT / 2;
-        if (!this.room.free(left, top, width + 4, HEIGHT)) continue;
-        this.room.take(left, top, width + 4, HEIGHT);
-        c.strokeText(name, px + dx, py + dy);
-        c.fillText(name, px + dx, py + dy);
-        this.named.add(key);
-        break;
-      }
+      const spots = [[0, below], [0, -below], [beside, 0], [-beside, 0], [beside, below], [-beside, below],
+        [beside, -below], [-beside, -below]];
+      const [left, right] = this.seen;
+      const sight = px >= left && px <= right;
+      const near = spots.filter(([dx]) => !sight || (px + dx - width / 2 >= left && px + dx + width / 2 <= right));
+      const spot = near.find(([dx, dy]) => this.fits(px + dx, py + dy, width, true)) ??
+        (close && near.find(([dx, dy]) => this.fits(px + dx, py + dy, width, false)));
+      if (!spot) continue;
+      const [x0, y0] = [px + spot[0], py + spot[1]];
+      this.room.take(x0 - width / 2 - 2, y0 - HEIGHT / 2, width + 4, HEIGHT);
+      c.strokeText(name, x0, y0);
+      c.fillText(name, x0, y0);
+      this.named.add(key);
     }
+  }
+
+  /** Return whether a name about a point lies on no other, and on no wall. */
+  fits(px, py, width, clear) {
+    const at = [px - width / 2 - 2, py - HEIGHT / 2, width + 4, HEIGHT];
+    return this.room.free(...at) && (!clear || this.walls.free(...at));
   }
 
   width(c, font, name) {

@@ -9,6 +9,7 @@ export const HEADINGS = 64; // in which small robots are kept: to turn a picture
 const STEP = 1.08; // from one size that is kept to the next
 export const NAME_FONT = '500 11px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 const NAME_HEIGHT = 16;
+const HEAD = 5.5; // css pixels of radius below which a robot is an arrow's head
 
 /** @typedef {{image: ImageBitmap, width: number, height: number}} Sprite in css pixels */
 
@@ -78,7 +79,7 @@ export class Sprites {
       if (flies && radius >= 5) drawShadow(c, radius);
       const ring = this.palette.states[state];
       if (state === 'offline') c.globalAlpha = 0.45;
-      if (radius < 5) {
+      if (radius < HEAD) {
         c.scale(radius, radius);
         const calm = state === 'idle' || state === 'driving' || state === 'busy';
         drawDot(c, look, calm ? colours.robot_outline : ring, (calm ? 0.8 : 2) / radius);

@@ -1,21 +1,57 @@
-/** What stands still, on a canvas of its own: drawn anew only when the camera, the theme or a fixture changes. */
+/**
+ * What stands still, on a canvas of its own that is larger than the screen: drawn anew when the theme, a fixture or the
+ * scale changes; while the camera only moves, the canvas is shifted.
+ */
 
 import { drawFixtures } from './fixtures.js';
-import { drawGrid, drawScaleBar } from './grid.js';
+import { drawGrid } from './grid.js';
 import { drawLanes } from './lanes.js';
 import { Signs } from './signs.js';
+
+export const MARGIN = 128; // css pixels around the screen that are drawn, too
 
 export class StaticLayer {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
+    this.canvas = canvas;
     this.c = canvas.getContext('2d', { alpha: false });
     this.signs = new Signs();
+    /** The camera as it was when it was drawn, with the margin. @type {import('./camera.js').Camera|null} */
+    this.camera = null;
   }
 
   /**
+   * Show what a camera sees by shifting what is drawn already.
+   *
    * @param {import('./view.js').Frame} frame
+   * @returns {boolean} whether that was possible
    */
-  draw(frame) {
+  shift({ camera, ratio }) {
+    const drawn = this.camera;
+    if (!drawn || drawn.scale !== camera.scale) return false;
+    const dx = Math.round((drawn.x - camera.x) * camera.scale * ratio) / ratio;
+    const dy = Math.round(camera.flip * (drawn.y - camera.y) * camera.scale * ratio) / ratio;
+    if (!(Math.abs(dx) <= MARGIN && Math.abs(dy) <= MARGIN)) return false;
+    this.place(dx, dy);
+    return true;
+  }
+
+  place(dx, dy) {
+    this.canvas.style.transform = `translate(${dx - MARGIN}px, ${dy - MARGIN}px)`;
+    Object.assign(this.signs, { left: dx - MARGIN, top: dy - MARGIN });
+  }
+
+  /**
+   * @param {import('./view.js').Frame} view
+   */
+  draw(view) {
+    this.camera = view.camera.widened(MARGIN);
+    const frame = Object.create(view, { camera: { value: this.camera } });
+    this.place(0, 0);
+    this.paint(frame);
+  }
+
+  paint(frame) {
     const { c } = this;
     const { camera, world, colours, layers, ratio } = frame;
     c.setTransform(ratio, 0, 0, ratio, 0, 0);
@@ -28,7 +64,6 @@ export class StaticLayer {
     if (layers.walls) drawWalls(c, frame);
     drawFixtures(c, frame);
     this.signs.draw(c, frame);
-    drawScaleBar(c, frame);
   }
 }
 

@@ -3,20 +3,22 @@
 import { Camera } from './camera.js';
 import { drawDeadlocks, drawFaults } from './faults.js';
 import { Gestures } from './gestures.js';
+import { drawScaleBar } from './grid.js';
 import { measuresOf } from './measures.js';
 import { Names } from './names.js';
+import { Pace } from './pace.js';
 import { pickAt } from './picking.js';
 import { Poses, anybodyMoves } from './poses.js';
 import { RobotLayer } from './robot_layer.js';
 import { drawSensors } from './sensors.js';
 import { Sprites } from './sprites.js';
-import { StaticLayer } from './static_layer.js';
+import { MARGIN, StaticLayer } from './static_layer.js';
 import { Stats } from './stats.js';
 import { Tooltip, sayOf } from './tooltip.js';
 import { drawAhead, drawDriven, drawPreview } from './trails.js';
 import { Watch } from './watch.js';
 
-const SHARPEST = 2; // device pixels a css pixel
+const RESTING = 200; // ms from one look at what is below a pointer that rests to the next
 const LAYERS = { lanes: true, names: true, routes: true, driven: true, sensors: true, walls: true };
 
 /**
@@ -59,14 +61,18 @@ export class MapView extends EventTarget {
     this._sprites = new Sprites(palette);
     this._stillLayer = new StaticLayer(this._still);
     this._robotLayer = new RobotLayer(this._sprites, palette);
-    this._names = new Names(this._sprites, this._stillLayer.signs.room);
+    this._names = new Names(this._sprites, this._stillLayer.signs);
     this._poses = new Poses();
     this._tooltip = new Tooltip(element);
-    this._pointer = null;
+    this._pointer = [null, null];
+    this._pointed = 0;
+    this._below = '';
+    this._pace = new Pace();
     this._lastTime = NaN;
     this._lastWall = 0;
     this._stillDirty = this._movingDirty = true;
-    this.camera = new Camera(() => (this._stillDirty = true));
+    this._cameraMoved = false;
+    this.camera = new Camera(() => (this._cameraMoved = true));
     this.layers = new Proxy({ ...LAYERS }, { set: (layers, key, on) => this._set(layers, key, on) });
     this.stats = new Stats();
     this.ratio = 1;
@@ -142,14 +148,21 @@ export class MapView extends EventTarget {
     this._resize();
     this.camera.advance(wallMs);
     this._chase(time, wallMs);
-    if (this._pointer) this._hover(time);
+    if (wallMs - this._pointed >= RESTING) this._hover(time, wallMs);
     const moves = time !== this._lastTime && anybodyMoves(this.model, this._lastTime, time);
-    if (!this._stillDirty && !this._movingDirty && !moves) return;
-    if (this._stillDirty) this._stillLayer.draw(this);
-    this._drawMoving(time);
-    this._stillDirty = this._movingDirty = false;
+    const dirty = this._stillDirty || this._movingDirty || this._cameraMoved;
+    if (!dirty && !moves) {
+      this._pace.rest();
+      return;
+    }
+    if (!this._stillDirty && this._pace.skips()) return;
+    if (this._stillDirty || (this._cameraMoved && !this._stillLayer.shift(this))) this._stillLayer.draw(this);
+    this._drawMoving(time, wallMs);
+    this._stillDirty = this._movingDirty = this._cameraMoved = false;
     this._lastTime = time;
-    this.stats.add(performance.now() - began, this._poses.count);
+    const took = performance.now() - began;
+    this.stats.add(took, this._poses.count);
+    this._pace.add(wallMs, took, this.ratio);
   }
 
   /** The model has another world. */
@@ -184,11 +197,14 @@ export class MapView extends EventTarget {
   _resize() {
     const width = this.element.clientWidth || 1;
     const height = this.element.clientHeight || 1;
-    const ratio = Math.min(SHARPEST, globalThis.devicePixelRatio || 1);
+    const ratio = Math.min(this._pace.sharpest, globalThis.devicePixelRatio || 1);
     this.camera.resize(width, height);
     const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];
-    if (this._still.width === w && this._still.height === h && ratio === this.ratio) return;
-    for (const canvas of [this._still, this._moving]) Object.assign(canvas, { width: w, height: h });
+    if (this._moving.width === w && this._moving.height === h && ratio === this.ratio) return;
+    Object.assign(this._moving, { width: w, height: h });
+    const [wide, high] = [width + 2 * MARGIN, height + 2 * MARGIN];
+    Object.assign(this._still, { width: Math.round(wide * ratio), height: Math.round(high * ratio) });
+    Object.assign(this._still.style, { width: `${wide}px`, height: `${high}px` });
     this.ratio = this._sprites.ratio = ratio;
     this._sprites.clear();
     this._stillDirty = true;
@@ -203,7 +219,7 @@ export class MapView extends EventTarget {
     this._lastWall = wallMs;
   }
 
-  _drawMoving(time) {
+  _drawMoving(time, wallMs) {
     const { _c: c, _poses: poses, _robotLayer: robots, layers, ratio } = this;
     c.setTransform(1, 0, 0, 1, 0, 0);
     c.clearRect(0, 0, this._moving.width, this._moving.height);
@@ -218,20 +234,25 @@ export class MapView extends EventTarget {
     drawDeadlocks(c, this, where);
     robots.drawRobots(c, this, poses, time);
     drawFaults(c, this, where);
-    this._names.draw(c, this, poses);
+    this._names.draw(c, this, poses, wallMs);
+    drawScaleBar(c, this);
     if (this.goalPreview) drawPreview(c, this, where(this.selected));
   }
 
-  _hover(time) {
+  _hover(time, wallMs) {
     const [px, py] = this._pointer;
-    this._pointer = null;
+    const rests = this._pointed > 0;
+    this._pointed = wallMs;
+    if (rests && px === null) return;
     const pick = px === null ? null : this.pick(px, py);
     const robot = pick?.kind === 'robot' ? pick.name : null;
     if (robot !== this.hovered) this._movingDirty = true;
     this.hovered = robot;
     this.element.style.cursor = pick && pick.kind !== 'floor' && pick.kind !== 'lane' ? 'pointer' : '';
     this._tooltip.show(pick && this.world ? sayOf(pick, this, time) : '', px, py, this.camera.width, this.colours);
-    this._tell('hover', pick, px, py);
+    const point = String(pick?.point);
+    if (!rests || point !== this._below) this._tell('hover', pick, px, py);
+    this._below = point;
   }
 
   _tell(kind, pick, px, py) {
@@ -251,7 +272,10 @@ export class MapView extends EventTarget {
       zoom: (px, py, factor, smooth) => this.camera.zoomAt(px, py, factor, smooth),
       click: (px, py) => this._tell('pick', this.pick(px, py), px, py),
       menu: (px, py) => this._tell('menu', this.pick(px, py), px, py),
-      hover: (px, py) => (this._pointer = [px, py]),
+      hover: (px, py) => {
+        this._pointer = [px, py];
+        this._pointed = 0;
+      },
       zoomsOnDouble: (px, py) => ['floor', 'lane'].includes(this.pick(px, py).kind),
     };
   }

@@ -20,7 +20,7 @@ export function strike(model, fault, begins, time) {
   }
   const robot = model.robots.get(fault.robot);
   if (!robot) return;
-  EFFECTS[fault.fault]?.(robot, all.filter((each) => each.robot === fault.robot), { fault, begins, time });
+  EFFECTS.get(fault.fault)?.(robot, all.filter((each) => each.robot === fault.robot), { fault, begins, time });
 }
 
 /**
@@ -38,7 +38,7 @@ export function lockDoors(model, lane) {
 }
 
 /** By kind: *all* are those that a robot has now. */
-const EFFECTS = {
+const EFFECTS = new Map(Object.entries({
   breakdown(robot, all, { fault, time }) {
     const [x, y] = robot.poseAt(time).map((each) => +each.toPrecision(6));
     robot.ail(fault.fault, all.length ? `${robot.name} has broken down at (${x}, ${y})` : null);
@@ -53,4 +53,4 @@ const EFFECTS = {
   slip(robot, _all, { fault, begins }) {
     if (robot.speed && fault.factor > 0) robot.speed *= begins ? fault.factor : 1 / fault.factor;
   },
-};
+}));

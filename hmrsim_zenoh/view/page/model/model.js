@@ -2,6 +2,7 @@
 
 import { CHANGES } from './happenings.js';
 import { loadScene } from './scene.js';
+import { isSound } from './shapes.js';
 import { secondsOf } from './stamps.js';
 import { State } from './state.js';
 import { World } from './world.js';
@@ -19,7 +20,49 @@ const UNTOLD = new Set(['motion', 'route']);
  * changed, the others are replaced.
  */
 export class Model extends State {
+  /** How much was heard that is not as it should be. */
+  unreadable = 0;
+
   // --- being fed ------------------------------------------------------------------------------------------------
+
+  /**
+   * Take note of what came on a key, from whoever; what is not as it should be is left out and counted.
+   * @param {string} key Below the prefix.
+   * @param {any} payload
+   * @returns {boolean} Whether it was taken.
+   */
+  hear(key, payload) {
+    return isSound(key, payload) ? this.guard(key, () => this.#feed(key, payload)) : this.#leaveOut(key);
+  }
+
+  /**
+   * Do something with what came on a key; if that fails, the rest goes on.
+   * @param {string} key
+   * @param {() => void} take
+   * @returns {boolean} Whether it was done.
+   */
+  guard(key, take) {
+    try {
+      take();
+      return true;
+    } catch (error) {
+      console.debug(key, error);
+      return this.#leaveOut(key);
+    }
+  }
+
+  #feed(key, payload) {
+    const [owner, topic, ...more] = key.split('/');
+    if (owner === '_world') FED.get(topic)?.(this, payload);
+    else if (more.at(-1) === 'feedback') this.setFeedback(owner, topic, payload);
+    else if (!more.length) FED_BY_ROBOTS.get(topic)?.(this, owner, payload);
+  }
+
+  #leaveOut(key) {
+    this.unreadable += 1;
+    this.dispatchEvent(new CustomEvent('unreadable', { detail: key }));
+    return false;
+  }
 
   /**
    * Begin with another world; a scene should follow.
@@ -134,6 +177,18 @@ export class Model extends State {
 }
 
 const CHARGING = 1;
+
+const FED = new Map([
+  ['events', (model, event) => model.apply(event)],
+  ['scene', (model, scene) => model.loadScene(scene)],
+  ['world', (model, definition) => model.loadWorld(definition)],
+  ['info', (model, info) => model.loadInfo(info)],
+]);
+const FED_BY_ROBOTS = new Map([
+  ['battery_state', (model, robot, state) => model.setBattery(robot, state)],
+  ['_tree', (model, robot, state) => model.setTree(robot, state)],
+  ['detections', (model, robot, message) => model.setDetections(robot, message)],
+]);
 
 function sameValues(a, b) {
   return JSON.stringify(a) === JSON.stringify(b);

@@ -58,8 +58,6 @@ function loadRobots(model, said, time) {
 
 function loadRobot(model, robot, said, time) {
   const [x, y, yaw] = said.pose ?? [0, 0, 0];
-  // A scene says that it waits, but not for whom.
-  const { waits, waitsFor, waitsWhy, waitsSince } = robot;
   robot.arrive(time, x, y, yaw ?? 0);
   robot.type = said.type ?? '';
   model.world.typeIndex(robot.type);
@@ -74,8 +72,7 @@ function loadRobot(model, robot, said, time) {
   robot.sensors = said.sensors ?? [];
   robot.take(said.route ?? [], (a, b) => model.world.rides(a, b));
   if (said.motion?.to) robot.begin(new Motion(said.motion, said.motion.began ?? time));
-  if (said.waits && waits) robot.wait(waitsSince, waitsFor, waitsWhy);
-  else if (said.waits) robot.wait(time, [], '');
+  if (said.waits) robot.wait(said.waiting?.since ?? time, said.waiting?.for ?? [], said.waiting?.why ?? '');
   if (robot.battery) model.history.battery(robot.name, time, robot.battery.percentage);
   loadGoals(model, robot, said.goals ?? [], time);
 }

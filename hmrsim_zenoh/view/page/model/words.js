@@ -13,8 +13,7 @@ export const LEVELS = Object.freeze(['detail', 'info', 'warning', 'error']);
  * @returns {string}
  */
 export function words(event, world) {
-  const say = WORDS[event?.kind];
-  return (say ? say(event, world) : '') || String(event?.kind ?? '').replaceAll('_', ' ');
+  return tried(() => WORDS.get(event?.kind)?.(event, world)) || String(event?.kind ?? '').replaceAll('_', ' ');
 }
 
 /**
@@ -38,7 +37,7 @@ export function levelOf(event) {
     return event.status === CANCELED ? 'warning' : event.status === SUCCEEDED ? 'info' : 'detail';
   }
   if (event.kind === 'script_ended') return event.error ? 'error' : 'info';
-  return LEVEL[event.kind] ?? 'info';
+  return LEVEL.get(event.kind) ?? 'info';
 }
 
 /**
@@ -59,7 +58,7 @@ export function robotsOf(event) {
  * @returns {string} Or "".
  */
 export function goalWords(action, goal, world) {
-  return (goal && ASKED[action]?.(goal, world)) || '';
+  return goal ? tried(() => ASKED.get(action)?.(goal, world)) : '';
 }
 
 /**
@@ -87,20 +86,29 @@ export function feedbackWords(feedback, units = '') {
   return said.filter(Boolean).join(', ');
 }
 
+/** Return words about what somebody else has made up, "" where it is not as it should be. @param {() => any} say */
+function tried(say) {
+  try {
+    return String(say() ?? '');
+  } catch {
+    return '';
+  }
+}
+
 const DOCKING = ['waits for a berth', 'to the staging pose', 'drives in', 'drives in', 'waits for charge', 'retries'];
 
-const LEVEL = {
+const LEVEL = new Map(Object.entries({
   goal: 'detail', motion: 'detail', route: 'detail', plan_wanted: 'detail', went_on: 'detail', stopped: 'detail',
   door_opening: 'detail', door_opened: 'detail', door_closed: 'detail', lift_called: 'detail',
   lift_departed: 'detail', lift_arrived: 'detail', dock_undocked: 'detail', made_room: 'detail',
   waiting: 'info', rerouted: 'info', lane_closed: 'warning', fault_began: 'warning', fault_missed: 'warning',
   participant_dropped: 'warning', rejected: 'warning', battery_low: 'warning', battery_critical: 'warning',
   dropped: 'warning', deadlock: 'error', battery_empty: 'error',
-};
+}));
 
 const SIMULATION_STATES = ['stopped', 'plays', 'paused'];
 
-const WORDS = {
+const WORDS = new Map(Object.entries({
   status({ action, status, result }) {
     const [code, text] = status === ABORTED || status === CANCELED ? errorOf(result) : [null, ''];
     const why = [code === null ? '' : `code ${code}`, text].filter(Boolean).join(', ');
@@ -116,9 +124,9 @@ const WORDS = {
   went_on: ({ waited }) => `goes on${waited > 0 ? ` after ${number(waited)} s` : ''}`,
   rerouted: () => 'takes another way',
   made_room: ({ by }) => `makes room for ${by}`,
-  deadlock: ({ robots = [] }) => `deadlock of ${robots.join(', ')}`,
-  lane_closed: ({ lane = [], why }) => `${lane.join('-')} is closed${why ? `: ${why}` : ''}`,
-  lane_opened: ({ lane = [] }) => `${lane.join('-')} is open again`,
+  deadlock: ({ robots }) => `deadlock of ${(robots ?? []).join(', ')}`,
+  lane_closed: ({ lane, why }) => `${laneWords(lane)} is closed${why ? `: ${why}` : ''}`,
+  lane_opened: ({ lane }) => `${laneWords(lane)} is open again`,
   fault_began: ({ name, fault }) => `${name} begins (${fault})`,
   fault_ended: ({ name }) => `${name} is over`,
   fault_missed: ({ name, why }) => `${name} could not happen: ${why}`,
@@ -136,8 +144,8 @@ const WORDS = {
   door_opened: ({ by }) => `is open${by ? ` for ${by}` : ''}`,
   door_closed: () => 'is closed',
   lift_called: ({ stop, by }) => `is called to ${stop}${by ? ` by ${by}` : ''}`,
-  lift_departed: ({ from, to, robots = [] }) => {
-    return `goes from ${from} to ${to}${robots.length ? ` with ${robots.join(', ')}` : ', empty'}`;
+  lift_departed: ({ from, to, robots }) => {
+    return `goes from ${from} to ${to}${robots?.length ? ` with ${robots.join(', ')}` : ', empty'}`;
   },
   lift_arrived: ({ stop }) => `is at ${stop}`,
   spawned: ({ type, at }, world) => `is there, ${type}${spot(at, world, ' at ')}`,
@@ -153,10 +161,10 @@ const WORDS = {
   reset: () => 'the simulation was reset',
   world_loaded: ({ name }) => `world ${name} was loaded`,
   motion: ({ to, turned }, world) => (turned === undefined ? `drives${spot(to, world, ' to ')}` : 'turns'),
-  route: ({ points = [] }, world) => `takes a way${spot(points[points.length - 1], world, ' to ')}`,
-};
+  route: ({ points }, world) => `takes a way${spot(points?.at(-1), world, ' to ')}`,
+}));
 
-const ASKED = {
+const ASKED = new Map(Object.entries({
   navigate_to_pose: ({ pose }, world) => pointWords(pose, world),
   compute_path_to_pose: ({ goal }, world) => pointWords(goal, world),
   navigate_through_poses: ({ poses }, world) => throughWords(poses?.goals ?? poses, world),
@@ -170,7 +178,11 @@ const ASKED = {
   pickup: ({ target_name: item }) => item,
   place: ({ attached_object_name: item }) => item,
   simulate_steps: ({ steps }) => `${steps} steps`,
-};
+}));
+
+function laneWords(lane) {
+  return lane?.join('-') ?? 'a lane';
+}
 
 function throughWords(poses, world) {
   if (!Array.isArray(poses) || poses.length === 0) return '';

@@ -11,7 +11,7 @@ const TEXTS = {
 const PATIENCE = 600; // ms for which nothing is said
 
 export class Banner {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.text = el('span', { role: 'status', 'aria-live': 'assertive' });

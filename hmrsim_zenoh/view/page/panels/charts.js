@@ -10,7 +10,7 @@ const MOST_LINES = 8;
 const TICKS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 36000, 86400];
 
 export class ChartsPanel {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.title = 'Charts';
@@ -106,7 +106,7 @@ export class ChartsPanel {
     const pen = canvas.getContext('2d');
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.clearRect(0, 0, width, HEIGHT);
-    return new Chart(pen, this.app.palette[this.app.theme], { width, from, to, most, words });
+    return new Chart(pen, this.app.palette[this.app.theme.name], { width, from, to, most, words });
   }
 }
 

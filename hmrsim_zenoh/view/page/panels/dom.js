@@ -35,6 +35,22 @@ export function mark(element, name, value) {
   if (element.getAttribute(name) !== value) element.setAttribute(name, value);
 }
 
+/**
+ * Render a part of the page; if that fails it shows that, and the others go on.
+ * @param {Element} element
+ * @param {() => void} render
+ */
+export function guarded(element, render) {
+  try {
+    render();
+    element.removeAttribute('data-failed');
+  } catch (error) {
+    // Once, not with each frame.
+    if (!element.hasAttribute('data-failed')) console.error(error);
+    mark(element, 'data-failed', 'true');
+  }
+}
+
 /** Of each icon the paths of its strokes, in a square of 24. */
 const ICONS = {
   play: ['M8 5.5v13l10-6.5z'],

@@ -20,12 +20,14 @@ const GROUPS = {
 const BAD = new Set(['warning', 'error']);
 
 export class EventsPanel {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.title = 'Events';
     /** @type {object[]|null} What was known when it was paused. */
     this.held = null;
+    /** What an event is found by. */
+    this.lines = new WeakMap();
     const again = () => this.render();
     this.filter = el('input', {
       type: 'search', class: 'field', placeholder: 'Robot, door, place, words', 'aria-label': 'Filter events', oninput: again,
@@ -70,7 +72,12 @@ export class EventsPanel {
   }
 
   #line(event) {
-    return `${subjectOf(event)} ${event.kind} ${words(event, this.app.model.world)}`.toLowerCase();
+    let line = this.lines.get(event);
+    if (line === undefined) {
+      line = `${subjectOf(event)} ${event.kind} ${words(event, this.app.model.world)}`.toLowerCase();
+      this.lines.set(event, line);
+    }
+    return line;
   }
 
   #row() {

@@ -32,7 +32,7 @@ const MEANS = {
 };
 
 export class FaultDialog {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.title = el('h2', { id: 'fault-title' });
@@ -75,6 +75,6 @@ export class FaultDialog {
     for (const [, input] of this.inputs) fault[input.name] = Number(input.value);
     if (Number(this.lasts.value) > 0) fault.duration = Number(this.lasts.value);
     this.element.close();
-    this.app.inject(fault);
+    this.app.orders.inject(fault);
   }
 }

@@ -16,7 +16,7 @@ const SHOWN = {
 };
 
 export class GoalsPanel {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.title = 'Goals';
@@ -26,6 +26,8 @@ export class GoalsPanel {
     });
     this.chips = new Map();
     this.shown = 'all';
+    /** What a goal is found by; a goal never changes, another takes its place. */
+    this.lines = new WeakMap();
     const chips = el('div', { class: 'chips', role: 'group', 'aria-label': 'Which goals' });
     for (const word of Object.keys(SHOWN)) chips.append(this.#chip(word));
     this.rows = new Rows({ label: 'Goals', height: ROW, role: 'table', make: () => this.#row() });
@@ -43,7 +45,7 @@ export class GoalsPanel {
 
   #show(word) {
     this.shown = word;
-    this.rows.element.scrollTop = 0;
+    this.rows.toTop();
     this.render();
   }
 
@@ -69,8 +71,12 @@ export class GoalsPanel {
   }
 
   #line(goal) {
+    const known = this.lines.get(goal);
+    if (known !== undefined) return known;
     const asked = goalWords(goal.action, goal.goal, this.app.model.world);
-    return `${goal.robot} ${goal.action} ${asked} ${STATUS_WORDS[goal.status]} ${goal.errorMsg}`.toLowerCase();
+    const line = `${goal.robot} ${goal.action} ${asked} ${STATUS_WORDS[goal.status]} ${goal.errorMsg}`.toLowerCase();
+    this.lines.set(goal, line);
+    return line;
   }
 
   #row() {
@@ -85,7 +91,7 @@ export class GoalsPanel {
     let goal = null;
     const cancel = button('close', 'Cancel this goal', (event) => {
       event.stopPropagation();
-      this.app.ask(`cancel ${goal.action} of ${goal.robot}`, () => this.app.commands.cancel(goal));
+      this.app.orders.ask(`cancel ${goal.action} of ${goal.robot}`, () => this.app.commands.cancel(goal));
     }, { class: 'quiet small' });
     const select = el('button', {
       type: 'button', class: 'goal-name', onclick: () => this.app.select(goal.robot, { center: true }),

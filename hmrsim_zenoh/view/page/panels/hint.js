@@ -3,9 +3,10 @@
 import { button, el, say } from './dom.js';
 
 const KEY = 'hmrsim.welcomed';
+const WIDE = 1240; // css pixels that leave room for more
 
 export class Hint {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.text = el('span', { role: 'status', 'aria-live': 'polite' });
@@ -35,8 +36,8 @@ export class Hint {
     }
     this.welcomes = true;
     const touch = matchMedia('(pointer: coarse)').matches;
-    const more = touch ? 'Hold for more.' : 'Right click for more, ? for keys.';
-    this.show(`${touch ? 'Tap' : 'Click'} a robot, then where it should go. ${more}`);
+    const more = touch ? ' Hold for more.' : innerWidth > WIDE ? ' Right click for more.' : '';
+    this.show(`${touch ? 'Tap' : 'Click'} a robot, then its goal.${more}`);
     this.close.hidden = false;
   }
 

@@ -5,7 +5,7 @@ import { button, el, mark, say, sign } from './dom.js';
 import { actionWords, lengthWords, shareWords, taskWords, whyWords } from './phrases.js';
 
 export class Inspector {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.name = el('h2');
@@ -33,7 +33,7 @@ export class Inspector {
     const name = () => app.map.selected;
     this.go = button('target', 'Go to', () => app.aim(name()), { text: true, class: 'primary', key: 'm' });
     this.dock = button('dock', 'Dock', () => this.#dock(), { text: true });
-    this.cancel = button('stop', 'Cancel', () => app.ask(`cancel what ${name()} does`, () => app.commands.cancelAll(name())), { text: true });
+    this.cancel = button('stop', 'Cancel', () => app.orders.ask(`cancel what ${name()} does`, () => app.commands.cancelAll(name())), { text: true });
     this.follow = button('follow', 'Follow', () => app.follow(name()), { text: true, key: 'f' });
     this.fault = button('fault', 'Fault…', () => app.faults.open({ robot: name() }), { text: true });
     this.buttons.append(...(app.live ? [this.go, this.dock, this.cancel, this.fault] : []), this.follow);
@@ -41,8 +41,8 @@ export class Inspector {
 
   #dock() {
     const robot = this.app.model.robots.get(this.app.map.selected);
-    if (robot.dock) this.app.ask(`undock ${robot.name}`, () => this.app.commands.undock(robot.name));
-    else this.app.sendToDock(robot.name);
+    if (robot.dock) this.app.orders.ask(`undock ${robot.name}`, () => this.app.commands.undock(robot.name));
+    else this.app.orders.sendToDock(robot.name);
   }
 
   render() {

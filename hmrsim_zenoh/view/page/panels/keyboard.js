@@ -2,13 +2,14 @@
 
 import { button, el } from './dom.js';
 
-/** @type {[string[], string, (app: import('../main.js').App) => void][]} */
+/** @type {[string[], string, (app: import('../app.js').App) => void][]} */
 const KEYS = [
   [[' '], 'Pause, or go on', (app) => app.time.toggle()],
   [['.'], 'One step, while paused', (app) => app.time.stepOnce()],
   [['[', ']'], 'In a recording: previous, next event', (app, key) => app.time.jump?.(key === ']' ? 1 : -1)],
   [['/'], 'Find a robot or place', (app) => app.search.focus()],
-  [['m'], 'Send the selected robot: then click where', (app) => app.map.selected && app.aim(app.map.selected)],
+  [['m'], 'Send the selected robot: then click, or find, where', (app) => app.map.selected && app.aim(app.map.selected)],
+  [['shift enter'], 'In the search: send the robot to what is found', () => {}],
   [['f'], 'Follow the selected robot, or no more', (app) => app.map.selected && app.follow(app.map.selected)],
   [['n', 'N'], 'Select the next robot, the one before', (app, key) => app.selectNext(key === 'n' ? 1 : -1)],
   [['ContextMenu'], 'Menu of the selected robot', (app) => app.openMenuOfSelected()],
@@ -17,7 +18,7 @@ const KEYS = [
   [['0'], 'Show all of the map', (app) => app.fit()],
   [['+', '-'], 'Nearer, farther', (app, key) => app.zoom(key === '-' ? 1 / 1.35 : 1.35)],
   [['ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown'], 'Move the map', (app, key) => app.pan(...WAYS[key])],
-  [['d'], 'Dark or light', (app) => app.setTheme(app.theme === 'dark' ? 'light' : 'dark')],
+  [['d'], 'Dark or light', (app) => app.theme.toggle()],
   [['Escape'], 'Leave: aiming, following, the selection', (app) => app.escape()],
   [['?'], 'These keys', (app) => app.keyboard.help()],
 ];
@@ -29,7 +30,7 @@ const SHOWN = {
 };
 
 export class Keyboard {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.actions = new Map(KEYS.flatMap(([keys, , action]) => keys.map((key) => [key, action])));

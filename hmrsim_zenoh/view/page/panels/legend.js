@@ -9,7 +9,7 @@ const LAYERS = {
 const LINES = [['ahead', 'way ahead'], ['driven', 'way driven'], ['lane_closed', 'closed, fault'], ['charger', 'charger'], ['door', 'door'], ['item', 'item']];
 
 export class Legend {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     const layers = el('fieldset', {}, el('legend', { text: 'Show' }));
@@ -41,6 +41,6 @@ export class Legend {
     };
     const { app } = this;
     this.types.replaceChildren(...Array.from(app.model.world.types.keys(), (type) => dot(app.colourOf(type), 'type-dot', type)));
-    this.lines.replaceChildren(...LINES.map(([colour, text]) => dot(app.palette[app.theme][colour], 'dash', text)));
+    this.lines.replaceChildren(...LINES.map(([colour, text]) => dot(app.palette[app.theme.name][colour], 'dash', text)));
   }
 }

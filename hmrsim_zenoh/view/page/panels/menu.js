@@ -3,7 +3,7 @@
 import { el, icon } from './dom.js';
 
 export class Menu {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.element = el('div', { class: 'menu', role: 'menu', hidden: true, onkeydown: (event) => this.#key(event) });
@@ -80,10 +80,10 @@ export class Menu {
     const robot = app.map.selected;
     if (!app.live || !robot || (pick.kind === 'robot' && pick.name === robot)) return [];
     if (pick.kind === 'dock') {
-      return [['dock', `Dock ${robot} here`, () => app.sendToDock(robot, pick.name)],
-        ['target', `Send ${robot} here`, () => app.send(robot, pick)], null];
+      return [['dock', `Dock ${robot} here`, () => app.orders.sendToDock(robot, pick.name)],
+        ['target', `Send ${robot} here`, () => app.orders.sendToPoint(robot, pick)], null];
     }
-    return [['target', `Send ${robot} here`, () => app.send(robot, pick)], null];
+    return [['target', `Send ${robot} here`, () => app.orders.send(robot, pick)], null];
   }
 }
 
@@ -93,9 +93,9 @@ const ENTRIES = {
   robot(app, name) {
     const robot = app.model.robots.get(name);
     if (!robot) return [];
-    const goals = robot.goals.length ? [['stop', 'Cancel goal', () => app.ask(`cancel what ${name} does`, () => app.commands.cancelAll(name))]] : [];
-    const dock = robot.dock ? [['dock', 'Undock', () => app.ask(`undock ${name}`, () => app.commands.undock(name))]]
-      : app.model.docks.size ? [['dock', 'Dock', () => app.sendToDock(name)]] : [];
+    const goals = robot.goals.length ? [['stop', 'Cancel goal', () => app.orders.ask(`cancel what ${name} does`, () => app.commands.cancelAll(name))]] : [];
+    const dock = robot.dock ? [['dock', 'Undock', () => app.orders.ask(`undock ${name}`, () => app.commands.undock(name))]]
+      : app.model.docks.size ? [['dock', 'Dock', () => app.orders.sendToDock(name)]] : [];
     return [
       ['robot', 'Inspect', () => app.select(name), READS],
       ['follow', app.map.follow === name ? 'Follow no more' : 'Follow', () => app.follow(name), READS],
@@ -107,13 +107,13 @@ const ENTRIES = {
     ];
   },
   door(app, name) {
-    const set = (state, words) => ['door', words, () => app.ask(`${words.toLowerCase()} door ${name}`, () => app.commands.setDoor(name, state))];
+    const set = (state, words) => ['door', words, () => app.orders.ask(`${words.toLowerCase()} door ${name}`, () => app.commands.setDoor(name, state))];
     return [set('open', 'Open'), set('closed', 'Close'), set('locked', 'Lock'), null,
       ...faultEntries(app, { door: name }, [['Jam', { type: 'door_jammed' }]]), null];
   },
   lift(app, name) {
     const stops = app.model.lifts.get(name)?.stops ?? [];
-    return [...stops.map((stop) => ['door', `Call to ${stop}`, () => app.ask(`call ${name}`, () => app.commands.callLift(name, stop))]), null];
+    return [...stops.map((stop) => ['door', `Call to ${stop}`, () => app.orders.ask(`call ${name}`, () => app.commands.callLift(name, stop))]), null];
   },
   lane(app, key) {
     return [...faultEntries(app, { lane: key.split('|') }, [['Close this lane', { type: 'lane_closed' }]]), null];
@@ -125,8 +125,8 @@ function faultEntries(app, target, quick) {
   const on = [...app.model.faults.values()].filter((fault) => concerns(fault, target));
   const there = new Set(on.map(({ fault }) => fault));
   return [
-    ...on.map(({ name }) => ['check', `Clear ${name}`, () => app.ask(`clear ${name}`, () => app.commands.clearFault(name))]),
-    ...quick.filter(([, { type }]) => !there.has(type)).map(([words, fault]) => ['fault', words, () => app.inject({ ...fault, ...target })]),
+    ...on.map(({ name }) => ['check', `Clear ${name}`, () => app.orders.ask(`clear ${name}`, () => app.commands.clearFault(name))]),
+    ...quick.filter(([, { type }]) => !there.has(type)).map(([words, fault]) => ['fault', words, () => app.orders.inject({ ...fault, ...target })]),
     ['fault', 'Inject a fault…', () => app.faults.open(target)],
   ];
 }

@@ -7,7 +7,7 @@ const SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20, 50, 100];
 const PARTS = 10000;
 
 export class Player {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     const { playback } = app;

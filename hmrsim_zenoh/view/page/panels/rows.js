@@ -19,8 +19,10 @@ export class Rows {
     this.rowRole = role === 'table' ? 'row' : 'listitem';
     this.body = el('div', { class: 'rows-body', role: 'presentation' });
     this.element = el('div', { class: 'rows', role, 'aria-label': label, tabindex: '0' }, this.body);
-    this.element.addEventListener('scroll', () => this.#draw(), { passive: true });
-    new ResizeObserver(() => this.#draw()).observe(this.element);
+    // To ask the element for these makes the browser lay out the page each time.
+    this.top = this.seen = 0;
+    this.element.addEventListener('scroll', () => this.#moved(), { passive: true });
+    new ResizeObserver(() => this.#moved()).observe(this.element);
     /** @type {T[]} */
     this.items = [];
     this.pool = [];
@@ -35,10 +37,20 @@ export class Rows {
     this.#draw();
   }
 
+  /** Go back to the first row. */
+  toTop() {
+    this.element.scrollTop = this.top = 0;
+  }
+
+  #moved() {
+    this.top = this.element.scrollTop;
+    this.seen = this.element.clientHeight;
+    this.#draw();
+  }
+
   #draw() {
-    const { scrollTop, clientHeight } = this.element;
-    const first = Math.max(0, Math.floor(scrollTop / this.height) - SPARE);
-    const last = Math.min(this.items.length, Math.ceil((scrollTop + clientHeight) / this.height) + SPARE);
+    const first = Math.max(0, Math.floor(this.top / this.height) - SPARE);
+    const last = Math.min(this.items.length, Math.ceil((this.top + this.seen) / this.height) + SPARE);
     while (this.pool.length < last - first) {
       const row = this.make();
       row.setAttribute('role', this.rowRole);

@@ -6,7 +6,7 @@ const MOST = 40;
 const ICON = { robot: 'robot', place: 'place', dock: 'dock', item: 'item', door: 'door', waypoint: 'lane' };
 
 export class Search {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.found = [];
@@ -60,7 +60,8 @@ export class Search {
   }
 
   #about(kind, name) {
-    if (kind !== 'robot') return kind;
+    const sent = this.app.aimed;
+    if (kind !== 'robot') return sent === null ? kind : `send ${sent} here`;
     const robot = this.app.model.robots.get(name);
     return `${robot.type}, ${robot.stateAt(this.app.now())}`;
   }
@@ -72,6 +73,7 @@ export class Search {
       this.#show();
       this.list.children[this.at].scrollIntoView({ block: 'nearest' });
     } else if (event.key === 'Enter' && this.at >= 0) {
+      if (event.shiftKey && this.app.map.selected !== null) this.app.aim(this.app.map.selected);
       this.#take(this.at);
     } else if (event.key === 'Escape') {
       this.input.value = '';
@@ -88,6 +90,7 @@ export class Search {
     this.input.value = '';
     this.input.blur();
     if (kind === 'robot') this.app.select(name, { center: true });
+    else if (this.app.aimed !== null) this.app.orders.sendTo(this.app.aimed, kind, name);
     else this.app.centerOn(name);
   }
 

@@ -4,7 +4,7 @@ import { button, el, mark, say } from './dom.js';
 
 export class Side {
   /**
-   * @param {import('../main.js').App} app
+   * @param {import('../app.js').App} app
    * @param {Record<string, {title: string, element: HTMLElement, render: () => void, seen?: (seen: boolean) => void}>} panels
    */
   constructor(app, panels) {

@@ -4,7 +4,7 @@ import { STATES } from '../model/robot.js';
 import { el, mark, say, sign } from './dom.js';
 
 export class Summary {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.world = el('h1', { text: 'hmrsim' });

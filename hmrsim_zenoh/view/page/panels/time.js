@@ -8,7 +8,7 @@ const AS_FAST_AS_POSSIBLE = 0;
 const MEASURED = 3000; // ms over which the factor that is achieved is measured
 
 export class TimeBar {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.pressed = null;
@@ -27,17 +27,17 @@ export class TimeBar {
 
   toggle() {
     const paused = this.app.live.timeState?.paused;
-    this.app.ask(paused ? 'go on' : 'pause', () => (paused ? this.app.commands.resume() : this.app.commands.pause()));
+    this.app.orders.ask(paused ? 'go on' : 'pause', () => (paused ? this.app.commands.resume() : this.app.commands.pause()));
   }
 
   stepOnce() {
     if (!this.app.live.timeState?.paused) this.app.toasts.show('info', 'Steps are made while time is paused: press pause first.');
-    else this.app.ask('make a step', () => this.app.commands.step(1));
+    else this.app.orders.ask('make a step', () => this.app.commands.step(1));
   }
 
   #choose() {
     const factor = Number(this.speed.value);
-    this.app.ask('change the speed', () => this.app.commands.setSpeed(factor)).finally(() => this.render());
+    this.app.orders.ask('change the speed', () => this.app.commands.setSpeed(factor)).finally(() => this.render());
   }
 
   #options(factors) {

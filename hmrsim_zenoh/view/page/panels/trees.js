@@ -4,7 +4,7 @@ import { el, icon, mark, say, sign } from './dom.js';
 import { clockWords } from './phrases.js';
 
 export class TreesPanel {
-  /** @param {import('../main.js').App} app */
+  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.title = 'Trees';

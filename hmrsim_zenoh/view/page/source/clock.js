@@ -3,15 +3,18 @@
 // What is heard is late, by a different while each time. Where time moves at a known rate, the least late of the last
 // seconds says how simulated and wall time lie to each other; we go with that, less a margin that lets what happens
 // arrive before it is shown. Small corrections are made by going a little faster or slower, never back.
-// Where time moves in bursts (lockstep, as fast as possible, steps while paused), we glide to what was heard last.
+// Where time stands or moves in bursts (lockstep, as fast as possible, steps while paused), we glide to what was heard
+// last, back as well if we were ahead of it.
 
 const MARGIN = 0.1; // wall seconds behind what is heard
 const WINDOW = 2000; // ms in which the least late counts
 const GLIDE = 120; // ms from one burst to the next: frames come each 50 ms
 const MOST_AHEAD = 0.5; // wall seconds beyond what was heard last; then nobody is there any more
 const LEAST_STEP = 0.25; // simulated seconds, likewise: the clock ticks each 0.1 s
+const STANDS = 1000; // ms without any later time, from which on time is taken to stand
 const EASE = 0.5; // wall seconds in which most of an error is made good
 const SLEW = 0.2; // share by which we go faster or slower at most
+const SETTLED = 1e-3; // seconds of error that nobody sees
 const STALE = 500; // ms in which what was sent before time went back may still come
 const JUMP = 1.0; // wall seconds of error that are no small correction
 
@@ -27,6 +30,7 @@ export class SimClock {
   /** [wall, simulated - wall * factor] of what was heard, greatest first. @type {[number, number][]} */
   #offsets = [];
   /** Since when nothing but earlier times are heard. @type {number | null} */ #backSince = null;
+  #heardAt = 0; // when a later time was heard for the last time
   #from = 0; // of a glide
   #began = 0;
 
@@ -62,9 +66,11 @@ export class SimClock {
       if (wallMs - this.#backSince > STALE) this.reset(simSeconds, wallMs);
     } else {
       this.#backSince = null;
-      this.#from = this.now(wallMs);
-      this.#began = wallMs;
-      this.heard = simSeconds;
+      if (simSeconds > this.heard) {
+        this.#from = this.now(wallMs);
+        this.#began = this.#heardAt = wallMs;
+        this.heard = simSeconds;
+      }
     }
     if (!this.#flows) return;
     const offset = simSeconds - (wallMs / 1000) * this.factor;
@@ -87,7 +93,7 @@ export class SimClock {
     this.paused = paused;
     this.#offsets = [];
     this.#from = this.#shown;
-    this.#began = wallMs;
+    this.#began = this.#heardAt = wallMs;
   }
 
   /**
@@ -98,7 +104,7 @@ export class SimClock {
    */
   reset(simSeconds, wallMs = performance.now()) {
     this.heard = this.#shown = this.#from = simSeconds;
-    this.#at = this.#began = wallMs;
+    this.#at = this.#began = this.#heardAt = wallMs;
     this.#offsets = [];
     this.#backSince = null;
   }
@@ -109,6 +115,7 @@ export class SimClock {
 
   /** Go on at the known rate, a little faster or slower where that is wrong. */
   #flow(wallMs, elapsed) {
+    if (wallMs - this.#heardAt > STANDS * Math.max(1, 1 / this.factor)) return this.#settle(elapsed);
     const step = elapsed * this.factor;
     const most = this.heard + Math.max(MOST_AHEAD * this.factor, LEAST_STEP);
     if (!this.#offsets.length) return Math.max(this.#shown, Math.min(this.#shown + step, most));
@@ -122,6 +129,13 @@ export class SimClock {
   /** Go to what was heard last. */
   #glide(wallMs) {
     const share = Math.min(1, (wallMs - this.#began) / GLIDE);
-    return Math.max(this.#shown, this.#from + (this.heard - this.#from) * share);
+    return share < 1 ? this.#from + (this.heard - this.#from) * share : this.heard;
+  }
+
+  /** Go back to what was heard last: nothing more comes. */
+  #settle(elapsed) {
+    this.#offsets = [];
+    const error = this.heard - this.#shown;
+    return Math.abs(error) < SETTLED ? this.heard : this.#shown + error * Math.min(1, (8 * elapsed) / EASE);
   }
 }

@@ -1,5 +1,8 @@
 // Keeps a Model in step with a simulator: first its scene, then what happens, each thing at its own time.
 
+import { secondsOf } from '../model/stamps.js';
+import { complain, definitionOf, sound } from './answers.js';
+
 /**
  * @typedef {import('./connection.js').Connection} Connection
  * @typedef {import('./clock.js').SimClock} SimClock
@@ -9,6 +12,7 @@
  */
 
 const RETRY = 1000; // ms
+const BETWEEN = 750; // ms from one scene to the next that is asked for as something has come, gone or been moved
 const HIDDEN = 250; // ms between looks while nobody sees the page
 const MOST_WAITING = 20000; // events: whoever was away for so long need not see each at its time
 
@@ -16,9 +20,6 @@ const MOST_WAITING = 20000; // events: whoever was away for so long need not see
 const CHANGES_SCENE = new Set(['teleported', 'spawned', 'deleted']);
 /** What makes everything another one. */
 const BEGINS_ANEW = new Set(['reset', 'world_loaded']);
-
-/** @param {{sec: number, nanosec: number}} stamp */
-const seconds = (stamp) => stamp.sec + stamp.nanosec / 1e9;
 
 /**
  * The live source of a model.
@@ -34,6 +35,8 @@ export class Live extends EventTarget {
   /** What has to be asked for anew. @type {'scene' | 'all' | null} */ #wanted = null;
   #turn = 0; // counts the simulators that came and went: what was asked of another one is no answer
   #asking = false;
+  #answered = -Infinity; // ms; when the last scene came
+  /** @type {ReturnType<typeof setTimeout> | null} */ #soon = null;
   #dirty = false;
   /** @type {(() => void) | null} */ #scheduled = null;
   #scheduledHidden = false;
@@ -55,14 +58,20 @@ export class Live extends EventTarget {
     this.#model = model;
     this.#clock = clock;
     const latest = { latest: true };
-    connection.subscribe('_world/events', (event) => this.#hear(event), { onLost: () => this.#resync(false) });
-    connection.subscribe('_world/clock', ({ clock: stamp }) => clock.hear(seconds(stamp)), latest);
-    connection.subscribe('_world/time/state', (state) => this.#hearTime(state), { latest: true, every: 0.2 });
-    connection.subscribe('_world/info', (info) => this.#change(() => model.loadInfo(info)), latest);
-    connection.subscribe('*/battery_state', (battery, key) => this.#change(() => model.setBattery(owner(key), battery)), {
+    const readable = (take) => (payload, key) => model.guard(key, () => take(sound(key, payload)));
+    const info = (payload) => this.#change('_world/info', payload);
+    connection.subscribe('_world/events', readable((event) => this.#hear(event)), { onLost: () => this.#loseAll() });
+    connection.subscribe('_world/clock', readable(({ clock: stamp }) => clock.hear(secondsOf(stamp))), latest);
+    connection.subscribe('_world/time/state', readable((state) => this.#hearTime(state)), {
       latest: true,
-      every: 1,
+      every: 0.2,
+      onLost: () => this.#getTime().catch(() => {}),
     });
+    connection.subscribe('_world/info', info, {
+      latest: true,
+      onLost: () => connection.get('_world/info').then(info).catch(() => {}),
+    });
+    connection.subscribe('*/battery_state', (battery, key) => this.#change(key, battery), { latest: true, every: 1 });
     connection.addEventListener('open', () => this.#become('connecting'));
     connection.addEventListener('close', () => this.#leave('no server'));
     connection.addEventListener('gone', () => this.#leave('lost'));
@@ -75,39 +84,36 @@ export class Live extends EventTarget {
 
   /** Follow the behaviour trees, or don't. @param {boolean} on */
   watchTrees(on) {
-    const take = (state, key) => this.#change(() => this.#model.setTree(owner(key), state));
-    this.#watch('trees', on ? '*/_tree' : null, take, 0.2);
+    this.#watch('trees', on ? '*/_tree' : null, 0.2);
   }
 
   /** Follow what one robot's sensors see, or nobody's. @param {string | null} robot */
   watchDetections(robot) {
-    const take = (found, key) => this.#change(() => this.#model.setDetections(owner(key), found));
-    this.#watch('detections', robot && `${robot}/detections`, take, 0.1);
+    this.#watch('detections', robot && `${robot}/detections`, 0.1);
   }
 
   /** Follow how far one robot's goals are, or nobody's. @param {string | null} robot */
   watchFeedback(robot) {
-    const take = (message, key) =>
-      this.#change(() => this.#model.setFeedback(owner(key), key.split('/')[1], message));
-    this.#watch('feedback', robot && `${robot}/*/_action/feedback`, take, 0.1);
+    this.#watch('feedback', robot && `${robot}/*/_action/feedback`, 0.1);
   }
 
   /** Follow a key: its latest value, then what is published; in place of what *name* followed so far. */
-  #watch(name, key, take, every) {
+  #watch(name, key, every) {
     this.#watches[name]?.();
     delete this.#watches[name];
     if (!key) return;
     const heard = new Set();
     const connection = this.#connection;
-    const end = connection.subscribe(key, (payload, from) => (heard.add(from), take(payload, from)), {
+    const end = connection.subscribe(key, (payload, from) => (heard.add(from), this.#change(from, payload)), {
       latest: true,
       every,
+      onLost: () => begin(),
     });
     const getLatest = async () => {
       // Feedback has no latest, a robot without sensors nor anybody's tree has none either.
       const replies = await connection.getAll(key).catch(() => []);
       if (this.#watches[name] !== stop) return;
-      for (const [from, payload] of replies) if (!heard.has(from)) take(payload, from);
+      for (const [from, payload] of replies) if (!heard.has(from)) this.#change(from, payload);
     };
     const begin = () => (heard.clear(), void getLatest());
     const stop = () => (end(), connection.removeEventListener('alive', begin));
@@ -117,18 +123,20 @@ export class Live extends EventTarget {
   }
 
   #hear(event) {
-    const at = seconds(event.stamp);
+    const at = secondsOf(event.stamp);
     if (BEGINS_ANEW.has(event.kind)) {
       // What was before is over, and time may go back.
       this.#play(Infinity);
-      if (!this.#buffering) this.#model.apply(event);
+      if (!this.#buffering) this.#model.hear('_world/events', event);
       this.#clock.reset(at);
       this.#resync(true);
       return;
     }
     this.#clock.hear(at);
+    // Whoever is ahead of the others keeps nobody waiting.
+    for (let i = this.#queue.length - 1; i >= 0 && this.#queue[i].at > at; i -= 1) this.#queue[i].at = at;
     this.#queue.push({ at, event });
-    if (CHANGES_SCENE.has(event.kind)) this.#resync(false);
+    if (CHANGES_SCENE.has(event.kind)) this.#resyncSoon();
     if (event.kind === 'simulation_state') void this.#getTime().catch(() => {});
     this.#schedule();
   }
@@ -143,7 +151,23 @@ export class Live extends EventTarget {
   }
 
   async #getTime() {
-    this.#hearTime(await this.#connection.get('_world/time/state'));
+    this.#hearTime(sound('_world/time/state', await this.#connection.get('_world/time/state')));
+  }
+
+  /** Some events are lost: nobody knows of what. */
+  #loseAll() {
+    this.#queue = [];
+    void this.#resync(true);
+  }
+
+  /** Get the scene anew, but not all the time: it keeps the simulator from its work. */
+  #resyncSoon() {
+    const wait = this.#asking ? BETWEEN : Math.max(0, this.#answered + BETWEEN - performance.now());
+    this.#soon ??= setTimeout(() => {
+      this.#soon = null;
+      if (this.#asking) this.#resyncSoon();
+      else void this.#resync(false);
+    }, wait);
   }
 
   /**
@@ -164,10 +188,12 @@ export class Live extends EventTarget {
       this.#wanted = null;
       const got = await this.#ask(wanted === 'all').catch(complain);
       if (turn !== this.#turn) return;
-      if (!got) await new Promise((resolve) => setTimeout(resolve, RETRY));
+      this.#answered = performance.now();
       // Not what was asked for before somebody wanted all.
-      if (got && this.#wanted !== 'all') this.#take(got);
-      else this.#wanted = wanted === 'all' ? wanted : (this.#wanted ?? wanted);
+      if (got && this.#wanted !== 'all' && this.#take(got)) continue;
+      this.#wanted = wanted === 'all' ? wanted : (this.#wanted ?? wanted);
+      if (!got || wanted === 'all') await new Promise((resolve) => setTimeout(resolve, RETRY));
+      if (turn !== this.#turn) return;
     }
     if (turn === this.#turn) this.#asking = false;
   }
@@ -180,15 +206,15 @@ export class Live extends EventTarget {
       : [];
     await this.#getTime();
     const scene = await connection.get('_world/scene', undefined, { timeout: 20 });
-    return { world: current && JSON.parse(current.world.world_resource.resource_string), info, scene };
+    return { world: current && definitionOf(current), info, scene: sound('_world/scene', scene) };
   }
 
-  /** Show another world, or put a scene among what happens: before all that is not older. */
+  /** Show another world, or put a scene among what happens: before all that is not older; return whether that can be. */
   #take({ world, info, scene }) {
-    const at = seconds(scene.stamp);
+    const at = secondsOf(scene.stamp);
     if (world) {
-      this.#model.loadWorld(world);
-      this.#model.loadInfo(info);
+      if (!this.#model.hear('_world/world', world)) return false;
+      this.#model.hear('_world/info', info);
       this.#clock.reset(at);
       this.#queue = this.#queue.filter((item) => item.at >= at);
     }
@@ -199,13 +225,14 @@ export class Live extends EventTarget {
     this.#play(this.#clock.now());
     this.#schedule();
     this.#become('live');
+    return true;
   }
 
-  /** @param {() => void} change */
-  #change(change) {
+  /** @param {string} key @param {any} payload */
+  #change(key, payload) {
     // Of a world that we don't know yet.
     if (this.#buffering) return;
-    change();
+    this.#model.hear(key, payload);
     this.#dirty = true;
     this.#schedule();
   }
@@ -216,8 +243,7 @@ export class Live extends EventTarget {
     let count = 0;
     while (count < this.#queue.length && this.#queue[count].at <= until) {
       const { event, scene } = this.#queue[count++];
-      if (scene) this.#model.loadScene(scene);
-      else this.#model.apply(event);
+      this.#model.hear(scene ? '_world/scene' : '_world/events', scene ?? event);
     }
     this.#queue.splice(0, count);
     if (count || this.#dirty) this.#model.flush();
@@ -250,6 +276,8 @@ export class Live extends EventTarget {
     this.#wanted = null;
     this.#buffering = true;
     this.#queue = [];
+    clearTimeout(this.#soon ?? undefined);
+    this.#soon = null;
   }
 
   #become(state) {
@@ -257,14 +285,4 @@ export class Live extends EventTarget {
     this.state = state;
     this.dispatchEvent(new Event('state'));
   }
-}
-
-/** Whose a key is. @param {string} key */
-function owner(key) {
-  return key.split('/', 1)[0];
-}
-
-/** Say what is wrong with us; what is wrong with the simulator will be asked again. @param {Error} error */
-function complain(error) {
-  if (error.name !== 'RequestError') console.error(error);
 }

@@ -2,6 +2,7 @@
 
 import { ABORTED } from '../model/goals.js';
 import { Model } from '../model/model.js';
+import { isSound } from '../model/shapes.js';
 import { secondsOf } from '../model/stamps.js';
 import { words } from '../model/words.js';
 
@@ -33,9 +34,10 @@ export class Playback extends EventTarget {
    */
   constructor(recording, model, clock) {
     super();
-    this._samples = recording.samples;
-    this._times = timesOf(recording.samples);
+    this._samples = recording.samples.filter(([, key, payload]) => isSound(key, payload));
+    this._times = timesOf(this._samples);
     this._model = model;
+    model.unreadable += recording.samples.length - this._samples.length;
     this._clock = clock;
     /** @type {string} */
     this.name = recording.name;
@@ -149,7 +151,7 @@ export class Playback extends EventTarget {
     const { _times: times, _samples: samples } = this;
     let next = this._next;
     while (next < times.length && times[next] <= this.time) {
-      feed(this._model, samples[next]);
+      this._model.hear(samples[next][1], samples[next][2]);
       this._offset = offsetAt(samples[next], times[next], this._offset);
       next += 1;
     }
@@ -187,7 +189,7 @@ export class Playback extends EventTarget {
       do {
         const to = Math.min(next + 100, this._samples.length);
         for (; next < to; next += 1) {
-          feed(model, this._samples[next]);
+          model.hear(this._samples[next][1], this._samples[next][2]);
           offset = offsetAt(this._samples[next], this._times[next], offset);
           if ((next + 1) % this._between === 0) this._keyframes.push({ next: next + 1, offset, saved: model.snapshot() });
         }
@@ -214,29 +216,10 @@ export class Playback extends EventTarget {
   }
 }
 
-/**
- * Tell a model a sample of a recording.
- * @param {Model} model
- * @param {Sample} sample
- */
-export function feed(model, [, key, payload]) {
-  if (key === '_world/events') model.apply(payload);
-  else if (key === '_world/scene') model.loadScene(payload);
-  else if (key === '_world/world') model.loadWorld(payload);
-  else if (key === '_world/info') model.loadInfo(payload);
-  else {
-    const [robot, topic, ...more] = key.split('/');
-    if (more.length) return;
-    if (topic === 'battery_state') model.setBattery(robot, payload);
-    else if (topic === '_tree') model.setTree(robot, payload);
-    else if (topic === 'detections') model.setDetections(robot, payload);
-  }
-}
-
 /** Return how much later simulated time is than the recording's, from a sample on. */
 function offsetAt([, key, payload], time, before) {
   if (key !== '_world/events' && key !== '_world/scene') return before;
-  const offset = secondsOf(payload?.stamp) - time;
+  const offset = secondsOf(payload.stamp) - time;
   return Math.abs(offset - before) > JITTER ? offset : before;
 }
 
@@ -253,13 +236,13 @@ function timesOf(samples) {
   return times;
 }
 
-const MARKED = { fault_began: 'fault', deadlock: 'deadlock', reset: 'reset' };
+const MARKED = new Map([['fault_began', 'fault'], ['deadlock', 'deadlock'], ['reset', 'reset']]);
 
 function marksOf(samples, times) {
   const marks = [];
   samples.forEach(([, key, event], i) => {
-    if (key !== '_world/events' || !event) return;
-    const kind = event.kind === 'status' && event.status === ABORTED ? 'aborted' : MARKED[event.kind];
+    if (key !== '_world/events') return;
+    const kind = event.kind === 'status' && event.status === ABORTED ? 'aborted' : MARKED.get(event.kind);
     if (!kind) return;
     const who = event.robot && kind === 'aborted' ? `${event.robot}: ` : '';
     marks.push({ t: times[i], kind, text: who + words(event) });

@@ -1,0 +1,101 @@
+/** What comes from outside has to have the shapes that the model and whoever draws it rely on. */
+
+import { CHANGES } from './happenings.js';
+
+const isNumber = Number.isFinite;
+const isName = (value) => typeof value === 'string';
+const isRecord = (value) => typeof value === 'object' && value !== null && !Array.isArray(value);
+const isOptional = (shape) => (value) => value === undefined || value === null || shape(value);
+const isListOf = (shape) => (value) => Array.isArray(value) && value.every(shape);
+const isNumbers = isListOf(isNumber);
+const isPoint = (value) => isNumbers(value) && value.length > 1;
+const isNames = isListOf(isName);
+/** @param {Record<string, (value: any) => boolean>} fields Those that may be left out are told of as such. */
+const isLike = (fields) => {
+  const all = Object.entries(fields);
+  return (value) => isRecord(value) && all.every(([field, shape]) => shape(value[field]));
+};
+const maybe = (fields) => Object.fromEntries(Object.entries(fields).map(([field, shape]) => [field, isOptional(shape)]));
+
+const isStamp = isLike({ sec: isNumber, nanosec: isOptional(isNumber) });
+const isGoal = isLike({ action: isName, ...maybe({ goal_id: isName, stamp: isStamp, status: isNumber }) });
+const MOVES = maybe({ from: isPoint, to: isPoint, duration: isNumber, turned: isNumber, lane: isNames, began: isNumber });
+const isProfile = (value) => isNumbers(value) && value.length > 2;
+
+/** What an event of any kind has, if it has it. */
+const ANY = maybe({
+  robot: isName, entity: isName, door: isName, lift: isName, dock: isName, participant: isName, by: isName,
+  robots: isNames, for: isNames, lane: isNames,
+});
+/** What an event of a kind that changes something has besides. */
+const KNOWN = maybe({
+  action: isName, goal_id: isName, status: isNumber, item: isName, name: isName, fault: isName, why: isName,
+  yaw: isNumber, points: isListOf(isPoint), percentage: isNumber, position: isNumber, factor: isNumber,
+});
+const FIELDS = isLike({ stamp: isStamp, kind: isName, ...ANY });
+const MORE = isLike(KNOWN);
+/** @type {Map<string, (event: any) => boolean>} */
+const isAt = isLike(maybe({ at: isPoint }));
+const OF_KIND = new Map([
+  ...['stopped', 'teleported', 'waiting', 'placed', 'dropped', 'battery_empty', 'spawned'].map((kind) => [kind, isAt]),
+  ['motion', isLike({ ...MOVES, profile: isOptional(isProfile) })],
+  ['lift_departed', isLike(maybe({ from: isName, to: isName }))],
+  ['lift_arrived', isLike(maybe({ stop: isName }))],
+  ['goal', isLike({ robot: isName, action: isName })],
+  ['status', isLike({ robot: isName, action: isName })],
+]);
+
+/** `_world/events`; of kinds that nobody knows only what any event has counts. @param {any} event */
+function isEvent(event) {
+  return FIELDS(event) && (!CHANGES.has(event.kind) || (MORE(event) && (OF_KIND.get(event.kind)?.(event) ?? true)));
+}
+
+const isRobot = isLike({
+  name: isName,
+  ...maybe({
+    type: isName, radius: isNumber, pose: isPoint, speed: isNumber, dock: isName, holds: isNames, route: isListOf(isPoint),
+    ailments: isRecord, motion: isLike({ ...MOVES, profile: isOptional(isProfile) }), goals: isListOf(isGoal),
+    battery: isLike({ percentage: isNumber }), sensors: isListOf(isLike({ name: isName })),
+  }),
+});
+
+const isScene = isLike({
+  stamp: isStamp,
+  ...maybe({
+    robots: isListOf(isRobot),
+    items: isListOf(isLike({ name: isName, ...maybe({ at: isPoint, carrier: isName }) })),
+    fixtures: isListOf(isLike({ name: isName, tags: isOptional(isNames) })),
+    closed_lanes: isListOf(isLike(maybe({ lane: isNames, why: isName }))),
+    faults: isListOf(isLike({ name: isName, ...maybe({ fault: isName, robot: isName, door: isName, lane: isNames }) })),
+  }),
+});
+
+const isNode = isLike({ depth: isNumber, name: isName, status: isName, ...maybe({ kind: isName, message: isName }) });
+
+const OF_WORLD = new Map([
+  ['events', isEvent],
+  ['scene', isScene],
+  ['world', isRecord],
+  ['info', isLike({ robots: isOptional(isListOf(isLike({ name: isName }))) })],
+  ['clock', isLike({ clock: isStamp })],
+  ['time/state', isLike({ now: isNumber, real_time_factor: isNumber, ...maybe({ participants: isNames, waiting_for: isNames }) })],
+]);
+
+const OF_ROBOT = new Map([
+  ['battery_state', isLike(maybe({ percentage: isNumber, header: isLike(maybe({ stamp: isStamp })) }))],
+  ['_tree', isLike({ status: isName, sim_time: isOptional(isNumber), nodes: isListOf(isNode) })],
+  ['detections', isLike(maybe({ detections: isListOf(isLike(maybe({ id: isName }))) }))],
+  ['feedback', isLike({ goal_id: isName, feedback: isOptional(isRecord) })],
+]);
+
+/**
+ * Return whether what came on a key is like what belongs there; of other keys nobody knows.
+ * @param {string} key Below the prefix.
+ * @param {any} payload
+ * @returns {boolean}
+ */
+export function isSound(key, payload) {
+  const [owner, ...topic] = key.split('/');
+  const shape = owner === '_world' ? OF_WORLD.get(topic.join('/')) : OF_ROBOT.get(topic[topic.length - 1]);
+  return shape === undefined || shape(payload);
+}

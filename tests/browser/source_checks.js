@@ -1,0 +1,155 @@
+// How the page keeps in step with a simulator, before a connection that is made up. Returns what was wrong, by claim.
+async (base) => {
+  const { Model } = await import(`${base}/model/model.js`);
+  const { Live } = await import(`${base}/source/live.js`);
+  const { SimClock } = await import(`${base}/source/clock.js`);
+
+  const stamp = (t) => ({ sec: Math.floor(t), nanosec: Math.round((t % 1) * 1e9) });
+  const WORLD = { name: 'small', waypoints: { a: [0, 0] }, robots: { wall_e: { at: 'a' } } };
+  const ANSWERS = {
+    '_world/get_current_world': { world: { world_resource: { resource_string: JSON.stringify(WORLD) } } },
+    '_world/info': { robots: [{ name: 'wall_e' }] },
+    '_world/time/state': { now: 5, clock: 'realtime', real_time_factor: 1, paused: true, participants: [] },
+    '_world/scene': { stamp: stamp(5), robots: [{ name: 'wall_e', pose: [0, 0, 0] }] },
+  };
+
+  /** A simulator that stands at 5 s. */
+  class Made extends EventTarget {
+    alive = true;
+    asked = [];
+    at = [];
+    heard = new Map();
+    subscribe(key, onSample, { onLost } = {}) {
+      this.heard.set(key, { tell: (payload) => onSample(payload, key), lose: onLost });
+      return () => this.heard.delete(key);
+    }
+    async get(key) {
+      this.asked.push(key);
+      this.at.push(performance.now());
+      this.dispatchEvent(new Event('asked'));
+      return ANSWERS[key];
+    }
+    async getAll() {
+      return [];
+    }
+    tell(kind, more = {}, t = 5) {
+      this.heard.get('_world/events').tell({ stamp: stamp(t), kind, ...more });
+    }
+    scenes() {
+      return this.at.filter((_, i) => this.asked[i] === '_world/scene');
+    }
+  }
+  const once = (target, holds) => new Promise((then) => {
+    const look = () => holds() && then();
+    for (const kind of ['asked', 'state', 'events', 'scene', 'robots', 'unreadable']) target.addEventListener(kind, look);
+    look();
+  });
+  const begun = async () => {
+    const [made, model, clock] = [new Made(), new Model(), new SimClock()];
+    const live = new Live(made, model, clock);
+    await once(live, () => live.state === 'live');
+    return { made, model, clock, live };
+  };
+  const equal = (expected, actual) => {
+    const [want, got] = [expected, actual].map((each) => JSON.stringify(each));
+    if (want !== got) throw new Error(`expected ${want}, got ${got}`);
+  };
+
+  const claims = {
+    async 'an event that no one can read keeps none of the others waiting'() {
+      const { made, model } = await begun();
+      made.tell('battery_empty', { robot: 'wall_e', at: 5 });
+      made.tell('deadlock', { robots: 5 });
+      made.tell('x', {}, 'soon');
+      made.heard.get('_world/events').tell(null);
+      made.tell('true', {}, 4.5);
+      await once(model, () => model.events.length);
+      equal([['true'], 4], [model.events.map(({ kind }) => kind), model.unreadable]);
+    },
+    async 'an event of the far future keeps none of the others waiting'() {
+      const { made, model } = await begun();
+      made.tell('future', {}, 1e9);
+      made.tell('true', {}, 4.5);
+      await once(model, () => model.events.length === 2);
+    },
+    async 'a time that is none is not shown'() {
+      const { made, model, clock } = await begun();
+      made.heard.get('_world/clock').tell({});
+      made.heard.get('_world/time/state').tell({ now: 'late', real_time_factor: 1 });
+      made.heard.get('_world/info').tell({ robots: 5 });
+      equal([5, 3], [clock.heard, model.unreadable]);
+    },
+    async 'many changes of the scene at once ask for it twice, some time apart'() {
+      const { made } = await begun();
+      made.at.length = made.asked.length = 0;
+      const began = performance.now();
+      for (let i = 0; i < 20; i += 1) made.tell('teleported', { entity: 'wall_e', at: [i, 0] }, 4);
+      await once(made, () => made.scenes().length === 1);
+      equal(true, made.scenes()[0] - began >= 700);
+      for (let i = 0; i < 20; i += 1) made.tell('teleported', { entity: 'wall_e', at: [i, 0] }, 4);
+      await once(made, () => made.scenes().length === 2);
+      equal(true, made.scenes()[1] - made.scenes()[0] >= 740);
+    },
+    async 'after a loss all is asked for anew, and what waited is forgotten'() {
+      const { made, model } = await begun();
+      made.tell('waits', {}, 9);
+      made.asked.length = 0;
+      made.heard.get('_world/events').lose();
+      await once(model, () => made.asked.includes('_world/scene'));
+      equal(Object.keys(ANSWERS).sort(), [...made.asked].sort());
+      made.tell('after', {}, 5);
+      await once(model, () => model.events.length);
+      equal(['after'], model.events.map(({ kind }) => kind));
+    },
+    async 'the latest that is lost is asked for anew'() {
+      const { made } = await begun();
+      made.asked.length = 0;
+      made.heard.get('_world/time/state').lose();
+      made.heard.get('_world/info').lose();
+      equal(['_world/time/state', '_world/info'], made.asked);
+    },
+    'paused, time ends where it was heard, even if it was shown to be later'() {
+      const clock = new SimClock();
+      clock.reset(6.5, 0);
+      clock.setRate(1, false, 0);
+      for (const wall of [100, 200, 300]) clock.hear(6.5 + wall / 1000, wall);
+      clock.now(700);
+      equal(true, clock.now(700) > 6.85);
+      clock.setRate(1, true, 700);
+      clock.hear(6.85, 710);
+      for (let wall = 720; wall < 1200; wall += 16) {
+        clock.hear(6.85, wall);
+        clock.now(wall);
+      }
+      equal(6.85, clock.now(1200));
+    },
+    'time from which no more is heard stands where it was heard last'() {
+      const clock = new SimClock();
+      clock.reset(0, 0);
+      clock.setRate(1, false, 0);
+      clock.hear(2, 2000);
+      for (let wall = 2000; wall < 4000; wall += 16) clock.now(wall);
+      equal(2, clock.now(4000));
+    },
+    'time that moves in bursts is never shown to go back'() {
+      const clock = new SimClock();
+      clock.reset(0, 0);
+      const shown = [10, 50, 90, 300, 310, 500].map((wall) => {
+        clock.hear(Math.floor(wall / 100), wall);
+        return clock.now(wall + 5);
+      });
+      equal([...shown].sort((a, b) => a - b), shown);
+      equal(5, clock.now(900));
+    },
+  };
+  const wrong = {};
+  for (const [claim, check] of Object.entries(claims)) {
+    try {
+      const late = new Promise((_, give) => setTimeout(() => give(new Error('never')), 15000));
+      await Promise.race([check(), late]);
+    } catch (error) {
+      wrong[claim] = String(error.stack ?? error);
+    }
+  }
+  return { claims: Object.keys(claims).length, wrong };
+};

@@ -1,0 +1,29 @@
+"""What docs/recording.md shows in Python does what it says."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from hmrsim.gateway import SendGoal
+from hmrsim.interfaces.nav2_msgs import Wait
+
+_EXAMPLES = re.findall(
+    r"```python\n(.*?)```", Path(__file__).parents[2].joinpath("docs", "recording.md").read_text(), re.DOTALL
+)
+
+
+@pytest.mark.parametrize(
+    ("example", "said"),
+    [*zip(_EXAMPLES, ("10.0 s\n", '"kind":"goal"', "geometry_msgs__msg__Point(x=1.0"), strict=True)],
+)
+def test_an_example_runs(example, said, record, tmp_path, monkeypatch, capsys):
+    """Next to a recording `run.mcap`."""
+    record((0.0, SendGoal("wall_e", "wait", Wait.Goal(), "1" * 32)), path=tmp_path / "run.mcap")
+    monkeypatch.chdir(tmp_path)
+
+    exec(compile(example, "docs/recording.md", "exec"), {})
+
+    assert said in capsys.readouterr().out
