@@ -14,8 +14,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Schema
 from mcap.stream_reader import StreamReader
-
-from hmrsim_zenoh.recording.container import MAGIC
+from mcap.writer import MCAP0_MAGIC
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -53,7 +52,7 @@ def records(file: IO[bytes], size: int) -> Iterator[McapRecord]:
     try:
         yield from reader.records
     except BROKEN:
-        if file.seek(0) == 0 and file.read(len(MAGIC)) != MAGIC:
+        if file.seek(0) == 0 and file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
             raise ValueError("no MCAP") from None
 
 

@@ -6,10 +6,11 @@ import threading
 from contextlib import suppress
 from typing import IO, TYPE_CHECKING, Final, NamedTuple, Self
 
+from mcap.writer import Writer
+
 from hmrsim import __version__
 from hmrsim.errors import HmrsimError, RecordingError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim_zenoh.recording.container import Container
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -55,7 +56,7 @@ class RecordingFile:
     def __init__(self, path: Path, *, reproducible: bool = False) -> None:
         self._file = _opened(path)
         self._reproducible = reproducible
-        self._container = Container(self._file, f"hmrsim {__version__}")
+        self._writer = Writer(self._file)
         self._lock = threading.Lock()
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
@@ -63,6 +64,7 @@ class RecordingFile:
         self._error: OSError | None = None
         self._closed = threading.Event()
         self.messages = 0
+        self._writer.start(profile="ros2", library=f"hmrsim {__version__}")
         self._thread = threading.Thread(target=self._flush_regularly, name="hmrsim-recording", daemon=True)
         if not reproducible:
             self._thread.start()
@@ -87,25 +89,27 @@ class RecordingFile:
             return known
         with self._lock, _Failing(self):
             if schema.name not in self._schemas:
-                self._schemas[schema.name] = self._container.schema(schema.name, schema.encoding, schema.text.encode())
-            of_schema = self._schemas[schema.name]
-            number = self._container.channel(topic, schema.message_encoding, of_schema, metadata or {})
+                self._schemas[schema.name] = self._writer.register_schema(
+                    schema.name, schema.encoding, schema.text.encode()
+                )
+            number = self._writer.register_channel(
+                topic, schema.message_encoding, self._schemas[schema.name], metadata or {}
+            )
         self._channels[topic] = number
         return number
 
     def add(self, channel: int, time: int, data: bytes) -> None:
-        """Write a message of a channel; *time* in nanoseconds, no earlier than those before.
+        """Write a message of a channel; *time* in nanoseconds.
 
         Raises:
             HmrsimError: The file can't be written.
         """
-        with self._lock:
+        with self._lock, _Failing(self):
+            self._writer.add_message(channel, time, data, time)
             self.messages += 1
-            full = self._container.message(channel, time, data)
-            if full or self._error or (self._reproducible and time - self._begun >= _FLUSH_SIMULATED):
+            if self._reproducible and time - self._begun >= _FLUSH_SIMULATED:
                 self._begun = time
-                with _Failing(self):
-                    self._container.flush()
+                self._writer.flush()  # type: ignore[no-untyped-call]
 
     def describe(self, name: str, values: dict[str, str]) -> None:
         """Write what is to be known of the recording itself.
@@ -114,7 +118,7 @@ class RecordingFile:
             HmrsimError: The file can't be written.
         """
         with self._lock, _Failing(self):
-            self._container.metadata(name, values)
+            self._writer.add_metadata(name, values)
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
         """Put a file into the recording.
@@ -123,7 +127,7 @@ class RecordingFile:
             HmrsimError: The file can't be written.
         """
         with self._lock, _Failing(self):
-            self._container.attachment(name, media_type, data)
+            self._writer.add_attachment(0, 0, name, media_type, data)
 
     def close(self) -> None:
         """Write the index, without which a reader has to look through all of the file.
@@ -138,7 +142,7 @@ class RecordingFile:
             self._thread.join(_JOIN_SECONDS)
         try:
             with self._lock, _Failing(self):
-                self._container.finish()
+                self._writer.finish()  # type: ignore[no-untyped-call]
                 self._file.flush()
         finally:
             # Would try to write once more what could not be written.
@@ -153,7 +157,7 @@ class RecordingFile:
             with self._lock:
                 flushed = self.messages
                 try:
-                    self._container.flush()
+                    self._writer.flush()  # type: ignore[no-untyped-call]
                 except OSError as error:
                     self._error = error
 

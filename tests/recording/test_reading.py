@@ -11,14 +11,13 @@ import pytest
 import zstandard
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
-from mcap.writer import CompressionType, Writer
+from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from hmrsim.errors import RecordingError
 from hmrsim.gateway import SendGoal
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.recording.chunks import MOST_UNPACKED, records, unpacked
-from hmrsim_zenoh.recording.container import MAGIC
 from tests.simulation import SMALL_WORLD
 
 
@@ -199,7 +198,7 @@ def test_a_text_that_claims_four_gigabytes_ends_the_file():
     header = b"\1" + (8).to_bytes(8, "little") + bytes(8)
     schema = b"\3" + (8).to_bytes(8, "little") + bytes(2) + b"\xff\xff\xff\xff" + bytes(2)
 
-    assert ["Header"] == [type(one).__name__ for one in records(_Small(MAGIC + header + schema), 1 << 20)]
+    assert ["Header"] == [type(one).__name__ for one in records(_Small(MCAP0_MAGIC + header + schema), 1 << 20)]
 
 
 def test_a_record_longer_than_its_chunk_is_none():
