@@ -155,6 +155,9 @@ class RecordingFile:
             if self.messages == flushed or self._error:
                 continue
             with self._lock:
+                if self._closed.is_set():
+                    # It was closed while this thread waited for its turn.
+                    return
                 flushed = self.messages
                 try:
                     self._writer.flush()  # type: ignore[no-untyped-call]
