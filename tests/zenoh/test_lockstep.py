@@ -355,6 +355,8 @@ def test_a_cancel_is_not_lost_when_the_client_leaves(options):
     """It is sent on the goal's own key when there is no advance any more to go along with."""
     with Client(options, name="watcher") as watcher:
         with Client(options, name="nurse") as client:
+            # Both take part from here on, so that neither is granted anything before the other asks.
+            assert client.lockstep
             goal = client.action_client("wall_e", WAIT).send_goal(seconds(100))
             accepted = threading.Thread(target=goal.wait_accepted, args=(SOON,))
             accepted.start()
