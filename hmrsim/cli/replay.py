@@ -10,7 +10,8 @@ from hmrsim import __version__
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, show_json, warn
-from hmrsim.errors import TraceError, printable
+from hmrsim.cli.tracing import told_of
+from hmrsim.errors import printable
 from hmrsim.log_options import add_log_options, logging_to_stderr
 from hmrsim.replay import Difference, Outcome, replay
 
@@ -43,15 +44,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def _replay(args: argparse.Namespace) -> int:
     collect_rarely()
-    try:
-        with args.trace.open(encoding="utf-8", newline="\n") as lines, logging_to_stderr(args):
-            outcome = replay(iter(lambda: lines.readline(_MOST_BYTES), ""))
-    except OSError as error:
-        raise TraceError(f"{args.trace}: can't be read: {(error.strerror or str(error)).lower()}") from None
-    except UnicodeDecodeError:
-        raise TraceError(f"{args.trace}: is no text, and so no trace") from None
-    except TraceError as error:
-        raise TraceError(f"{args.trace}: {error}") from None
+    with (
+        told_of(args.trace, no_text="is no text, and so no trace"),
+        args.trace.open(encoding="utf-8", newline="\n") as lines,
+        logging_to_stderr(args),
+    ):
+        outcome = replay(iter(lambda: lines.readline(_MOST_BYTES), ""))
     if outcome.header.version != __version__:
         warn(f"{args.trace} was written by hmrsim {outcome.header.version}; this is {__version__}")
     if args.json:

@@ -12,7 +12,8 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, warn
 from hmrsim.cli.report_text import show_summary
-from hmrsim.errors import TraceError, printable
+from hmrsim.cli.tracing import told_of
+from hmrsim.errors import printable
 from hmrsim.log_options import add_log_options, logging_to_stderr
 from hmrsim.report import of_recording, of_trace, report_of
 
@@ -127,18 +128,12 @@ def _read(path: Path) -> Told:
     Raises:
         TraceError: It can't be read, or is neither a trace nor a recording.
     """
-    try:
+    with told_of(path, no_text="neither a trace, which is text, nor a recording, which is MCAP"):
         with path.open("rb") as file:
             begins = file.read(len(_MCAP))
         if begins == _MCAP:
             return _recorded(path)
         return of_trace(lambda: _lines(path))
-    except OSError as error:
-        raise TraceError(f"{path}: can't be read: {(error.strerror or str(error)).lower()}") from None
-    except UnicodeDecodeError:
-        raise TraceError(f"{path}: neither a trace, which is text, nor a recording, which is MCAP") from None
-    except TraceError as error:
-        raise TraceError(f"{path}: {error}") from None
 
 
 def _lines(path: Path) -> Iterator[str]:

@@ -33,6 +33,27 @@ def _opened(path: Path) -> IO[str]:
 
 
 @contextmanager
+def told_of(path: Path, *, no_text: str) -> Iterator[None]:
+    """Have whatever is wrong with a file that is read within told with its path.
+
+    Args:
+        path: The file.
+        no_text: What is said of one that is no text.
+
+    Raises:
+        TraceError: It can't be read, or makes no sense.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise TraceError(f"{path}: can't be read: {(error.strerror or str(error)).lower()}") from None
+    except UnicodeDecodeError:
+        raise TraceError(f"{path}: {no_text}") from None
+    except TraceError as error:
+        raise TraceError(f"{path}: {error}") from None
+
+
+@contextmanager
 def traced(path: Path | None, simulator: Simulator) -> Iterator[Trace | None]:
     """Write the trace of a run to a file, if one is wanted; complete at the end of the context.
 
