@@ -1,0 +1,194 @@
+"""How a golden run is made; the only module here that knows where things are inside the packages."""
+
+from __future__ import annotations
+
+import io
+import json
+import subprocess
+import sys
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import Any
+
+from py_trees.blackboard import Blackboard
+
+from bt_controller.cli import main as bt_controller
+from hmrsim.actions import registry as actions
+from hmrsim.cli import main as hmrsim
+from hmrsim.gateway import Answered, CallService, CancelGoal, PlanAnswered, PlannerPresent, SendGoal, Stop
+from hmrsim.interfaces.message import Message
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+from hmrsim.orders import read_order
+from hmrsim.replay import replay
+from hmrsim.scene import scene
+from hmrsim.services import registry as services
+from hmrsim.simulator import Simulator
+from hmrsim.trace import Trace
+from hmrsim.world import load_world
+from hmrsim.world.loading import world_of
+from hmrsim_zenoh.host import Host, HostSettings
+from hmrsim_zenoh.session import SessionOptions
+
+ROOT = Path(__file__).parents[2]
+_PROGRAM_SECONDS = 100
+
+
+def traced_by_cli(folder, *arguments):
+    """Return the trace that ``hmrsim`` writes in this process for a command such as ``simulate WORLD``."""
+    path = folder / "cli.jsonl"
+    with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+        hmrsim([*arguments, "--trace", str(path)])
+    return path.read_text()
+
+
+def traced_by_process(folder, *arguments):
+    """Return the trace that ``hmrsim`` writes as a process of its own."""
+    path = folder / "process.jsonl"
+    _run(Path(sys.executable).with_name("hmrsim"), *arguments, "--trace", path)
+    return path.read_text()
+
+
+def report_of(folder, trace):
+    """Return what ``hmrsim report --json`` says of a trace."""
+    path = folder / "reported.jsonl"
+    path.write_text(trace)
+    with redirect_stdout(io.StringIO()) as out, redirect_stderr(io.StringIO()):
+        hmrsim(["report", str(path), "--json"])
+    return out.getvalue()
+
+
+def last_scene(trace):
+    """Return the scene in which a trace ends, run again."""
+    seen = []
+    outcome = replay(trace.splitlines(keepends=True), seen.append)
+    assert outcome.difference is None, outcome.difference
+    return scene(seen[0])
+
+
+class Run:
+    """A run in virtual time, without any network.
+
+    Args:
+        world: A world as in a file, or the name of a shipped one.
+        changes: What is different in this run, by the key of the world.
+        folder: Where a world that was written as text is kept.
+
+    Attributes:
+        answers: What was answered to the commands, in plain values.
+        now: The simulated time.
+    """
+
+    def __init__(self, world, changes=None):
+        plain = world
+        if isinstance(world, str):
+            plain = load_world(world).world.model_dump(mode="json", by_alias=True)
+        self._simulator = Simulator(world_of({**plain, **(changes or {})}, "golden"))
+        self._lines = []
+        self._goals = {}
+        self.answers = []
+        self._trace = Trace(self._simulator, self._lines.append)
+        self._simulator.attach(self)
+
+    def wants(self, _topic):
+        """Return False: answers come unasked."""
+        return False
+
+    def emit(self, event):
+        """Keep the answer to a command of a story."""
+        if isinstance(event, Answered) and isinstance(event.reply_to, str):
+            self.answers.append({"at": self._simulator.now, "to": event.reply_to, "answer": _plain(event.answer)})
+
+    def advance(self, until):
+        """Let it be so late, unless the simulation is paused."""
+        self._simulator.advance(until)
+
+    def finish(self, until):
+        """Let the scripts come to their end, or it be so late."""
+        self._simulator.run_scripts(until)
+
+    def scene(self):
+        """Return all that is to be seen now."""
+        return scene(self._simulator)
+
+    def trace(self):
+        """Return the trace, which ends now."""
+        self._trace.close()
+        return "".join(self._lines)
+
+    def send(self, name, robot, order=None, action=None, goal=None):
+        """Send a goal, under a letter: as a line of a script, or as an action and a goal in plain values."""
+        goal_id = name * 32
+        if order:
+            read = read_order(order, self._simulator.world)
+            action, message = read.action.name, read.goal
+        else:
+            known = actions().get(action)
+            message = known and known.goal.model_validate_json(json.dumps(goal or {}))
+        self._goals.setdefault(name, (robot, action, goal_id))
+        self._simulator.submit(SendGoal(robot, action, message, goal_id, f"send {name}"))
+
+    def cancel(self, name):
+        """Cancel a goal."""
+        self._simulator.submit(CancelGoal(*self._goals[name], reply_to=f"cancel {name}"))
+
+    def call(self, service, request=None):
+        """Call a service with a request in plain values."""
+        message = services()[service].request.model_validate_json(json.dumps(request or {}))
+        self._simulator.submit(CallService(service, message, f"call {service}"))
+
+    def planner(self, *, present):
+        """Let a planner come or go."""
+        self._simulator.submit(PlannerPresent(present))
+
+    def plan(self, request, *points, **fields):
+        """Answer what a planner was asked."""
+        poses = [{"pose": {"position": {"x": x, "y": y}}} for x, y in points]
+        result = ComputePathToPose.Result.model_validate_json(json.dumps({"path": {"poses": poses}, **fields}))
+        self._simulator.submit(PlanAnswered(request, result))
+
+    def stop(self, reason):
+        """Abort all goals."""
+        self._simulator.submit(Stop(reason))
+
+
+@contextmanager
+def _served(world):
+    """Serve a world in lockstep; give the endpoint and the pieces of the trace."""
+    pieces = []
+    options = SessionOptions(listen=("tcp/127.0.0.1:0",))
+    with Host(load_world(world), options, HostSettings(clock="lockstep", feedback_rate=2.0)) as host:
+        trace = Trace(host.simulator, pieces.append)
+        host.start()
+        yield host.endpoints[0], pieces
+    trace.close()
+
+
+def traced_tree(world, tree, robots):
+    """Return the trace of a tree that ``bt-controller run`` runs in this process."""
+    with _served(world) as (endpoint, pieces), redirect_stdout(io.StringIO()):
+        code = bt_controller(["run", tree, "--robot", *robots, "--connect", endpoint])
+    Blackboard.clear()
+    assert code == 0, f"{tree} ended with {code}"
+    return "".join(pieces)
+
+
+def traced_program(world, program):
+    """Return the trace of a Python program that takes part in lockstep, in a process of its own."""
+    with _served(world) as (endpoint, pieces):
+        _run(sys.executable, program, endpoint)
+    return "".join(pieces)
+
+
+def _run(*command):
+    subprocess.run([*map(str, command)], cwd=ROOT, capture_output=True, timeout=_PROGRAM_SECONDS, check=True)
+
+
+def _plain(answer: Any) -> Any:
+    """Return an answer in plain values, whatever it is made of."""
+    if isinstance(answer, Message):
+        return answer.model_dump(mode="json", exclude_unset=True)
+    if hasattr(answer, "_asdict"):
+        return {key: _plain(value) for key, value in answer._asdict().items()}
+    if isinstance(answer, (list, tuple)):
+        return [_plain(each) for each in answer]
+    return getattr(answer, "value", answer)
