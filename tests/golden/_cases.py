@@ -64,8 +64,7 @@ def _told(story, folder):
         if order == "look":
             scenes.append(run.scene())
         else:
-            keywords = arguments.pop() if arguments and isinstance(arguments[-1], dict) else {}
-            getattr(run, order)(*arguments, **keywords)
+            getattr(run, order)(*arguments)
     run.finish(story["until"])
     run.advance(story["until"])
     scenes.append(run.scene())

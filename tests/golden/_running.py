@@ -15,7 +15,7 @@ from py_trees.blackboard import Blackboard
 from bt_controller.cli import main as bt_controller
 from hmrsim.actions import registry as actions
 from hmrsim.cli import main as hmrsim
-from hmrsim.gateway import Answered, CallService, CancelGoal, PlanAnswered, PlannerPresent, SendGoal, Stop
+from hmrsim.gateway import Answered, CallService, CancelGoal, PlanAnswered, PlannerPresent, Read, SendGoal, Stop, Topic
 from hmrsim.interfaces.message import Message
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.orders import read_order
@@ -136,12 +136,18 @@ class Run:
         message = services()[service].request.model_validate_json(json.dumps(request or {}))
         self._simulator.submit(CallService(service, message, f"call {service}"))
 
-    def planner(self, *, present):
+    def read(self, topic, robot="", action=""):
+        """Ask for the latest of a topic."""
+        self._simulator.submit(Read(Topic(topic), robot, action, f"read {topic} {robot}"))
+
+    def planner(self, present):
         """Let a planner come or go."""
         self._simulator.submit(PlannerPresent(present))
 
-    def plan(self, request, *points, **fields):
-        """Answer what a planner was asked."""
+    def plan(self, request, *points):
+        """Answer what a planner was asked: points, or how it failed."""
+        fields = points[-1] if isinstance(points[-1], dict) else {}
+        points = () if fields else points
         poses = [{"pose": {"position": {"x": x, "y": y}}} for x, y in points]
         result = ComputePathToPose.Result.model_validate_json(json.dumps({"path": {"poses": poses}, **fields}))
         self._simulator.submit(PlanAnswered(request, result))
@@ -186,7 +192,7 @@ def _run(*command):
 def _plain(answer: Any) -> Any:
     """Return an answer in plain values, whatever it is made of."""
     if isinstance(answer, Message):
-        return answer.model_dump(mode="json", exclude_unset=True)
+        return answer.model_dump(mode="json", exclude_defaults=True)
     if hasattr(answer, "_asdict"):
         return {key: _plain(value) for key, value in answer._asdict().items()}
     if isinstance(answer, (list, tuple)):
