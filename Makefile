@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := .make/ready
 
-.PHONY: help dev demo test lint format schemas bench package clean
+.PHONY: help dev demo test golden lint format schemas bench package clean
 
 help:  ## List the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
@@ -27,6 +27,9 @@ test: $(READY)  ## Run every test, with coverage
 	$(BIN)/python -m coverage run -m pytest $(ARGS)
 	@$(BIN)/python -m coverage combine --quiet
 	@$(BIN)/python -m coverage report --format=total >/dev/null || { $(BIN)/python -m coverage report; exit 1; }
+
+golden: $(READY)  ## Compare golden runs with what is pinned; ARGS="--help" says how to see the first difference
+	$(BIN)/python -m tests.golden $(ARGS)
 
 lint: $(READY)  ## Check style, types and the direction of imports
 	$(BIN)/ruff check .

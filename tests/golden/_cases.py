@@ -52,7 +52,7 @@ def _under(world, policy, folder):
     for until in (5.0, 15.0, 3600.0):
         run.finish(until)
         scenes.append(run.scene())
-    return _pinned(folder, run.trace(), scenes)
+    return _pinned(folder, run.trace(), scenes) | _heard(run)
 
 
 def _told(story, folder):
@@ -68,7 +68,7 @@ def _told(story, folder):
     run.finish(story["until"])
     run.advance(story["until"])
     scenes.append(run.scene())
-    return _pinned(folder, run.trace(), scenes, run.answers)
+    return _pinned(folder, run.trace(), scenes) | _heard(run)
 
 
 def _of_trace(make, folder, *arguments):
@@ -95,15 +95,20 @@ def _program(world, name, folder):
     return _of_trace(running.traced_program, folder, world, running.ROOT / "examples" / f"{name}.py")
 
 
-def _pinned(folder, trace, scenes, answers=()):
+def _heard(run):
+    """What a client hears of a run."""
+    lines = (json.dumps(_rounded(event)) + "\n" for event in run.events)
+    return {"events.jsonl": "".join(lines)} | ({"answers.json": _text(run.answers)} if run.answers else {})
+
+
+def _pinned(folder, trace, scenes):
     report = running.report_of(folder, trace)
     version = re.match(r'.*?"hmrsim":"([^"]*)"', trace)[1]
-    pinned = {
+    return {
         "trace.jsonl": trace.replace(f'"hmrsim":"{version}"', '"hmrsim":"…"', 1),
         "report.json": _text(json.loads(report)).replace(json.dumps(version), '"…"'),
         "scenes.json": _text(scenes),
     }
-    return pinned | ({"answers.json": _text(answers)} if answers else {})
 
 
 def _text(plain):

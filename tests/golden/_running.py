@@ -15,7 +15,19 @@ from py_trees.blackboard import Blackboard
 from bt_controller.cli import main as bt_controller
 from hmrsim.actions import registry as actions
 from hmrsim.cli import main as hmrsim
-from hmrsim.gateway import Answered, CallService, CancelGoal, PlanAnswered, PlannerPresent, Read, SendGoal, Stop, Topic
+from hmrsim.gateway import (
+    Answered,
+    CallService,
+    CancelGoal,
+    GoalChanged,
+    Happened,
+    PlanAnswered,
+    PlannerPresent,
+    Read,
+    SendGoal,
+    Stop,
+    Topic,
+)
 from hmrsim.interfaces.message import Message
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.orders import read_order
@@ -26,6 +38,7 @@ from hmrsim.simulator import Simulator
 from hmrsim.trace import Trace
 from hmrsim.world import load_world
 from hmrsim.world.loading import world_of
+from hmrsim_zenoh.encoding import happened
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.session import SessionOptions
 
@@ -71,11 +84,10 @@ class Run:
     Args:
         world: A world as in a file, or the name of a shipped one.
         changes: What is different in this run, by the key of the world.
-        folder: Where a world that was written as text is kept.
 
     Attributes:
         answers: What was answered to the commands, in plain values.
-        now: The simulated time.
+        events: What subscribers of ``_world/events`` are told, also what no trace has: lanes, ways and goals.
     """
 
     def __init__(self, world, changes=None):
@@ -86,16 +98,19 @@ class Run:
         self._lines = []
         self._goals = {}
         self.answers = []
+        self.events = []
         self._trace = Trace(self._simulator, self._lines.append)
         self._simulator.attach(self)
 
-    def wants(self, _topic):
-        """Return False: answers come unasked."""
-        return False
+    def wants(self, topic):
+        """Return whether it is about what happens: there are no samples here."""
+        return topic in (Topic.EVENTS, Topic.MOTION)
 
     def emit(self, event):
-        """Keep the answer to a command of a story."""
-        if isinstance(event, Answered) and isinstance(event.reply_to, str):
+        """Keep what happens, and the answer to a command of a story."""
+        if isinstance(event, (GoalChanged, Happened)):
+            self.events.append(json.loads(happened(event)))
+        elif isinstance(event, Answered) and isinstance(event.reply_to, str):
             self.answers.append({"at": self._simulator.now, "to": event.reply_to, "answer": _plain(event.answer)})
 
     def advance(self, until):
