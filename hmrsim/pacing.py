@@ -13,7 +13,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.courtesy import Courtesy
 from hmrsim.errors import SimulationStopped
 from hmrsim.gateway import PlanAnswered, Refused, Topic
 from hmrsim.lockstep import Lockstep
@@ -79,7 +78,6 @@ class Pacing:
         clock: How time moves: ``realtime`` or ``lockstep``.
         real_time_factor: Simulated seconds a wall second in real time; 0 for as fast as possible.
         duration: Simulated seconds after which to end.
-        hold: Wall seconds for which time stands at most after a result, in real time.
         participants: How many have to join before time moves in lockstep, or their names.
         participant_timeout: Wall seconds that one of them may take from a grant to the next request.
         end_on_loss: Whether the run ends when one of them is lost.
@@ -95,7 +93,6 @@ class Pacing:
     clock: str = REALTIME
     real_time_factor: float = 1.0
     duration: float = math.inf
-    hold: float = 0.0
     participants: int | Collection[str] = 1
     participant_timeout: float = math.inf
     end_on_loss: bool = False
@@ -112,10 +109,8 @@ class Pacing:
         """Follow what happens in the simulation."""
         self._generation = self.simulator.generation
         self._lockstep = Lockstep(self.simulator, awaited=self.participants, until=self.duration)
-        self._courtesy = Courtesy(self.hold)
         self.simulator.gate.hindrance = self._hindrance
         self.simulator.attach(self._lockstep)
-        self.simulator.attach(self._courtesy)
 
     def run(self) -> None:
         """Run until the inbox is closed or the duration is over; goals that run then are left to `Simulator.stop`."""
@@ -171,8 +166,6 @@ class Pacing:
         elif simulator.paused:
             self._anchor = None
             self._stand()
-        elif self._courtesy.left:
-            self._hold()
         elif self.real_time_factor == 0 or simulator.limit < math.inf:
             # Steps are made as fast as possible, too.
             self._anchor = None
@@ -223,8 +216,6 @@ class Pacing:
         if simulator.next_due <= target:
             # Some of it: commands are looked for in between.
             simulator.take(target, _EVENTS_BETWEEN_POLLS)
-            if self._courtesy.left:
-                return
         elif target >= self.duration:
             simulator.advance(self.duration)
             self._over = True
@@ -234,14 +225,6 @@ class Pacing:
         elif simulator.next_due > target:
             wake = max(min(simulator.next_due, self.duration) / factor + self._anchor, woken + _QUANTUM)
             self._wait(None if wake == math.inf else min(max(0.0, wake - wall_time()), _LONGEST_WAIT))
-
-    def _hold(self) -> None:
-        """Let time stand for a moment; what comes meanwhile comes at this instant."""
-        began = wall_time()
-        if not self._take_commands():
-            self._wait(self._courtesy.left)
-        if self._anchor is not None:
-            self._anchor += wall_time() - began
 
     def _stand(self) -> None:
         """Wait for the next command, however long that takes."""

@@ -47,7 +47,6 @@ class HostSettings:
     Attributes:
         clock: How time moves: ``realtime`` or ``lockstep``.
         real_time_factor: Simulated seconds a wall second in real time; 0 for as fast as possible.
-        hold: Wall seconds that time stands at most after a result, in real time.
         participants: How many have to join before time moves in lockstep, or their names.
         participant_timeout: Wall seconds that one of them may take from a grant to the next request.
         end_on_loss: Whether the run ends when one of them is lost.
@@ -68,7 +67,6 @@ class HostSettings:
 
     clock: str = REALTIME
     real_time_factor: float = 1.0
-    hold: float = 0.0
     participants: int | tuple[str, ...] = 1
     participant_timeout: float = 30.0
     end_on_loss: bool = False
@@ -162,7 +160,6 @@ class Host:
             clock=settings.clock,
             real_time_factor=settings.real_time_factor,
             duration=settings.duration,
-            hold=settings.hold,
             participants=settings.participants,
             participant_timeout=settings.participant_timeout,
             end_on_loss=settings.end_on_loss,

@@ -162,7 +162,6 @@ def _settings(args: argparse.Namespace, wires: tuple[Wire, ...]) -> HostSettings
     return HostSettings(
         clock=args.clock,
         real_time_factor=args.real_time_factor,
-        hold=args.hold,
         participants=args.participants,
         participant_timeout=args.participant_timeout,
         end_on_loss=args.on_participant_loss == "end",

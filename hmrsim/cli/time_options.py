@@ -56,14 +56,6 @@ def add_time_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("time")
     add_clock_options(group, numbers.factor, 1.0)
     group.add_argument(
-        "--hold",
-        type=numbers.not_negative,
-        default=0.0,
-        metavar="S",
-        help="in real time, stop time for so many wall seconds at most after a result, for controllers that think "
-        "(default: %(default)g)",
-    )
-    group.add_argument(
         "--participants",
         type=numbers.participants,
         default=1,

@@ -53,11 +53,11 @@ def wall(monkeypatch):
     return FakeWall(monkeypatch)
 
 
-def paced(wall, arrivals, *, factor=1.0, topics=frozenset(), hold=0.0, **kwargs):
+def paced(wall, arrivals, *, factor=1.0, topics=frozenset(), **kwargs):
     """Run a simulation at a pace; return it with its log."""
     run = simulate(topics=topics)
     inbox = wall.inbox(arrivals, **kwargs)
-    pace = Pacing(run.simulator, inbox, Retention(-1), real_time_factor=factor, duration=50.0, hold=hold)
+    pace = Pacing(run.simulator, inbox, Retention(-1), real_time_factor=factor, duration=50.0)
     pace.run()
     return run, pace
 
@@ -154,32 +154,6 @@ def test_no_wait_is_longer_than_the_machine_can_wait(wall):
     Pacing(run.simulator, wall.inbox([(0.0, long)], close_at=7300.0), Retention(-1), real_time_factor=0.1).run()
 
     assert 3600.0 == max(wall.waits)
-
-
-class TestHold:
-    """Time that stands for a moment after a result."""
-
-    def test_it_stands_until_the_next_goal_comes(self, wall):
-        """A result at 4 s; the next goal comes 0.2 wall seconds later, at the same time, and takes 4 s more."""
-        later = WAIT._replace(goal_id=B)
-        run, _ = paced(wall, [(0.0, WAIT), (4.2, later)], hold=1.0)
-
-        assert [4.0, 4.0, 8.0] == pytest.approx([time for time, _ in run.log.changes(B)])
-
-    def test_it_stands_no_longer_than_it_may(self, wall):
-        """A goal that comes 3 wall seconds after the result finds 2 of them gone by."""
-        later = WAIT._replace(goal_id=B)
-        run, _ = paced(wall, [(0.0, WAIT), (7.0, later)], hold=1.0)
-
-        assert 6.0 == pytest.approx(run.log.changes(B)[0][0])
-
-    def test_as_fast_as_possible_too(self, wall):
-        """Another robot's wait goes on only when the hold is over."""
-        other = SendGoal("eve", "wait", Wait.Goal(time=Duration(sec=9)), B)
-        run, _ = paced(wall, [(0.0, WAIT), (0.0, other)], factor=0.0, hold=1.0, close_at=5.0)
-
-        assert (9.0, "SUCCEEDED") == run.log.changes(B)[-1]
-        assert 1.0 in wall.waits
 
 
 class TestPause:
