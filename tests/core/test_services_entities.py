@@ -58,7 +58,7 @@ class TestFilters:
     @pytest.mark.parametrize(
         ("filters", "code", "why"),
         [
-            ({"filter": "("}, 4, "filter '(': a ')' is missing"),
+            ({"filter": "("}, 4, "filter '(': missing ): ("),
             ({"filter": "x" * 300}, 4, "it has 300 characters; at most 256 are taken"),
             ({"bounds": {"type": 2}}, 0, "bounds of type 2 are no filter here; use a box or a sphere"),
             ({"bounds": {"type": 3}}, 4, "a box or a sphere has 2 points, got 0"),
@@ -214,16 +214,19 @@ class TestPattern:
     @pytest.mark.parametrize(
         ("pattern", "why"),
         [
-            ("(a", "a ')' is missing"),
-            ("a)", "')' at 2 closes nothing"),
-            ("*a", "nothing stands before '*' at 1"),
-            ("a{x}", "expected {N}"),
-            ("a{3,2}", "must be in order"),
-            ("a{999}", "at most 255"),
-            ("[a", "it ends too early"),
-            ("[b-a]", "range b-a is not in order"),
-            ("[[:nope:]]", "no class of characters 'nope'"),
-            ("\\", "it ends too early"),
+            ("(a", "missing )"),
+            ("a)", "unexpected )"),
+            ("*a", "no argument for repetition operator: *"),
+            ("a{3,2}", "invalid repetition size: {3,2}"),
+            ("a{1001}", "invalid repetition size"),
+            ("[a", "missing ]"),
+            ("[b-a]", "invalid character class range: b-a"),
+            ("[[:nope:]]", "invalid character class range: [:nope:]"),
+            ("\\", "trailing \\"),
+            ("\\d", "invalid escape sequence"),
+            ("(a)\\1", "invalid escape sequence"),
+            ("(x{900})" * 30, "pattern too large"),
+            ("\ud800", "half of a surrogate pair"),
         ],
     )
     def test_what_is_no_pattern(self, pattern, why):
@@ -231,15 +234,15 @@ class TestPattern:
         with pytest.raises(PatternError, match=re.escape(why)):
             compiled(pattern)
 
-    @pytest.mark.parametrize("pattern", ["(a+)+$", "(a|a)*b", "(a*)*b", "((((a*)*)*)*)*b", "(((a{0,255}){255}){255})b"])
+    @pytest.mark.parametrize("pattern", ["(a+)+$", "(a|a)*b", "(a*)*b", "((((a*)*)*)*)*b", "((a{0,30}){30})b"])
     def test_none_takes_long(self, pattern):
         """Python's own would take years; the limit of time is that of all tests."""
-        try:
-            found = compiled(pattern)("a" * 100 + "c")
-        except PatternError as error:
-            found = "it takes too long" not in str(error)
+        assert not compiled(pattern)("a" * 100 + "c")
 
-        assert not found
+    def test_repetitions_of_repetitions_are_counted(self):
+        """They would make a pattern of millions of states."""
+        with pytest.raises(PatternError, match="invalid repetition size"):
+            compiled("(((a{0,255}){255}){255})b")
 
     @given(
         st.text("ab", max_size=6),
