@@ -136,7 +136,7 @@ class _Demo:
             self._screen.say(f"{_WORLD}: {len(story.robots)} robots at {options.connect[0]}; the mission begins")
             if "view" in ready:
                 self._screen.say(f"the live picture is at {ready['view']}")
-            with self._screen.opened():
+            with self._screen.opened(story):
                 self._follow(story)
             code = controller.code(_START_SECONDS)
         units = info["world"].get("units", "m")
@@ -175,7 +175,7 @@ class _Demo:
         until = time.monotonic() + limit
         while time.monotonic() < until:
             item = self._next(_LOOK)
-            self._screen.refresh(story)
+            self._screen.refresh()
             if item == (None,):
                 # The last events may be on their way still.
                 while (item := self._next(_LAST_EVENTS)) is not None:

@@ -2,30 +2,36 @@
 
 from __future__ import annotations
 
-import time
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import IO, TYPE_CHECKING, Final, Protocol
 
 from rich.console import Console
-from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from hmrsim.cli.demo_story import RobotSum
 from hmrsim.cli.output import show_json, warn
+from hmrsim.cli.robot_table import Column, RobotTable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from hmrsim.cli.demo_story import Line, Story
 
-_PERIOD: Final = 0.25
 _STYLES: Final = {"world": "cyan", "tree": "yellow"}
+_COLUMNS: Final = (
+    Column("robot", 8, 0),
+    Column("type", 12, 4),
+    Column("does", 24, 1),
+    Column("driven", 7, 3, "right"),
+    Column("carries", 14, 2),
+)
 
 
 class Audience(Protocol):
     """Whom a demo tells what happens."""
 
-    def opened(self) -> AbstractContextManager[None]:
+    def opened(self, story: Story) -> AbstractContextManager[object]:
         """Return what has to be entered while the mission goes on."""
 
     def say(self, text: str) -> None:
@@ -37,7 +43,7 @@ class Audience(Protocol):
     def tell(self, line: Line) -> None:
         """Show what happened."""
 
-    def refresh(self, story: Story) -> None:
+    def refresh(self) -> None:
         """Show how things stand now."""
 
     def summary(self, story: Story, wall_seconds: float, units: str, *, succeeded: bool) -> None:
@@ -47,7 +53,7 @@ class Audience(Protocol):
 class JsonLines:
     """Writes what happens as one JSON object a line, the sum as the last; all else goes to stderr."""
 
-    def opened(self) -> AbstractContextManager[None]:
+    def opened(self, _story: Story) -> AbstractContextManager[object]:
         """Return what does nothing."""
         return nullcontext()
 
@@ -63,7 +69,7 @@ class JsonLines:
         """Write what happened."""
         show_json(line.to_json())
 
-    def refresh(self, story: Story) -> None:
+    def refresh(self) -> None:
         """Do nothing: programs want to know what happens, not how things stand."""
 
     def summary(self, story: Story, wall_seconds: float, _units: str, *, succeeded: bool) -> None:
@@ -72,8 +78,24 @@ class JsonLines:
         show_json({"succeeded": succeeded, **times, "robots": story.to_json()})
 
 
+class MissionTable(RobotTable[RobotSum]):
+    """Shows what each robot of a mission does; it disappears at the end, where the sum is shown."""
+
+    def __init__(self, console: Console, story: Story) -> None:
+        super().__init__(console, story.robots, _COLUMNS, transient=True)
+        self._story = story
+
+    def title(self) -> str:
+        """Return where it is, and the time."""
+        return f"hospital   {self._story.sim_time:.1f} s"
+
+    def row(self, name: str, robot: RobotSum) -> Sequence[str]:
+        """Return what a robot does."""
+        return name, robot.type, robot.does, f"{robot.distance:.1f}", robot.carries
+
+
 class Screen:
-    """Shows lines as they come, and on a terminal where everybody is.
+    """Shows lines as they come, and on a terminal what each robot does.
 
     Args:
         out: Where to.
@@ -82,46 +104,43 @@ class Screen:
     def __init__(self, out: IO[str]) -> None:
         self._console = Console(file=out, highlight=False)
         self._out = out
-        self._live: Live | None = None
-        self._next = 0.0
+        self._table: MissionTable | None = None
 
     @contextmanager
-    def opened(self) -> Iterator[None]:
+    def opened(self, story: Story) -> Iterator[None]:
         """Show the live table meanwhile, on a terminal."""
         if not self._console.is_terminal:
             yield
             return
-        with Live(console=self._console, auto_refresh=False, transient=True, redirect_stdout=False) as self._live:
+        with MissionTable(self._console, story) as self._table:
             yield
-        self._live = None
+        self._table = None
 
     def say(self, text: str) -> None:
         """Show a line that is no part of the mission."""
-        if self._live is None:
+        if self._table is None:
             print(text, file=self._out, flush=True)
         else:
-            self._console.print(text, markup=False)
+            self._table.print(text)
 
     def log(self, text: str) -> None:
         """Show a line of the log: above the live table, if there is one."""
-        if self._live is None:
+        if self._table is None:
             warn(text)
         else:
-            self._console.print(text, markup=False)
+            self._table.print(text)
 
     def tell(self, line: Line) -> None:
         """Show what happened."""
-        if self._live is None:
+        if self._table is None:
             print(line, file=self._out, flush=True)
         else:
-            self._console.print(Text(str(line), style=_STYLES[line.source]))
+            self._table.print(Text(str(line), style=_STYLES[line.source]))
 
-    def refresh(self, story: Story) -> None:
-        """Show what is new in the table, four times a second at most."""
-        now = time.monotonic()
-        if self._live is not None and now >= self._next:
-            self._next = now + _PERIOD
-            self._live.update(_now(story), refresh=True)
+    def refresh(self) -> None:
+        """Show what is new in the table."""
+        if self._table is not None:
+            self._table.refresh()
 
     def summary(self, story: Story, wall_seconds: float, units: str, *, succeeded: bool) -> None:
         """Show the sum."""
@@ -138,15 +157,3 @@ class Screen:
         self._console.print(table)
         verdict = "succeeded" if succeeded else "failed"
         self.say(f"the mission {verdict}: {story.sim_time:.1f} s of simulated time in {wall_seconds:.1f} s")
-
-
-def _now(story: Story) -> Table:
-    table = Table(title=f"hospital   {story.sim_time:.1f} s", title_justify="left")
-    table.add_column("robot")
-    table.add_column("type")
-    table.add_column("does", min_width=24)
-    table.add_column("carries", min_width=14)
-    table.add_column("driven", justify="right", min_width=6)
-    for name, robot in story.robots.items():
-        table.add_row(name, robot.type, robot.does, robot.carries, f"{robot.distance:.1f}")
-    return table

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable, Iterator
 
-    from hmrsim.cli.run_table import RobotTable
+    from hmrsim.cli.run_table import HostTable
     from hmrsim.cli.view_options import View
     from hmrsim.interfaces.message import Message
     from hmrsim.world import LoadedWorld
@@ -145,7 +145,7 @@ def _run(args: argparse.Namespace) -> int:
     return ExitCode.DONE
 
 
-def _serve(host: Host, table: RobotTable | None, tell_ready: Callable[[], None]) -> None:
+def _serve(host: Host, table: HostTable | None, tell_ready: Callable[[], None]) -> None:
     """Run the simulation until its end or a signal."""
     signals: list[int] = []
     with on_signals(signals.append):
@@ -200,13 +200,13 @@ def _goals() -> Iterator[type[Message]]:
 
 
 @contextmanager
-def _shown(host: Host, loaded: LoadedWorld, level: int) -> Iterator[RobotTable | None]:
+def _shown(host: Host, loaded: LoadedWorld, level: int) -> Iterator[HostTable | None]:
     """Show what happens on stderr: a table that wants to be refreshed on a terminal, log lines elsewhere."""
     if sys.stderr.isatty():
         # Takes its time to load, which no other simulator needs.
-        from hmrsim.cli.run_table import RobotTable  # noqa: PLC0415
+        from hmrsim.cli.run_table import HostTable  # noqa: PLC0415
 
-        with RobotTable(host, loaded.world.name) as table, LogLines(table.print, level):
+        with HostTable(host, loaded.world.name) as table, LogLines(table.print, level):
             host.attach(table)
             yield table
         return

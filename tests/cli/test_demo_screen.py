@@ -7,6 +7,9 @@ import io
 import pytest
 
 from hmrsim.cli.demo_screen import JsonLines, Screen
+from hmrsim.cli.demo_story import Story
+
+STORY = Story({"wall_e": "nurse"})
 
 
 class Terminal(io.StringIO):
@@ -21,17 +24,31 @@ def test_log_lines_stand_above_the_live_table(capsys):
     """They go where the table is, through what draws it."""
     out = Terminal()
     screen = Screen(out)
-    with screen.opened():
+    with screen.opened(STORY):
         screen.log("[INFO] simulator: [red]hello")
 
     assert "[INFO] simulator: [red]hello" in out.getvalue()
     assert "" == capsys.readouterr().err
 
 
+def test_the_live_table_shows_what_each_robot_does():
+    """One line a robot, while the mission goes on."""
+    out = Terminal()
+    story = Story({"wall_e": "nurse"})
+    robot = story.robots["wall_e"]
+    robot.does, robot.distance, robot.carries = "Go to pharmacy", 9.53, "medicine"
+    screen = Screen(out)
+    with screen.opened(story):
+        screen.refresh()
+
+    (row,) = {line.strip() for line in out.getvalue().splitlines() if "pharmacy" in line}
+    assert ["wall_e", "nurse", "Go", "to", "pharmacy", "9.5", "medicine"] == row.split()
+
+
 @pytest.mark.parametrize("screen", [Screen(io.StringIO()), JsonLines()], ids=["text", "json"])
 def test_log_lines_are_no_result(screen, capsys):
     """Without a live table they go to stderr."""
-    with screen.opened():
+    with screen.opened(STORY):
         screen.log("hello")
 
     assert ("", "hello\n") == capsys.readouterr()

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
-from hmrsim.cli.run_table import RobotTable
+from hmrsim.cli.run_table import HostTable
 from hmrsim.gateway import GoalChanged, SendGoal, Topic
 from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.moveit_msgs import Pickup
@@ -30,7 +30,7 @@ def host():
 def drawn(host, *events, width=120, height=30):
     """Return the table as text, after these events."""
     console = Console(file=io.StringIO(), width=width, height=height)
-    table = RobotTable(host, "scenario 1", console)
+    table = HostTable(host, "scenario 1", console)
     for event in events:
         table.emit(event)
     console.print(table.table())
@@ -82,7 +82,7 @@ def test_table_tells_how_the_last_goal_ended(host):
 def test_the_end_of_a_goal_has_a_colour(host):
     """Red is what went wrong."""
     console = Console(file=io.StringIO(), width=120, force_terminal=True, color_system="standard")
-    table = RobotTable(host, "scenario 1", console)
+    table = HostTable(host, "scenario 1", console)
     table.emit(ended(GoalStatus.ABORTED, NavigateToPose.Result(error_code=208, error_msg="no way")))
     console.print(table.table())
 
@@ -142,7 +142,7 @@ def test_table_looks_again_when_the_robot_moved_meanwhile(host, monkeypatch):
 
 def test_table_wants_the_clock(host):
     """Time moves on between events for whoever looks at it."""
-    table = RobotTable(host, "scenario 1", Console(file=io.StringIO()))
+    table = HostTable(host, "scenario 1", Console(file=io.StringIO()))
 
     assert [Topic.CLOCK] == [topic for topic in Topic if table.wants(topic)]
 
@@ -151,7 +151,7 @@ def test_live_table(host):
     """Lines stand above the table, and the last table stays."""
     console = Console(file=io.StringIO(), width=120, force_terminal=True)
 
-    with RobotTable(host, "scenario 1", console) as table:
+    with HostTable(host, "scenario 1", console) as table:
         table.refresh()
         table.print("[INFO] hello")
 
