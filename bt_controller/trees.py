@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
 import inspect
-import sys
-import traceback
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -14,8 +11,9 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from py_trees.behaviour import Behaviour
 from py_trees.blackboard import Blackboard
 
+from bt_controller.errors import TreeError
+from bt_controller.imports import described, imported
 from bt_controller.meant import instead, shown
-from hmrsim.errors import HmrsimError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -28,10 +26,6 @@ _RESUMABLE = "bt_resumable"
 
 _NOTHING: Final[Mapping[str, str]] = MappingProxyType({})
 _ROBOT, _ROBOTS = "robot", "robots"
-
-
-class TreeError(HmrsimError):
-    """There is no such tree, or it can't be built; the text names it and says what would do."""
 
 
 @dataclass(frozen=True)
@@ -165,27 +159,6 @@ def _is_xml(name: str) -> bool:
         return False
 
 
-def imported(name: str, module_name: str) -> ModuleType:
-    """Return a module of the current folder, or an installed one.
-
-    Raises:
-        TreeError: It can't be imported; *name* is what the user wrote.
-    """
-    if not all(module_name.split(".")):
-        raise TreeError(f"{name}: {module_name!r} is no name of a module")
-    if (here := str(Path.cwd())) not in sys.path:
-        sys.path.insert(0, here)
-    try:
-        return importlib.import_module(module_name)
-    except ModuleNotFoundError as error:
-        missing = error.name or ""
-        if module_name == missing or module_name.startswith(f"{missing}."):
-            raise TreeError(f"{name}: no module {missing!r} here ({here}) or installed") from None
-        raise TreeError(f"{name}: {described(error)}") from error
-    except Exception as error:
-        raise TreeError(f"{name}: {described(error)}") from error
-
-
 def _functions(module: ModuleType) -> list[str]:
     """Return the functions of a module that could be meant."""
     return [
@@ -210,13 +183,3 @@ def _first_parameter(name: str, function: Callable[..., object]) -> str:
     if positional and positional[0].name in (_ROBOT, _ROBOTS):
         return positional[0].name
     return _ROBOT if needed else ""
-
-
-def described(error: Exception) -> str:
-    """Return an error of somebody else's code as one line: what, and where."""
-    if isinstance(error, SyntaxError):
-        return f"{type(error).__name__}: {error.msg} ({error.filename}:{error.lineno})"
-    text = f"{type(error).__name__}: {error}".splitlines()[0]
-    trace = traceback.extract_tb(error.__traceback__)
-    frames = [frame for frame in trace if not frame.filename.startswith("<frozen")]
-    return f"{text} ({frames[-1].filename}:{frames[-1].lineno})" if frames else text

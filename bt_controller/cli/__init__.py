@@ -57,8 +57,8 @@ def _completers() -> Mapping[str, Completer]:
 
 def _exit_code(error: Exception) -> int | None:
     """Return the exit code of an error whose text is fit to be shown; None for a bug."""
+    from bt_controller.errors import TreeError
     from bt_controller.node import PortError
-    from bt_controller.trees import TreeError
     from hmrsim.errors import HmrsimError
     from hmrsim_zenoh.errors import (
         BadOptions,

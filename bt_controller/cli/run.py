@@ -185,12 +185,12 @@ def _resumed(args: argparse.Namespace, plan: Plan) -> str | None:
 def _run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
     from dataclasses import replace
 
+    from bt_controller.errors import TreeError
     from bt_controller.running.clocks import clock_for
     from bt_controller.running.interruption import on_interrupt
     from bt_controller.running.mailbox import STOP, Mailbox
     from bt_controller.running.mission import missions_for, prepare
     from bt_controller.running.runner import Runner
-    from bt_controller.trees import TreeError
     from bt_controller.watching.snapshot import nodes_of
     from hmrsim_zenoh.client import Client
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
+from bt_controller.errors import TreeError
 from bt_controller.fleet.allocation import Robot, Waiting
 from bt_controller.fleet.desk import Desk
 from bt_controller.fleet.tasks import arrivals
 from bt_controller.node import Leaf
 from bt_controller.tree_time import now, reached
-from bt_controller.trees import TreeError
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from bt_controller.errors import TreeError
 from bt_controller.meant import shortened, shown
-from bt_controller.trees import TreeError
 
 MOST_FAULTS: Final = 50
 """How many are told at once: more help nobody, and looking for what could be meant takes its time."""

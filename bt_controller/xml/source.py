@@ -7,8 +7,8 @@ from typing import Any, Final
 from xml.etree.ElementTree import Element as _Element
 from xml.parsers import expat
 
+from bt_controller.errors import TreeError
 from bt_controller.meant import shown
-from bt_controller.trees import TreeError
 from bt_controller.xml.faults import MOST_FAULTS, Origin
 
 LARGEST: Final = 1 << 20

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 from py_trees.behaviour import Behaviour
 from py_trees.ports import PortsMixin
 
+from bt_controller.errors import TreeError
+from bt_controller.imports import imported
 from bt_controller.nodes import registry
-from bt_controller.trees import TreeError, imported
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
+from bt_controller.errors import TreeError
 from bt_controller.nodes import registry
 from bt_controller.scripting.conditions import conditioned
 from bt_controller.scripting.parser import parse
-from bt_controller.trees import TreeError
 from bt_controller.xml.file_tree import load_file
 
 _CONTROLS = {

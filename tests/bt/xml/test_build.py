@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from py_trees.common import Status
 
+from bt_controller.errors import TreeError
 from bt_controller.nodes import registry
-from bt_controller.trees import TreeError
 from bt_controller.watching.snapshot import nodes_of
 
 

@@ -8,8 +8,8 @@ from xml.sax.saxutils import quoteattr
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from bt_controller.errors import TreeError
 from bt_controller.nodes import registry
-from bt_controller.trees import TreeError
 from bt_controller.watching.snapshot import nodes_of
 
 _FIXTURE = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_controller.trees import TreeError
+from bt_controller.errors import TreeError
 from bt_controller.xml.source import DEEPEST, LARGEST, LONGEST, MOST_NODES, read
 
 
