@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.actions import registry
 from hmrsim.goal import GoalStatus
 from hmrsim.report.occurrence import Misfit, text, whole
+from hmrsim.report.pursuit import Pursuit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -16,33 +17,9 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.interfaces.message import Message
     from hmrsim.report.occurrence import Occurrence
-    from hmrsim.report.track import Standing
 
 _MOST: Final = 80
 """Characters of what was asked for."""
-
-
-@dataclass(slots=True, eq=False)
-class Pursuit:
-    """One goal, as far as it has come; times in nanoseconds."""
-
-    robot: str
-    action: str
-    goal_id: str
-    accepted: int
-    asked: Any = None
-    status: GoalStatus = GoalStatus.ACCEPTED
-    ended: int | None = None
-    error_code: int | None = None
-    error_msg: str = ""
-    distance: float = 0.0
-    waited: int = 0
-    waits: int = 0
-    reroutes: int = 0
-    deadlock: bool = False
-    waiting: Standing | None = None
-    holds_base: bool = True
-    faults: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)

@@ -15,10 +15,10 @@ from hmrsim.report.quantities import as_text, in_seconds, length, rounded
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from hmrsim.report.book import Pursuit
+    from hmrsim.report.pursuit import Pursuit, Standing
     from hmrsim.report.reading import Told
     from hmrsim.report.story import Story
-    from hmrsim.report.track import Standing, Track
+    from hmrsim.report.track import Track
     from hmrsim.report.troubles import Trouble
 
 _MOST_POINTS: Final = 300

@@ -15,7 +15,7 @@ from hmrsim.report.quantities import as_text, in_seconds, rounded
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from hmrsim.report.book import Pursuit
+    from hmrsim.report.pursuit import Pursuit
     from hmrsim.report.story import Story
 
 _BUCKETS: Final = 40

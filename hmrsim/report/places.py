@@ -12,9 +12,9 @@ from hmrsim.report.quantities import in_seconds, length, rounded
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from hmrsim.report.pursuit import Standing
     from hmrsim.report.sites import Use
     from hmrsim.report.story import Story
-    from hmrsim.report.track import Standing
 
 _MOST_PATHS: Final = 5000
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 
 if TYPE_CHECKING:
-    from hmrsim.report.track import Standing
+    from hmrsim.report.pursuit import Standing
 
 _DIGITS: Final = 9
 

@@ -10,8 +10,9 @@ from hmrsim.goal import GoalStatus
 from hmrsim.report.book import Book
 from hmrsim.report.crew import Crew
 from hmrsim.report.occurrence import Misfit, Occurrence, number, point, records, text, whole
+from hmrsim.report.pursuit import Standing
 from hmrsim.report.sites import Sites
-from hmrsim.report.track import Motion, Standing, Track
+from hmrsim.report.track import Motion, Track
 from hmrsim.report.troubles import Trouble, Troubles, hit
 from hmrsim.report.waiting import Waiting
 from hmrsim.sim_time import JITTER

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.geometry import Point
-    from hmrsim.report.book import Pursuit
     from hmrsim.report.model import State
+    from hmrsim.report.pursuit import Pursuit, Standing
 
 _INSTANT: Final = 5
 """Nanoseconds: what ends so shortly before or after something else ends with it, as stamps are rounded."""
@@ -67,27 +67,6 @@ class Motion:
             return self.length * elapsed * NANOSECONDS / (self.until - self.began)
         before = self.profile.time(self.behind)
         return min(self.length, max(0.0, self.profile.driven(before + elapsed) - self.behind))
-
-
-@dataclass(slots=True)
-class Standing:
-    """A robot stands on its way, or in a queue."""
-
-    robot: str
-    began: int
-    kind: str
-    robots: tuple[str, ...] = ()
-    why: str = ""
-    lane: tuple[str, str] | None = None
-    at: Point | None = None
-    goal: Pursuit | None = None
-    ended: int | None = None
-    until: str = ""
-
-    @property
-    def what(self) -> str:
-        """For what it waits, in a few words."""
-        return self.why or ", ".join(self.robots) or "something"
 
 
 @dataclass(slots=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from hmrsim.report.occurrence import lane, point, text, texts
-from hmrsim.report.track import Standing
+from hmrsim.report.pursuit import Standing
 
 if TYPE_CHECKING:
     from hmrsim.report.crew import Crew

@@ -1,0 +1,55 @@
+"""One goal of a run, and one wait on the way to it: each knows the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.goal import GoalStatus
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+
+
+@dataclass(slots=True, eq=False)
+class Pursuit:
+    """One goal, as far as it has come; times in nanoseconds."""
+
+    robot: str
+    action: str
+    goal_id: str
+    accepted: int
+    asked: Any = None
+    status: GoalStatus = GoalStatus.ACCEPTED
+    ended: int | None = None
+    error_code: int | None = None
+    error_msg: str = ""
+    distance: float = 0.0
+    waited: int = 0
+    waits: int = 0
+    reroutes: int = 0
+    deadlock: bool = False
+    waiting: Standing | None = None
+    holds_base: bool = True
+    faults: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class Standing:
+    """A robot stands on its way, or in a queue."""
+
+    robot: str
+    began: int
+    kind: str
+    robots: tuple[str, ...] = ()
+    why: str = ""
+    lane: tuple[str, str] | None = None
+    at: Point | None = None
+    goal: Pursuit | None = None
+    ended: int | None = None
+    until: str = ""
+
+    @property
+    def what(self) -> str:
+        """For what it waits, in a few words."""
+        return self.why or ", ".join(self.robots) or "something"
