@@ -12,7 +12,7 @@ from hmrsim.drawing.svg import Attributes, element, group, path, text_of
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from hmrsim.drawing.drawing import Drawing
+    from hmrsim.drawing.canvas import Canvas
 
 _SIZE: Final = 11.0
 _TITLE: Final = 16.0
@@ -25,7 +25,7 @@ _BAR: Final = 0.15
 """Share of the width that the scale bar takes at most."""
 
 
-def caption(drawing: Drawing) -> tuple[str, float]:
+def caption(drawing: Canvas) -> tuple[str, float]:
     """Return title, scale bar and legend, and how much room there is to be below the map."""
     left, right = 16.0, drawing.width - 16.0
     below = drawing.frame.top + drawing.frame.size[1]
@@ -43,7 +43,7 @@ def caption(drawing: Drawing) -> tuple[str, float]:
     return group("caption", [*_head(drawing, left, right), legend]), y - below + _LINE * 0.8
 
 
-def _head(drawing: Drawing, left: float, right: float) -> Iterator[str]:
+def _head(drawing: Canvas, left: float, right: float) -> Iterator[str]:
     world, colours, scale = drawing.world, drawing.colours, drawing.frame.scale
     bar = _round_length((right - left) * _BAR / scale)
     long = bar * scale
@@ -70,7 +70,7 @@ def _round_length(most: float) -> float:
     return float(next(step for step in (5, 2, 1) if step * power <= most) * power)
 
 
-def _entries(drawing: Drawing) -> Iterator[tuple[str, str]]:
+def _entries(drawing: Canvas) -> Iterator[tuple[str, str]]:
     """Return mark and meaning of all that there is; marks are around (9, 0)."""
     world, colours, at = drawing.world, drawing.colours, (9.0, 0.0)
     types = list(drawing.types.items())
@@ -92,7 +92,7 @@ def _entries(drawing: Drawing) -> Iterator[tuple[str, str]]:
     yield from _lines(drawing)
 
 
-def _lines(drawing: Drawing) -> Iterator[tuple[str, str]]:
+def _lines(drawing: Canvas) -> Iterator[tuple[str, str]]:
     world, colours, ends = drawing.world, drawing.colours, ((0.0, 0.0), (18.0, 0.0))
     look: Attributes = {"stroke": colours["lane"], "stroke_width": 1.3, "fill": "none"}
     if any(not lane.one_way for lane in world.lanes):

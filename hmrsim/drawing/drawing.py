@@ -6,11 +6,12 @@ import math
 from typing import TYPE_CHECKING, Final, Literal
 
 from hmrsim.drawing import marks
+from hmrsim.drawing.canvas import Canvas
 from hmrsim.drawing.caption import caption
 from hmrsim.drawing.frame import Frame
 from hmrsim.drawing.lanes import lanes
 from hmrsim.drawing.naming import names
-from hmrsim.drawing.palette import PALETTE, type_colours
+from hmrsim.drawing.palette import PALETTE
 from hmrsim.drawing.svg import Attributes, element, group, number, path, titled
 
 if TYPE_CHECKING:
@@ -20,11 +21,9 @@ if TYPE_CHECKING:
 
 FONTS: Final = "'DejaVu Sans', Verdana, 'Segoe UI', Roboto, Arial, sans-serif"
 _MARGIN: Final = 16.0
-_LARGEST: Final = 7.0
-_SMALLEST: Final = 1.2
 
 
-class Drawing:
+class Drawing(Canvas):
     """A picture of a world as its file says it is: the same world gives the same picture, byte for byte.
 
     It has ids, styles and scripts of no kind, so that it may be put into a page.
@@ -48,24 +47,12 @@ class Drawing:
         details: bool = False,
         legend: bool = True,
     ) -> None:
-        self.world = world
-        self.colours: Mapping[str, str] = PALETTE[theme]
-        self.types = type_colours(world)
-        self.width = width
-        self.names = names
-        self.details = details
-        self.legend = legend
         above = 48.0 if legend else _MARGIN
-        self.frame = Frame.of(world, width - 2 * _MARGIN, left=_MARGIN, top=above)
-        self.mark = self._mark_size()
+        frame = Frame.of(world, width - 2 * _MARGIN, left=_MARGIN, top=above)
+        super().__init__(world, PALETTE[theme], frame, width=width, details=details)
+        self._names = names
         self._caption, below = caption(self) if legend else ("", _MARGIN)
         self.size = width, math.ceil(above + self.frame.size[1] + below)
-
-    def _mark_size(self) -> float:
-        """Return the size of a mark, in pixels: where there is much, marks are small."""
-        world, (width, height) = self.world, self.frame.size
-        count = sum(len(things) for things in (world.waypoints, world.places, world.docks, world.items, world.robots))
-        return min(_LARGEST, max(_SMALLEST, math.sqrt(width * height / max(1, count)) / 8))
 
     def svg(
         self,
@@ -98,7 +85,7 @@ class Drawing:
             group("places", self._places()),
             group("items", self._items()),
             group("robots", self._robots()),
-            names(self) if self.names else "",
+            names(self) if self._names else "",
             self._caption,
         ]
         return element(
@@ -173,8 +160,3 @@ class Drawing:
                 titled(f"{name}, {robot.type}"),
                 flies=base.flies,
             )
-
-    def robot_radius(self, name: str) -> float:
-        """Return how large a robot is drawn: as large as it is, but not too small to be seen."""
-        radius = self.world.robot_type(self.world.robots[name]).base.radius or 0.0
-        return max(self.mark, radius * self.frame.scale)

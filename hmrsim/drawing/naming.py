@@ -12,7 +12,7 @@ from hmrsim.drawing.svg import Attributes, element, group, text_of
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from hmrsim.drawing.drawing import Drawing
+    from hmrsim.drawing.canvas import Canvas
     from hmrsim.geometry import Point
 
 _SIZE: Final = 11.0
@@ -37,7 +37,7 @@ class _Name(NamedTuple):
     weight: str = "400"
 
 
-def names(drawing: Drawing) -> str:
+def names(drawing: Canvas) -> str:
     """Return the names of robots, places, docks, lifts, items, doors and waypoints; the first have first choice."""
     if drawing.mark < _ROOM:
         return ""
@@ -75,7 +75,7 @@ def _placed(wanted: list[_Name], labels: Labels) -> Iterator[str]:
             yield element("text", text_of(text), x=x, y=y, **look)
 
 
-def _wanted(drawing: Drawing) -> Iterator[_Name]:
+def _wanted(drawing: Canvas) -> Iterator[_Name]:
     world, at, size, colours = drawing.world, drawing.frame.at, drawing.mark, drawing.colours
     for name, robot in world.robots.items():
         yield _Name(name, at(world.point(robot.at)), drawing.robot_radius(name), _SIZE, colours["ink"], _BOLD)
@@ -96,7 +96,7 @@ def _wanted(drawing: Drawing) -> Iterator[_Name]:
         yield _Name(name, at(point), size * 0.4, _SMALL, colours["muted"])
 
 
-def _limits(drawing: Drawing) -> Iterator[_Name]:
+def _limits(drawing: Canvas) -> Iterator[_Name]:
     world = drawing.world
     for lane in world.lanes:
         text = ", ".join(limits(lane, world.units))
