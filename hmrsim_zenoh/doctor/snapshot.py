@@ -16,8 +16,7 @@ from hmrsim_zenoh.tokens import MOST_TOKENS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from hmrsim_zenoh.ros2.hashes import Spoken
-    from hmrsim_zenoh.ros2.keys import Endpoint, Token
+    from hmrsim_zenoh.ros2.keys import Endpoint, Token, TypeHash
 
 OFFER: Final = (Kind.SERVICE, Kind.PUBLISHER)
 """Endpoints that serve or publish."""
@@ -89,18 +88,18 @@ class Domain:
         self.others = tuple(token for token in self.tokens if token.session != session)
 
     @cached_property
-    def spoken(self) -> Mapping[str, set[Spoken]]:
+    def spoken(self) -> Mapping[str, set[TypeHash]]:
         """Types and hashes that are served or published, by name."""
         return _spoken(self.tokens)
 
     @cached_property
-    def spoken_by_us(self) -> Mapping[str, set[Spoken]]:
+    def spoken_by_us(self) -> Mapping[str, set[TypeHash]]:
         """Likewise of the simulator alone."""
         return _spoken(self.ours)
 
 
-def _spoken(tokens: Iterable[Token]) -> Mapping[str, set[Spoken]]:
-    found: defaultdict[str, set[Spoken]] = defaultdict(set)
+def _spoken(tokens: Iterable[Token]) -> Mapping[str, set[TypeHash]]:
+    found: defaultdict[str, set[TypeHash]] = defaultdict(set)
     for _, endpoint in endpoints(tokens, *OFFER):
         found[endpoint.name].add((endpoint.type, endpoint.hash))
     return dict(found)

@@ -27,10 +27,9 @@ from hmrsim_zenoh.ros2.wires import RmwZenoh
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping
 
-_TOPICS: Final = (CLOCK, TF, ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE)
+    from hmrsim_zenoh.ros2.keys import TypeHash
 
-Spoken = tuple[str, str]
-"""A type as keys have it, and its hash."""
+_TOPICS: Final = (CLOCK, TF, ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE)
 
 
 class Difference(NamedTuple):
@@ -55,7 +54,7 @@ def known() -> Mapping[str, Mapping[str, tuple[str, ...]]]:
     return dict(found)
 
 
-def distros_of(spoken: Collection[Spoken]) -> tuple[str, ...]:
+def distros_of(spoken: Collection[TypeHash]) -> tuple[str, ...]:
     """Return the distributions whose types are all there, as far as there is a type of that name."""
     names = {type_ for type_, _ in spoken} & known().keys()
     return tuple(
@@ -65,7 +64,7 @@ def distros_of(spoken: Collection[Spoken]) -> tuple[str, ...]:
     )
 
 
-def difference(theirs: Spoken, ours: Collection[Spoken], *, simulator: bool = True) -> Difference:
+def difference(theirs: TypeHash, ours: Collection[TypeHash], *, simulator: bool = True) -> Difference:
     """Return why a client does not understand a server, and what to do.
 
     Args:
@@ -115,7 +114,7 @@ def _or(words: Iterable[str]) -> str:
     return f"{', '.join(most)} or {last}" if most else last
 
 
-def _all_of(distro: str) -> set[Spoken]:
+def _all_of(distro: str) -> set[TypeHash]:
     """Return all that a simulator may have in a distribution."""
     actions, services = all_actions(), all_services()
     everything = Part(WORLD, tuple((f"/{name}", name) for name in actions), _TOPICS, (("/get_state", WORLD_NODE),))

@@ -30,6 +30,9 @@ DOMAINS: Final = {str(domain): domain for domain in range(HIGHEST_DOMAIN + 1)}
 NO_HASH: Final = "TypeHashNotSupported"
 """What stands for the hash in the keys of humble."""
 
+TypeHash = tuple[str, str]
+"""A type as keys have it, and its hash."""
+
 _TOKENS: Final = "@ros2_lv"
 _NODE_CHUNKS, _ENDPOINT_CHUNKS = 9, 13
 _BUFFER_CHUNKS: Final = 14

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hmrsim_zenoh.ros2.asking.complaints import Complaints
-    from hmrsim_zenoh.ros2.hashes import Spoken
-    from hmrsim_zenoh.ros2.keys import Endpoint, Token
+    from hmrsim_zenoh.ros2.keys import Endpoint, Token, TypeHash
 
 _log = logging.getLogger(__name__)
 
@@ -52,7 +51,7 @@ class Peers:
         session: zenoh.Session,
         domain: int,
         *,
-        served: Callable[[], Mapping[str, set[Spoken]]],
+        served: Callable[[], Mapping[str, set[TypeHash]]],
         complaints: Complaints,
         gone: Callable[[bytes], None],
     ) -> None:

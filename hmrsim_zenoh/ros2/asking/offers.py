@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from hmrsim.gateway import AnyCommand, CancelResponse, GoalResponse, ResultResponse
     from hmrsim.interfaces.message import Message
     from hmrsim.services import AnyService
-    from hmrsim_zenoh.ros2.asking.asked import Asked
     from hmrsim_zenoh.ros2.codec.types import ServiceType
     from hmrsim_zenoh.ros2.keys import Address
 
@@ -52,6 +51,13 @@ class Layouts:
         return self.types[0 if address.hash == NO_HASH else -1]
 
 
+class ReplyTo(Protocol):
+    """A request that awaits its reply."""
+
+    def answer(self, answer: Any) -> None:
+        """Send what came of the command."""
+
+
 class Offer(Protocol):
     """One service.
 
@@ -70,7 +76,7 @@ class Offer(Protocol):
     @property
     def lost(self) -> bool: ...  # noqa: D102
 
-    def commands(self, request: Mapping[str, Any], asked: Asked) -> list[AnyCommand]:
+    def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
         """Return the commands that a request stands for; what needs none is answered.
 
         Raises:
@@ -106,10 +112,10 @@ class OfAction:
 class Goals(OfAction):
     """Takes goals."""
 
-    def commands(self, request: Mapping[str, Any], asked: Asked) -> list[AnyCommand]:
+    def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
         """Return the goal that is sent."""
         goal = self.action.goal.model_validate(request["goal"])
-        return [SendGoal(self.robot, self.action.name, goal, _goal_id(request), asked)]
+        return [SendGoal(self.robot, self.action.name, goal, _goal_id(request), reply_to)]
 
     def answer(self, answer: GoalResponse) -> Mapping[str, Any]:
         """Return whether it was accepted, and when; ROS has no field for why not."""
@@ -123,11 +129,11 @@ class Goals(OfAction):
 class Cancels(OfAction):
     """Takes requests to cancel goals."""
 
-    def commands(self, request: Mapping[str, Any], asked: Asked) -> list[AnyCommand]:
+    def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
         """Return the request."""
         info = request["goal_info"]
         stamp = info["stamp"]["sec"] * NANOSECONDS + info["stamp"]["nanosec"]
-        return [CancelGoal(self.robot, self.action.name, _goal_id(info), stamp, asked)]
+        return [CancelGoal(self.robot, self.action.name, _goal_id(info), stamp, reply_to)]
 
     def answer(self, answer: CancelResponse | Refused) -> Mapping[str, Any]:
         """Return which goals are canceled."""
@@ -147,9 +153,9 @@ class Cancels(OfAction):
 class Results(OfAction):
     """Hands out results, when there are any."""
 
-    def commands(self, request: Mapping[str, Any], asked: Asked) -> list[AnyCommand]:
+    def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
         """Return the request."""
-        return [GetResult(self.robot, self.action.name, _goal_id(request), asked)]
+        return [GetResult(self.robot, self.action.name, _goal_id(request), reply_to)]
 
     def answer(self, answer: ResultResponse | Refused) -> Mapping[str, Any]:
         """Return how the goal ended."""
@@ -178,9 +184,9 @@ class OfWorld:
 
     lost = False
 
-    def commands(self, request: Mapping[str, Any], asked: Asked) -> list[AnyCommand]:
+    def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
         """Return the request."""
-        return [CallService(self.service.name, self.service.request.model_validate(request), asked)]
+        return [CallService(self.service.name, self.service.request.model_validate(request), reply_to)]
 
     def answer(self, answer: Message | Refused) -> Message:
         """Return the response."""
@@ -209,9 +215,9 @@ class States:
     layouts: Layouts
     lost: bool = False
 
-    def commands(self, _request: Mapping[str, Any], asked: Asked) -> list[AnyCommand]:
+    def commands(self, _request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
         """Answer, and return nothing."""
-        asked.answer(None)
+        reply_to.answer(None)
         return []
 
     def answer(self, _answer: object) -> Message:

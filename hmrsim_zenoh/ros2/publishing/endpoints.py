@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.services import AnyService
     from hmrsim_zenoh.ros2.codec.types import ActionType
-    from hmrsim_zenoh.ros2.hashes import Spoken
+    from hmrsim_zenoh.ros2.keys import TypeHash
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.wires import Wire
 
@@ -124,7 +124,7 @@ class Endpoints:
         self._wire = wire
         self._actions = actions
         self._services = ros_services(services)
-        self._spoken: dict[Part, dict[str, set[Spoken]]] = {}
+        self._spoken: dict[Part, dict[str, set[TypeHash]]] = {}
         self._roles = cache(self._made_roles)
         self.feedback_types = cache(self._made_feedback_types)
         self.message_type = cache(self._made_message_type)
@@ -147,21 +147,21 @@ class Endpoints:
         for name, service in self._services.items() if part.robot == WORLD else ():
             yield from self._service(WORLD_NODE, name, service.ros_type, service.request, service.response)
 
-    def spoken(self, wanted: Iterable[Part]) -> dict[str, set[Spoken]]:
+    def spoken(self, wanted: Iterable[Part]) -> dict[str, set[TypeHash]]:
         """Return types and hashes of the endpoints of some parts by their names; from any thread.
 
         What is found of a part is kept for the next time, for as long as the part is wanted.
         """
         known = self._spoken
         self._spoken = known = {part: known.get(part) or self._spoken_of(part) for part in wanted}
-        found: dict[str, set[Spoken]] = {}
+        found: dict[str, set[TypeHash]] = {}
         # No two parts have an endpoint of the same name.
         for of_part in known.values():
             found.update(of_part)
         return found
 
-    def _spoken_of(self, part: Part) -> dict[str, set[Spoken]]:
-        found: dict[str, set[Spoken]] = {}
+    def _spoken_of(self, part: Part) -> dict[str, set[TypeHash]]:
+        found: dict[str, set[TypeHash]] = {}
         for _, endpoint in self.of(part):
             found.setdefault(endpoint.name, set()).add((endpoint.type, endpoint.hash))
         return found

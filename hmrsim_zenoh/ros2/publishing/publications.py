@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.gateway import Event
     from hmrsim.services import AnyService
-    from hmrsim_zenoh.ros2.hashes import Spoken
+    from hmrsim_zenoh.ros2.keys import TypeHash
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.publishing.endpoints import Part
     from hmrsim_zenoh.ros2.publishing.outlets import Outlet
@@ -73,7 +73,7 @@ class Publications:
         self._poses_wanted = False
         self._parts = parts(names)
         # What is known of which parts: Zenoh's threads ask, too, and may still be at those of before.
-        self._served: tuple[Sequence[Part], Mapping[str, set[Spoken]]] = ((), {})
+        self._served: tuple[Sequence[Part], Mapping[str, set[TypeHash]]] = ((), {})
         self._emitters: dict[type, Callable[[Any], None]] = {
             GoalChanged: self._emit_change,
             StatusChanged: self._goals.emit_status,
@@ -111,7 +111,7 @@ class Publications:
         """Wait until nothing runs any more, after the session was closed."""
         self._interest.join()
 
-    def served(self) -> Mapping[str, set[Spoken]]:
+    def served(self) -> Mapping[str, set[TypeHash]]:
         """Return types and hashes of all endpoints by their names; from any thread."""
         wanted, (known, served) = self._parts, self._served
         if known is not wanted:
