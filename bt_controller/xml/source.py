@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 from xml.etree.ElementTree import Element as _Element
-from xml.parsers import expat
 
 from bt_controller.errors import TreeError
 from bt_controller.meant import shown
 from bt_controller.xml.faults import MOST_FAULTS, Origin
+from hmrsim.safe_xml import Refused, parse
 
 LARGEST: Final = 1 << 20
 """Bytes of all files of a tree; a hand-written one has a few thousand."""
 MOST_NODES: Final = 10_000
 """Elements of all files of a tree, and nodes of the tree that they make."""
-DEEPEST: Final = 100
-"""How deep elements may be in each other, and nodes in a tree: py_trees goes down by recursion."""
-
 LONGEST: Final = 10_000
 """Letters of a tag or an attribute."""
 
@@ -32,7 +30,9 @@ _PATHS: Final = ("path", "src", "file")
 class Element(_Element):
     """An element that knows its place."""
 
-    origin: Origin
+    def __init__(self, tag: str, attributes: dict[str, str], origin: Origin) -> None:
+        super().__init__(tag, attributes)
+        self.origin = origin
 
 
 def read(path: str) -> Element:
@@ -74,13 +74,23 @@ class _Reader:
         self._left -= len(data)
         if self._left < 0:
             raise TreeError(file.says(f"more than {LARGEST} bytes are no tree"))
-        parser = _Parser(file.file, MOST_NODES - self._elements)
-        root = parser.parse(data)
-        self._elements += parser.count
+        make = partial(self._element, file.file)
+        try:
+            root = parse(data, make, max_elements=MOST_NODES)
+        except Refused as error:
+            raise TreeError(Origin(file.file, error.line or 1).says(str(error))) from None
         self._begun.append(path)
         self._inline(root, path)
         self._begun.pop()
         return root
+
+    def _element(self, file: str, tag: str, attributes: dict[str, str], line: int) -> Element:
+        self._elements += 1
+        if self._elements > MOST_NODES:
+            raise Refused(f"has more than {MOST_NODES} elements, with all that is included", line)
+        if max(map(len, [tag, *attributes, *attributes.values()])) > LONGEST:
+            raise Refused(f"has a text of more than {LONGEST} letters", line)
+        return Element(tag, attributes, Origin(file, line, tag, attributes.get("name", "")))
 
     def _inline(self, root: Element, path: Path) -> None:
         """Put what a file includes where it includes it."""
@@ -136,55 +146,3 @@ def _missing(path: Path) -> str:
         return "is no regular file" if path.exists() else "there is no such file"
     except OSError as error:
         return (error.strerror or str(error)).lower()
-
-
-class _Parser:
-    """Makes elements of one file's bytes."""
-
-    def __init__(self, file: str, most: int) -> None:
-        self.count = 0
-        self._file = file
-        self._most = most
-        self._open: list[Element] = []
-        self._root: Element | None = None
-        self._expat: Any = expat.ParserCreate()
-        self._expat.StartElementHandler = self._start
-        self._expat.EndElementHandler = self._end
-        self._expat.StartDoctypeDeclHandler = self._doctype
-
-    def parse(self, data: bytes) -> Element:
-        try:
-            self._expat.Parse(data, True)
-        except expat.ExpatError as error:
-            text = expat.ErrorString(error.code)
-            raise TreeError(Origin(self._file, error.lineno).says(f"no XML: {text}")) from None
-        except (LookupError, ValueError) as error:
-            raise TreeError(self._here().says(f"no XML: {error}")) from None
-        if self._root is None:
-            raise TreeError(self._here().says("no XML: no element found"))
-        return self._root
-
-    def _here(self, tag: str = "", name: str = "") -> Origin:
-        return Origin(self._file, self._expat.CurrentLineNumber, tag, name)
-
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        self.count += 1
-        if self.count > self._most:
-            raise TreeError(self._here().says(f"more than {MOST_NODES} elements are no tree"))
-        if len(self._open) >= DEEPEST:
-            raise TreeError(self._here().says(f"elements are more than {DEEPEST} levels deep"))
-        if max(map(len, [tag, *attributes, *attributes.values()])) > LONGEST:
-            raise TreeError(self._here().says(f"a text of more than {LONGEST} letters is none for a tree"))
-        element = Element(tag, attributes)
-        element.origin = self._here(tag, attributes.get("name", ""))
-        if self._open:
-            self._open[-1].append(element)
-        else:
-            self._root = element
-        self._open.append(element)
-
-    def _end(self, _tag: str) -> None:
-        self._open.pop()
-
-    def _doctype(self, *_declared: object) -> None:
-        raise TreeError(self._here().says("a DOCTYPE is not read; leave it out, trees need no entities"))

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any, Final
 from xml.etree.ElementTree import Element
 
 from bt_controller.xml.keys import is_private
-from bt_controller.xml.source import DEEPEST, MOST_NODES
+from bt_controller.xml.source import MOST_NODES
 from bt_controller.xml.subtree import SubTree
+from hmrsim.safe_xml import MAX_DEPTH
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -116,8 +117,8 @@ def _excess(count: int, depth: int, keys: int) -> str:
     """Return what is too much for py_trees; nothing if it is not."""
     if count > MOST_NODES:
         return f"have more than {MOST_NODES} nodes"
-    if depth > DEEPEST:
-        return f"be more than {DEEPEST} levels deep"
+    if depth > MAX_DEPTH:
+        return f"be more than {MAX_DEPTH} levels deep"
     return f"use more than {_MOST_KEYS} keys" if keys > _MOST_KEYS else ""
 
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.geometry import FARTHEST
-from hmrsim.world.formats._xml import Element, Refused
+from hmrsim.safe_xml import Refused
+from hmrsim.world.formats._xml import Element
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

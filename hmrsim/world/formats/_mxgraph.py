@@ -9,8 +9,9 @@ import zlib
 from dataclasses import dataclass
 from urllib.parse import unquote
 
+from hmrsim.safe_xml import Refused
 from hmrsim.world.formats._pages import NoPage, choose_page
-from hmrsim.world.formats._xml import Element, Refused, parse
+from hmrsim.world.formats._xml import Element, parse
 
 MOST_INFLATED = 32 * 1024 * 1024
 """Bytes that a packed diagram may unfold to."""

@@ -10,12 +10,12 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from hmrsim.errors import Problem, WorldError
+from hmrsim.safe_xml import Refused
 from hmrsim.world.finding import Finding, instead, shown
 from hmrsim.world.formats import Document, Format, _lanes, _robots, _things
 from hmrsim.world.formats._cells import BadCell, Cell, number
 from hmrsim.world.formats._drawing import Drawing
 from hmrsim.world.formats._mxgraph import read_page
-from hmrsim.world.formats._xml import Refused
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 
 if TYPE_CHECKING:

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from bt_controller.errors import TreeError
-from bt_controller.xml.source import DEEPEST, LARGEST, LONGEST, MOST_NODES, read
+from bt_controller.xml.source import LARGEST, LONGEST, MOST_NODES, read
+from hmrsim.safe_xml import MAX_DEPTH
 
 
 def test_elements_know_file_line_tag_and_name(files):
@@ -25,20 +26,20 @@ def test_elements_know_file_line_tag_and_name(files):
 @pytest.mark.parametrize(
     ("text", "error"),
     [
-        (b"", r"^tree\.xml:1: no XML: no element found$"),
-        (b"hello", r"^tree\.xml:1: no XML: syntax error$"),
-        (b"<root>\n<a></root>", r"^tree\.xml:2: no XML: mismatched tag$"),
+        (b"", r"^tree\.xml:1: is no XML: no element found$"),
+        (b"hello", r"^tree\.xml:1: is no XML: syntax error$"),
+        (b"<root>\n<a></root>", r"^tree\.xml:2: is no XML: mismatched tag$"),
         (b"<root/><root/>", "junk after document element"),
         (b"<root>\xff\xfe\xfa</root>", "not well-formed"),
         (b'<?xml version="1.0" encoding="klingon"?><root/>', "no XML: unknown encoding"),
         (b'<?xml version="1.0" encoding="shift_jis"?><root/>', r"no XML: "),
         (b"<root>&lol;</root>", "undefined entity"),
-        (b'<!DOCTYPE r [<!ENTITY a "b">]>\n<root>&a;</root>', r"^tree\.xml:1: a DOCTYPE is not read"),
-        (b'<!DOCTYPE r SYSTEM "file:///etc/passwd"><root/>', "a DOCTYPE is not read"),
-        (b"<a>" * (DEEPEST + 1), "elements are more than 100 levels deep"),
-        (b"<root>" + b"<a/>" * MOST_NODES, "more than 10000 elements are no tree"),
-        (b"<root a='" + b"x" * (LONGEST + 1) + b"'/>", "a text of more than 10000 letters is none for a tree"),
-        (b"<" + b"x" * (LONGEST + 1) + b"/>", "a text of more than 10000 letters is none for a tree"),
+        (b'<!DOCTYPE r [<!ENTITY a "b">]>\n<root>&a;</root>', r"^tree\.xml:1: has a DOCTYPE"),
+        (b'<!DOCTYPE r SYSTEM "file:///etc/passwd"><root/>', "has a DOCTYPE"),
+        (b"<a>" * (MAX_DEPTH + 1), "is nested deeper than 100"),
+        (b"<root>" + b"<a/>" * MOST_NODES, "has more than 10000 elements"),
+        (b"<root a='" + b"x" * (LONGEST + 1) + b"'/>", "has a text of more than 10000 letters"),
+        (b"<" + b"x" * (LONGEST + 1) + b"/>", "has a text of more than 10000 letters"),
         (b"<root>" + b" " * LARGEST, "more than 1048576 bytes are no tree"),
     ],
 )
@@ -155,7 +156,7 @@ class TestInclude:
             read("tree.xml")
         assert [
             "a.xml:1: <include>: 'c.xml': there is no such file",
-            "b.xml:1: no XML: no element found",
+            "b.xml:1: is no XML: no element found",
             "tree.xml:1: <include>: 'x.xml': there is no such file",
         ] == str(caught.value).splitlines()
 

@@ -1,0 +1,117 @@
+"""XML from strangers: no document types, so no entities; bounded in size and depth; with line numbers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from xml.parsers import expat
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+MAX_DEPTH = 100
+"""Elements inside each other."""
+
+
+class Parent(Protocol):
+    """An element that takes children."""
+
+    def append(self, child: Any, /) -> None:
+        """Take the next child."""
+
+
+E = TypeVar("E", bound=Parent)
+
+
+class Refused(Exception):
+    """The text is no XML, or none that is read here.
+
+    Attributes:
+        line: Where, from 1.
+    """
+
+    def __init__(self, message: str, line: int | None) -> None:
+        super().__init__(message)
+        self.line = line
+
+
+def parse(
+    data: bytes,
+    make: Callable[[str, dict[str, str], int], E],
+    *,
+    max_elements: int,
+    encoding: str | None = None,
+    line: int | None = None,
+    on_text: Callable[[E, str], None] | None = None,
+) -> E:
+    """Return the root element.
+
+    Args:
+        data: The XML.
+        make: Returns an element with a tag and attributes, of a line.
+        max_elements: How many elements there may be.
+        encoding: Of the data; None for what the XML says itself.
+        line: The line of all elements, for XML that is packed into one; None to count.
+        on_text: Called with an element and a piece of the text in it.
+
+    Raises:
+        Refused: It is no XML, has a document type, or exceeds a bound; *make* may raise it, too.
+    """
+    parser = expat.ParserCreate(encoding)
+    tree = _Tree(parser, make, max_elements, line)
+    parser.StartElementHandler = tree.start
+    parser.EndElementHandler = tree.end
+    parser.StartDoctypeDeclHandler = tree.doctype
+    if on_text is not None:
+        parser.buffer_text = True
+        parser.CharacterDataHandler = lambda text: on_text(tree.open[-1], text)
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise Refused(f"is no XML: {expat.ErrorString(error.code)}", line or error.lineno) from None
+    except (LookupError, ValueError) as error:
+        raise Refused(f"is no XML: {error}", tree.here) from None
+    if tree.root is None:
+        raise Refused("is empty", line)
+    return tree.root
+
+
+class _Tree(Generic[E]):
+    """What expat calls; it builds the tree."""
+
+    def __init__(
+        self,
+        parser: expat.XMLParserType,
+        make: Callable[[str, dict[str, str], int], E],
+        max_elements: int,
+        line: int | None,
+    ) -> None:
+        self.root: E | None = None
+        self.open: list[E] = []
+        self._parser = parser
+        self._make = make
+        self._max_elements = max_elements
+        self._line = line
+        self._count = 0
+
+    @property
+    def here(self) -> int:
+        return self._line or self._parser.CurrentLineNumber
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        self._count += 1
+        if self._count > self._max_elements:
+            raise Refused(f"has more than {self._max_elements} elements", self.here)
+        if len(self.open) >= MAX_DEPTH:
+            raise Refused(f"is nested deeper than {MAX_DEPTH}", self.here)
+        element = self._make(tag, attributes, self.here)
+        if self.open:
+            self.open[-1].append(element)
+        else:
+            self.root = element
+        self.open.append(element)
+
+    def end(self, _tag: str) -> None:
+        self.open.pop()
+
+    def doctype(self, *_: object) -> None:
+        raise Refused("has a DOCTYPE, which is not needed and opens the door to attacks; take it out", self.here)
