@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from bt_controller.meant import instead
 from hmrsim.errors import HmrsimError
+from hmrsim.world.finding import instead
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -70,4 +70,4 @@ class Directory:
 
 
 def _instead(wanted: str, names: Iterable[str]) -> str:
-    return instead(wanted, sorted(names), none="; there are none")
+    return instead(wanted, sorted(names))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from bt_controller.meant import instead, shown
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
+from hmrsim.world.finding import instead, shown
 from hmrsim_zenoh.envelopes import plain, read
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class NamedPlaces:
         """
         known = self._places()
         if name not in known:
-            raise ValueError(f"no place {shown(name)}{instead(name, sorted(known), none='; there are none')}")
+            raise ValueError(f"no place {shown(name)}{instead(name, sorted(known))}")
         return PoseStamped(pose=known[name])
 
     def _places(self) -> Mapping[str, Pose]:

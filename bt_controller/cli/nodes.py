@@ -43,8 +43,8 @@ def add_parser(commands: Any) -> None:
 
 
 def _nodes(args: argparse.Namespace) -> int:
-    from bt_controller.meant import meant
     from bt_controller.nodes import registry
+    from hmrsim.world.finding import meant
 
     known = registry()
     for name in args.nodes:

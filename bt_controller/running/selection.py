@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from bt_controller.directory import Directory, NotServed
-from bt_controller.meant import instead, meant
+from hmrsim.world.finding import instead, meant
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -57,7 +57,7 @@ def _chosen(directory: Directory, selector: str) -> list[str]:
     if not chosen:
         names = _names(directory, kind)
         alike = meant(wanted, names)
-        hint = f"; did you mean {kind}:{alike}?" if alike else instead(wanted, names, none="; there are none")
+        hint = f"; did you mean {kind}:{alike}?" if alike else instead(wanted, names)
         raise NotServed(f"no robot has {kind} {wanted!r}{hint}")
     return chosen
 

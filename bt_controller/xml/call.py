@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
-from bt_controller.meant import shown
 from bt_controller.xml.keys import is_key, reference
+from hmrsim.world.finding import shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from bt_controller.meant import instead, meant, shown
 from bt_controller.nodes import NOT_HERE
 from bt_controller.ports import CHILDREN
 from bt_controller.scripting.conditions import ATTRIBUTES, conditioned
 from bt_controller.scripting.parser import ScriptError, parse
 from bt_controller.xml.call import Call, children_of, connection, counted, is_a, shared
 from bt_controller.xml.keys import is_key, reference
+from hmrsim.world.finding import instead, meant, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -150,7 +150,7 @@ class _Checker:
         for name, text in attributes.items():
             if name not in inputs and name not in outputs:
                 known = [*own, *inputs, *outputs]
-                hint = instead(name, known, verb="it has", none="; it has none")
+                hint = instead(name, known, verb="it has")
                 self._faults.add(origin, f"there is no port {shown(name)}{hint}")
                 continue
             try:

@@ -62,18 +62,30 @@ def shown(value: object) -> str:
         return str(value).lower()
     if isinstance(value, dict):
         return "a mapping"
-    text = repr(value[:_SHOWN] if isinstance(value, (str, list)) else value)
-    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 1]}…"
+    if isinstance(value, str):
+        return repr(shortened(value))
+    return shortened(repr(value[:_SHOWN] if isinstance(value, list) else value))
 
 
-def instead(name: str, known: Iterable[str]) -> str:
-    """Return what would do instead of an unknown *name*, as the end of a sentence."""
+def shortened(text: str) -> str:
+    """Return a text, its beginning only if it is long."""
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}…"
+
+
+def meant(wanted: str, known: Iterable[str]) -> str | None:
+    """Return the name that is most like the one that is wanted; None if none is like it."""
     names = list(known)
-    near = [other for other in names if abs(len(other) - len(name)) <= 3 and other[:1] == name[:1]]  # noqa: PLR2004
-    alike = difflib.get_close_matches(name, near[:_COMPARED] or names[:_COMPARED], n=1)
-    if alike:
-        return f"; did you mean {alike[0]!r}?"
+    near = [name for name in names if abs(len(name) - len(wanted)) <= 3 and name[:1] == wanted[:1]]  # noqa: PLR2004
+    alike = difflib.get_close_matches(wanted, near[:_COMPARED] or names[:_COMPARED], n=1)
+    return alike[0] if alike else None
+
+
+def instead(wanted: str, known: Iterable[str], *, verb: str = "there are") -> str:
+    """Return what could be meant, or what there is, as the end of a message."""
+    names = list(known)
+    if alike := meant(wanted, names):
+        return f"; did you mean {alike!r}?"
     if not names:
-        return "; there are none"
+        return f"; {verb} none"
     rest = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-    return f"; there are {', '.join(names[:_LISTED])}{rest}"
+    return f"; {verb} {', '.join(names[:_LISTED])}{rest}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.meant import instead, shown
+from hmrsim.world.finding import instead, shown
 
 MANY = [f"robot{number}" for number in range(20)]
 
@@ -14,13 +14,13 @@ MANY = [f"robot{number}" for number in range(20)]
     [
         ("kitchn", ["ward", "kitchen"], "; did you mean 'kitchen'?"),
         ("x", ["ward", "kitchen"], "; there are ward, kitchen"),
-        ("x", MANY, f"; there are {', '.join(MANY[:12])}, …"),
+        ("x", MANY, f"; there are {', '.join(MANY[:8])} and 12 more"),
         ("x", [], "; there are none"),
     ],
 )
 def test_a_message_ends_with_what_would_do(wanted, known, words):
     """What is alike, or else the first of all."""
-    assert words == instead(wanted, known, none="; there are none")
+    assert words == instead(wanted, known)
 
 
 def test_a_long_text_is_cut():
