@@ -13,6 +13,7 @@ from hmrsim.scene import scene
 from hmrsim.services import registry as all_services
 from hmrsim.world import world_hash
 from hmrsim_zenoh import encoding
+from hmrsim_zenoh.envelopes import dump
 from hmrsim_zenoh.keys import WORLD
 from hmrsim_zenoh.time_requests import SERVICE_TYPES
 
@@ -65,7 +66,7 @@ class Description:
         self._info = self._info or self._described()
         time = self._time()
         now = {"clock": time.clock, "real_time_factor": time.real_time_factor}
-        return encoding.dump({**self._info, **now, "planner_present": self._simulator.plans.present})
+        return dump({**self._info, **now, "planner_present": self._simulator.plans.present})
 
     def route_graph(self) -> bytes:
         """Return the ways that are open to the robots."""

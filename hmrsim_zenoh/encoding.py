@@ -13,6 +13,7 @@ from hmrsim.gateway import GoalChanged, Happened
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
+from hmrsim_zenoh.envelopes import dump
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -126,8 +127,3 @@ def happened(event: GoalChanged | Happened) -> bytes:
 def error(text: str, field: str = "", value: object = None) -> bytes:
     """Return the body of Zenoh's error reply for one mistake."""
     return dump({"error": text, "details": [{"field": field, "message": text, "value": value}]})
-
-
-def dump(fields: Mapping[str, Any]) -> bytes:
-    """Return plain values as compact JSON."""
-    return json.dumps(fields, separators=(",", ":"), allow_nan=False).encode()

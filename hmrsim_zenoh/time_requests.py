@@ -25,7 +25,7 @@ from hmrsim.participation import (
     TimeState,
 )
 from hmrsim_zenoh import encoding
-from hmrsim_zenoh.envelopes import Envelope, UnreadableError, plain, read, unreadable_at
+from hmrsim_zenoh.envelopes import Envelope, UnreadableError, dump, plain, read, unreadable_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -210,16 +210,16 @@ def encoded(answer: TimeAnswer) -> tuple[bytes, str]:
             return _granted(answer), GRANTED
         case Joined(participant, epoch, now, goals):
             fields = {"participant": participant, "epoch": epoch, "now": now, "goals": goals}
-            return encoding.dump(fields), JOINED
+            return dump(fields), JOINED
         case HasLeft(participant):
-            return encoding.dump({"participant": participant}), LEFT
+            return dump({"participant": participant}), LEFT
         case TimeState():
             return state(answer), TIME_STATE
 
 
 def state(answer: TimeState) -> bytes:
     """Return how time moves, as JSON."""
-    return encoding.dump(answer._asdict())
+    return dump(answer._asdict())
 
 
 def _granted(answer: Granted) -> bytes:

@@ -18,7 +18,7 @@ from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.vision_msgs import Detection3DArray
-from hmrsim_zenoh.encoding import dump
+from hmrsim_zenoh.envelopes import dump
 from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.keys import TREE, WORLD, ActionKey, Keys, TopicKey, Verb
 from hmrsim_zenoh.recording.timeline import nanoseconds_of

@@ -13,7 +13,7 @@ from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rcl_interfaces import Log
 from hmrsim.interfaces.tf2_msgs import TFMessage
 from hmrsim.interfaces.visualization_msgs import MarkerArray
-from hmrsim_zenoh.encoding import dump
+from hmrsim_zenoh.envelopes import dump
 from hmrsim_zenoh.recording import schemas
 from hmrsim_zenoh.recording.pictures import Pictures, looked_at_from_above
 from hmrsim_zenoh.recording.timeline import Timeline, nanoseconds_of
