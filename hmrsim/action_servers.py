@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Protocol
 
-from hmrsim.actions import FRAMES, WORLD
+from hmrsim.actions import FRAMES
 from hmrsim.errors import GoalRejected
 from hmrsim.gateway import GoalEntry
-from hmrsim.goal import ZERO_ID, GoalStatus, made_goal_id, parse_goal_id
+from hmrsim.goal import WORLD, ZERO_ID, GoalStatus, made_goal_id, parse_goal_id
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping

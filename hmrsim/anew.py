@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.actions import WORLD
 from hmrsim.gateway import RosterChanged
+from hmrsim.goal import WORLD
 from hmrsim.graph import WaypointGraph
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, SimulationState
 

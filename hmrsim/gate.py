@@ -9,8 +9,8 @@ import math
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.actions import WORLD
 from hmrsim.environment import Tick
+from hmrsim.goal import WORLD
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.simulation_interfaces import SimulationState
 from hmrsim.sim_time import nanoseconds

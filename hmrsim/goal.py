@@ -26,6 +26,9 @@ from typing import Final
 ZERO_ID: Final = "0" * 32
 """The goal id that stands for "all goals" in a cancel request."""
 
+WORLD: Final = "_world"
+"""The name under which the world serves actions, as a robot does under its own."""
+
 _GOAL_ID = re.compile(r"[0-9a-f]{32}")
 _MOST_SHOWN = 200
 

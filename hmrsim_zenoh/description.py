@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 from pydantic_core import to_json
 
 import hmrsim
+from hmrsim.goal import WORLD
 from hmrsim.route_graph import to_geojson
 from hmrsim.scene import scene
 from hmrsim.services import registry as all_services
 from hmrsim.world import world_hash
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import dump
-from hmrsim_zenoh.keys import WORLD
 from hmrsim_zenoh.time_requests import SERVICE_TYPES
 
 if TYPE_CHECKING:

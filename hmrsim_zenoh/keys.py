@@ -19,12 +19,12 @@ from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from hmrsim.goal import WORLD
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 DEFAULT_PREFIX = "hmrsim"
-WORLD = "_world"
-"""Stands where a robot's name would: the world's own keys."""
 TREE = "_tree"
 """Stands where a topic's name would: what a controller tells of a robot's tree."""
 

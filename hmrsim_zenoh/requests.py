@@ -15,7 +15,7 @@ import zenoh
 from pydantic import TypeAdapter
 
 from hmrsim.gateway import CallService, CancelGoal, GetResult, GoalResponse, Read, SendGoal, Topic
-from hmrsim.goal import parse_goal_id
+from hmrsim.goal import WORLD, parse_goal_id
 from hmrsim.participation import ReadTime
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import (
@@ -28,7 +28,7 @@ from hmrsim_zenoh.envelopes import (
     plain,
     read,
 )
-from hmrsim_zenoh.keys import WORLD, ActionKey, TopicKey, Verb
+from hmrsim_zenoh.keys import ActionKey, TopicKey, Verb
 from hmrsim_zenoh.time_requests import ReadRequest, TimeRequests
 
 if TYPE_CHECKING:

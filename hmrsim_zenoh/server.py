@@ -33,13 +33,14 @@ from hmrsim.gateway import (
     StatusChanged,
     Topic,
 )
+from hmrsim.goal import WORLD
 from hmrsim.interfaces.message import Message
 from hmrsim.participation import Advance, Granted, HasLeft, Joined, TimeState
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.inbox import QueryInbox
 from hmrsim_zenoh.interest import Interest
-from hmrsim_zenoh.keys import WORLD, Verb
+from hmrsim_zenoh.keys import Verb
 from hmrsim_zenoh.requests import Asked, Requests
 from hmrsim_zenoh.thinning import Thinning
 from hmrsim_zenoh.time_requests import TIME_STATE, encoded

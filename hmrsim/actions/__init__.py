@@ -27,9 +27,6 @@ F_contra = TypeVar("F_contra", bound=Message, contravariant=True)
 FRAMES = ("", "map")
 """What poses may be in: the map, by its name or by none."""
 
-WORLD = "_world"
-"""The name under which the world serves actions, as a robot does under its own."""
-
 
 class Report(Protocol[F_contra]):
     """How a running action tells its client how it is doing."""

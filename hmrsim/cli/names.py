@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.actions import WORLD, registry
+from hmrsim.actions import registry
 from hmrsim.cli.exits import UnknownName, WrongUse
+from hmrsim.goal import WORLD
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

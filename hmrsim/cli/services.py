@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.names import actions
-from hmrsim_zenoh.keys import WORLD, Verb
+from hmrsim.goal import WORLD
+from hmrsim_zenoh.keys import Verb
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

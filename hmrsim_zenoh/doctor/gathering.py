@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
+from hmrsim.goal import WORLD
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
 from hmrsim_zenoh.envelopes import UnreadableError
 from hmrsim_zenoh.errors import NobodyThere, RequestTimeout
-from hmrsim_zenoh.keys import WORLD
 from hmrsim_zenoh.ros2.keys import DOMAINS, read_token
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.goal import WORLD
 from hmrsim_zenoh.endpoints import DEFAULT_ENDPOINT
-from hmrsim_zenoh.keys import WORLD
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.names import Names
 from hmrsim_zenoh.tokens import MOST_TOKENS

@@ -12,7 +12,7 @@ from pydantic_core import from_json
 
 from hmrsim.actions import registry as actions
 from hmrsim.gateway import FeedbackSent, GoalEntry, Sampled, StatusChanged, Topic
-from hmrsim.goal import GoalStatus
+from hmrsim.goal import WORLD, GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Time, values_of
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
@@ -20,7 +20,7 @@ from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.vision_msgs import Detection3DArray
 from hmrsim_zenoh.envelopes import dump
 from hmrsim_zenoh.errors import RequestError
-from hmrsim_zenoh.keys import TREE, WORLD, ActionKey, Keys, TopicKey, Verb
+from hmrsim_zenoh.keys import TREE, ActionKey, Keys, TopicKey, Verb
 from hmrsim_zenoh.recording.timeline import nanoseconds_of
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim_zenoh.keys import TREE
 from hmrsim_zenoh.recording.chunks import Piece, records, unpacked
-from hmrsim_zenoh.recording.recorder import ABOUT, EVENTS, INFO, SCENE, WORLD
+from hmrsim_zenoh.recording.recorder import ABOUT, EVENTS, INFO, SCENE, WORLD_TOPIC
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
 from hmrsim_zenoh.ros2.codec.types import message_type
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-_OURS: Final = (EVENTS, SCENE, INFO, WORLD)
+_OURS: Final = (EVENTS, SCENE, INFO, WORLD_TOPIC)
 _BATTERY: Final = "battery_state"
 
 
@@ -50,8 +50,8 @@ class Recording:
         self.truncated = True
         self.about: dict[str, str] = {}
         self._look_over()
-        found = self._first_of((WORLD, INFO))
-        self.world, self.info = found[WORLD], found[INFO]
+        found = self._first_of((WORLD_TOPIC, INFO))
+        self.world, self.info = found[WORLD_TOPIC], found[INFO]
 
     @property
     def name(self) -> str:
@@ -178,7 +178,7 @@ class Recording:
     def _not_ours(self, topic: str) -> RecordingError:
         return RecordingError(
             f"{self.path}: no recording of hmrsim's: nothing is on {topic}; "
-            "make one with `hmrsim run WORLD --record FILE.mcap` or `hmrsim record FILE.mcap`"
+            "make one with `hmrsim run WORLD_TOPIC --record FILE.mcap` or `hmrsim record FILE.mcap`"
         )
 
 

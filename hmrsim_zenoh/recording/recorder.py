@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.recording.writing import RecordingFile
     from hmrsim_zenoh.ros2.codec.types import MessageType
 
-EVENTS, SCENE, INFO, WORLD = "/_world/events", "/_world/scene", "/_world/info", "/_world/world"
+EVENTS, SCENE, INFO, WORLD_TOPIC = "/_world/events", "/_world/scene", "/_world/info", "/_world/world"
 ABOUT: Final = "hmrsim"
 """The metadata record of what is to be known of a recording itself."""
 MARKERS, THINGS = "/world/markers", "/world/things"
@@ -127,7 +127,7 @@ class Recorder:
         """Write another world, or one that began anew elsewhere, with what is there now."""
         self.world_stale = False
         self._go_to(nanoseconds_of(scene["stamp"]))
-        self._add_json(WORLD, schemas.world, definition)
+        self._add_json(WORLD_TOPIC, schemas.world, definition)
         self._add_json(INFO, schemas.INFO, info)
         self._pictures.load(definition)
         if static := self._pictures.frames(self.time.now):

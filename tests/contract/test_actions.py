@@ -7,9 +7,9 @@ import json
 import jsonschema
 import pytest
 
-from hmrsim.actions import WORLD as THE_WORLD
 from hmrsim.actions import error_of, registry
 from hmrsim.gateway import CallService, CancelGoal, SendGoal
+from hmrsim.goal import WORLD as THE_WORLD
 from hmrsim.interfaces.simulation_interfaces import SetSimulationState, SimulationState
 from hmrsim_zenoh.envelopes import SendGoalRequest, around, read
 from hmrsim_zenoh.schemas import action_schema

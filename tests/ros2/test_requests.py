@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 import pytest
 import zenoh
 
-from hmrsim.actions import WORLD
 from hmrsim.actions import registry as all_actions
 from hmrsim.gateway import (
     CallService,
@@ -24,7 +23,7 @@ from hmrsim.gateway import (
     SendGoal,
     Withdraw,
 )
-from hmrsim.goal import GoalStatus
+from hmrsim.goal import WORLD, GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.lifecycle_msgs import GetState
 from hmrsim.interfaces.nav2_msgs import Wait

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.gateway import Topic
-from hmrsim_zenoh.keys import WORLD
+from hmrsim.goal import WORLD
 from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, Endpoint, Kind
 from hmrsim_zenoh.ros2.publishing.statuses import Statuses
 from hmrsim_zenoh.thinning import Thinning

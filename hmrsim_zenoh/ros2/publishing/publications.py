@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from hmrsim.gateway import FeedbackSent, GoalChanged, Sampled, StatusChanged, Topic
+from hmrsim.goal import WORLD
 from hmrsim_zenoh.interest import Interest
-from hmrsim_zenoh.keys import WORLD
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
 from hmrsim_zenoh.ros2.publishing import goal_topics, topics
 from hmrsim_zenoh.ros2.publishing.declarations import Declarations

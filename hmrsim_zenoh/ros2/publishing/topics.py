@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.gateway import Topic
+from hmrsim.goal import WORLD
 from hmrsim.interfaces.geometry_msgs import (
     PoseWithCovarianceStamped,
     Quaternion,
@@ -15,7 +16,6 @@ from hmrsim.interfaces.geometry_msgs import (
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim.interfaces.tf2_msgs import TFMessage
-from hmrsim_zenoh.keys import WORLD
 from hmrsim_zenoh.ros2.publishing.endpoints import AMCL_POSE, BATTERY_STATE, CLOCK, DETECTIONS, ODOM, TF
 
 if TYPE_CHECKING:
