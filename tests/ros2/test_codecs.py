@@ -208,9 +208,27 @@ def test_broken_bytes_are_read_or_refused(described: Structure, seed: int) -> No
     chance = random.Random(seed)
     sent = bytearray(encoder(as_it_is(described))(Values(seed).of(described)))
     for _ in range(chance.randint(1, 4)):
-        sent[chance.randrange(4, len(sent))] = chance.choice((0, 1, 2, 127, 128, 255))
+        sent[chance.randrange(4, len(sent))] = chance.randrange(256)
     for broken in (sent, sent[: chance.randrange(4, len(sent))], b"\0\1\0\0" + chance.randbytes(chance.randrange(99))):
         assert outcome(careful.read, described, bytes(broken), "<") == outcome(decoder(described), bytes(broken))
+
+
+@pytest.mark.parametrize(
+    ("distro", "name"),
+    [
+        ("kilted", "nav2_msgs/action/Spin_Goal"),
+        ("lyrical", "simulation_interfaces/srv/SetEntityState_Request"),  # our message has no such field
+    ],
+)
+def test_a_boolean_is_one_or_zero(distro: str, name: str) -> None:
+    """Both codecs refuse any other byte, as Fast-CDR does, even if nothing of ours has the field."""
+    described = structures(distro)[name]
+    sent = encoder(as_it_is(described))(Values(500).of(described))
+    for value in range(256):
+        changed = sent[:-1] + bytes((value,))
+        read = [outcome(careful.read, described, changed, "<"), outcome(decoder(described), changed)]
+
+        assert [value > 1] * 2 == ["refused" == one for one in read], value
 
 
 @pytest.mark.parametrize(

@@ -66,6 +66,7 @@ class _Code(Code):
         self._count = 0
         self._codes: list[str] = []
         self._targets: list[str] = []
+        self._checks: list[str] = []
         self._values: dict[str, Any] = {}
 
     def function(self) -> _Read:
@@ -96,6 +97,9 @@ class _Code(Code):
         if leaf.path is not None:
             *outer, name = leaf.path
             self.nest(tuple(outer))[name] = value
+        elif field.primitive == "boolean":
+            # A value that is dropped must be true or false nevertheless, as Fast-CDR has it.
+            self._checks.append(value)
 
     def _name(self) -> str:
         self._count += 1
@@ -156,11 +160,11 @@ class _Code(Code):
 
     def _flush(self) -> None:
         """Read the numbers that wait."""
-        if not self._codes:
-            return
-        targets = f"({', '.join(self._targets)},)"
-        self.run(self._codes, lambda packed: packed.unpack_from, lambda unpack: f"{targets} = {unpack}(data, pos)")
-        self._codes, self._targets = [], []
+        if self._codes:
+            targets = f"({', '.join(self._targets)},)"
+            self.run(self._codes, lambda packed: packed.unpack_from, lambda unpack: f"{targets} = {unpack}(data, pos)")
+        self.lines += self._checks
+        self._codes, self._targets, self._checks = [], [], []
 
 
 def _text(length: str, target: str) -> list[str]:
