@@ -3,11 +3,12 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := .make/ready
+PYTEST = $(BIN)/python -m pytest -n auto --dist worksteal
 
-.PHONY: help dev demo test golden lint format schemas bench package clean
+.PHONY: help dev demo test golden lint format schemas bench package clean test-unit test-nightly coverage
 
 help:  ## List the targets
-	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
 
 $(READY): pyproject.toml requirements.lock
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -22,11 +23,17 @@ dev: $(READY)  ## Set up the development environment
 demo: $(READY)  ## Run the main job: a hospital mission, simulator and controller as two processes
 	$(BIN)/hmrsim demo
 
-test: $(READY)  ## Run every test, with coverage
-	$(BIN)/python -m coverage erase
-	$(BIN)/python -m coverage run -m pytest $(ARGS)
-	@$(BIN)/python -m coverage combine --quiet
-	@$(BIN)/python -m coverage report --format=total >/dev/null || { $(BIN)/python -m coverage report; exit 1; }
+test: $(READY)  ## Run every test; some of them by ARGS="-k cancel"
+	$(PYTEST) $(ARGS)
+
+test-unit: $(READY)  ## Run the tests that need nothing but their own process, in less than a minute
+	$(PYTEST) -m unit $(ARGS)
+
+test-nightly: $(READY)  ## Run what hypothesis tries, with many more examples
+	HYPOTHESIS_PROFILE=nightly $(PYTEST) -m hypothesis --timeout 3600 $(ARGS)
+
+coverage: $(READY)  ## Run every test, and fail below the coverage that pyproject.toml asks for
+	$(PYTEST) --cov --cov-report=term:skip-covered $(ARGS)
 
 golden: $(READY)  ## Compare golden runs with what is pinned; ARGS="--help" says how to see the first difference
 	$(BIN)/python -m tests.golden $(ARGS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.actions import registry as actions
@@ -13,6 +13,7 @@ from hmrsim.gateway import CancelGoal, SendGoal
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
 from hmrsim.traffic import registry as policies
+from tests.profiles import examples
 from tests.simulation import simulate
 
 EVE, BOB, ANN = "e" * 32, "b" * 32, "a" * 32
@@ -468,7 +469,7 @@ ANYTHING = st.tuples(
 )
 
 
-@settings(max_examples=100)
+@examples(100)
 @given(
     orders=st.lists(ANYTHING, max_size=8),
     policy=st.sampled_from([*policies()]),

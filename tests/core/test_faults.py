@@ -6,7 +6,7 @@ import math
 import random
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.gateway import CancelGoal, GetResult, GoalChanged, Read, Refused, Sampled, SendGoal, StatusChanged, Topic
@@ -17,6 +17,7 @@ from hmrsim.lockstep import Lockstep
 from hmrsim.participation import Advance, Join
 from hmrsim.replay import replay
 from hmrsim.trace import Trace
+from tests.profiles import examples
 from tests.simulation import SMALL_WORLD, simulate
 
 A, B, C = "a" * 32, "b" * 32, "c" * 32
@@ -606,7 +607,7 @@ CLOSED = st.builds(lambda spell: {"type": "lane_closed", "lane": ["home", "door"
 GOALS = st.lists(st.tuples(ROBOTS, st.sampled_from([1.0, 5.0, 9.0])), min_size=1, max_size=6)
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(st.lists(FAULTS | CLOSED, max_size=6), GOALS, st.sampled_from(["free", "reserve", "priority"]))
 def test_whatever_goes_wrong_each_goal_ends_once_and_is_answered_once(happening, goals, policy):
     """And nothing is left of it when all faults are cleared."""

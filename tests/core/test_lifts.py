@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.actions import registry as actions
@@ -12,6 +12,7 @@ from hmrsim.graph import WaypointGraph
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
 from hmrsim.traffic import registry as policies
 from hmrsim.world.model import World
+from tests.profiles import examples
 from tests.simulation import simulate
 
 EVE, BOB, ANN = "e" * 32, "b" * 32, "a" * 32
@@ -286,7 +287,7 @@ class TestAnew:
         assert ["lift", "at:second"] == tags(run)
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(
     goals=st.lists(
         st.tuples(st.sampled_from([*IDS]), st.sampled_from([*SPOTS]), st.integers(0, 6), st.booleans()), max_size=8

@@ -7,7 +7,7 @@ from collections import Counter
 from itertools import pairwise
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.gateway import CancelGoal, SendGoal, Topic
@@ -15,6 +15,7 @@ from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import BackUp, FollowPath, NavigateToPose
 from hmrsim.interfaces.simulation_interfaces import SpawnEntity
+from tests.profiles import examples
 from tests.simulation import simulate
 
 A, B, C = (letter * 32 for letter in "abc")
@@ -314,7 +315,7 @@ def check_places(simulator):
 
 
 @pytest.mark.parametrize("policy", ["reserve", "priority"])
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(40, share_fixtures=True)
 @given(crowd=crowds())
 def test_never_two_in_one_place_and_every_goal_ends(policy, crowd):
     """At every instant; where nobody is canceled, priority brings everybody to the goal."""

@@ -6,10 +6,11 @@ import math
 from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.report import of_trace, report_of
+from tests.profiles import examples
 from tests.report.worlds import ALONE, CHARGING, FAULTY, MEETING, goal_to, traced
 
 
@@ -197,7 +198,7 @@ def test_the_same_trace_has_the_same_report(trace):
 
 
 @pytest.mark.parametrize("exact", [True, False])
-@settings(max_examples=25)
+@examples(25)
 @given(data=st.data())
 def test_what_always_holds(data, exact):
     """Shares sum to 1 and seconds to the whole time; waits are within it; each robot's spans follow each other."""

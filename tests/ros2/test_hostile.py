@@ -8,9 +8,10 @@ import uuid
 
 import pytest
 import zenoh
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.profiles import examples
 from tests.ros2.client import CDR, NO_ID, SUCCEEDED, RosClient, attachment, get_state, goal_to, ros_action
 from tests.ros2.processes import simulator
 from tests.simulation import SMALL_WORLD
@@ -128,7 +129,7 @@ def attachments():
     )
 
 
-@settings(max_examples=400)
+@examples(400)
 @given(data=st.data())
 def test_every_request_is_answered_once(ros, data):
     """Whatever is in it and attached to it, there is one reply, whole, that is no error."""

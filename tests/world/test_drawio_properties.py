@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.errors import WorldError
 from hmrsim.world.formats.drawio import FORMAT
 from hmrsim.world.options import AS_IT_IS
+from tests.profiles import examples
 from tests.world.drawings import CORNER, ROOM, WALL, WALL_U, diagram, drawing, file, model, packed, road, shape, typed
 
 numbers = st.integers(-400, 4000).map(lambda n: n / 4)
@@ -47,7 +48,7 @@ def read(text: str) -> dict:
 
 
 @given(drawings)
-@settings(max_examples=60)
+@examples(60)
 def test_compressed_is_plain(cells):
     """A drawing is the same either way."""
     content = model(*(cell(0, 0, "1") for cell in cells))
@@ -56,7 +57,7 @@ def test_compressed_is_plain(cells):
 
 
 @given(styles, numbers, numbers, sizes, sizes, turns)
-@settings(max_examples=60)
+@examples(60)
 def test_full_turn_is_none(style, x, y, width, height, turn):
     """360 degrees more are the same."""
     once, again = (
@@ -67,7 +68,7 @@ def test_full_turn_is_none(style, x, y, width, height, turn):
 
 
 @given(drawings, numbers, numbers, turns)
-@settings(max_examples=60)
+@examples(60)
 def test_group_is_its_children_moved(cells, x, y, turn):
     """Quarters of a pixel add up exactly; how the group is turned is in its children already."""
     group = shape(f"group;rotation={turn}", x, y, 50, 50, id="g")
@@ -77,7 +78,7 @@ def test_group_is_its_children_moved(cells, x, y, turn):
 
 
 @given(st.text(max_size=100) | st.binary(max_size=100).map(packed))
-@settings(max_examples=200)
+@examples(200)
 def test_any_text_is_read_or_refused(text):
     """No text makes anything but a document or a WorldError."""
     for whole in (text, file(diagram(text)), f"<mxGraphModel><root>{text}</root></mxGraphModel>"):
@@ -88,7 +89,7 @@ def test_any_text_is_read_or_refused(text):
 
 
 @given(st.dictionaries(st.sampled_from(["type", "id", "name", "battery", "speed", "component_Script"]), labels))
-@settings(max_examples=100)
+@examples(100)
 def test_any_attribute_is_read_or_told(attributes):
     """No attribute makes anything but a document."""
     cell = typed("robot", 1, 1, **attributes)

@@ -6,13 +6,14 @@ import json
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.graph import WaypointGraph
 from hmrsim.route_graph import to_geojson
 from hmrsim.world import World, load_world
 from hmrsim.world.formats.geojson import FORMAT
+from tests.profiles import examples
 
 HERE = Path(__file__).parent
 REFERENCE = HERE.parents[1].parent / "shared" / "data" / "nav2"
@@ -196,7 +197,7 @@ def graphs(draw):
 
 
 @given(graphs())
-@settings(max_examples=200)
+@examples(200)
 def test_a_graph_written_and_read_is_the_same(world):
     """Names, points, directions, limits and capacities, in the same order."""
     data = FORMAT.read(json.dumps(to_geojson(world)), "g.geojson").data

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.errors import WorldError
@@ -15,6 +15,7 @@ from hmrsim.world.formats import _reading, registry
 from hmrsim.world.options import AS_IT_IS
 from hmrsim.world.validation import validate
 from hmrsim.world.yaml_text import read
+from tests.profiles import examples
 
 DATA = Path(__file__).parent / "data"
 FILES = {"geojson": "crossing.geojson", "lif": "depot.lif.json", "rmf_building": "clinic.building.yaml"}
@@ -45,7 +46,7 @@ def changed(value, path, new):
 
 @pytest.mark.parametrize("kind", FILES)
 @given(st.data())
-@settings(max_examples=150)
+@examples(150)
 def test_any_change_of_a_file_is_read_or_told(kind, data):
     """One value of it may be anything: what comes is a world, or findings, and nothing else is raised."""
     path = data.draw(st.sampled_from([*places(PLAIN[kind])]))

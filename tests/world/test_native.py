@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from hmrsim.errors import WorldError
 from hmrsim.world import yaml_text
 from hmrsim.world.formats.native import FORMAT
+from tests.profiles import examples
 
 
 def test_the_contracts_example_loads(load):
@@ -116,7 +117,7 @@ def test_number_that_is_none_is_refused(errors_of, text):
 
 
 @given(st.text(max_size=200) | st.binary(max_size=200).map(lambda data: data.decode("latin-1")))
-@settings(max_examples=300, deadline=None)
+@examples(300)
 @example("a: &x\nb: *x")
 @example("&x : *x")
 @example("? &a a\n: *a")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import product
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from py_trees.behaviours import Failure
 from py_trees.blackboard import Blackboard
@@ -27,6 +27,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait as WaitAction
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.sensor_msgs import BatteryState
+from tests.profiles import examples
 
 CHARGE = 99
 BACK = 100
@@ -160,7 +161,7 @@ def test_a_mission_interrupted_at_any_tick_does_each_step_once(client, late, mea
         assert sorted(world.done) == [1, 2, 3, 4, 5, 6, CHARGE, BACK]
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(150, share_fixtures=True)
 @given(
     lows=st.frozensets(st.integers(0, 60), max_size=6),
     steps=st.integers(1, 4),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from py_trees.blackboard import Blackboard
 from py_trees.common import Status
@@ -13,6 +13,7 @@ from bt_controller.nodes import registry
 from bt_controller.scripting.conditions import conditioned
 from bt_controller.scripting.parser import parse
 from bt_controller.xml.file_tree import load_file
+from tests.profiles import examples
 
 _CONTROLS = {
     "Sequence": {},
@@ -54,7 +55,7 @@ _TREES = st.recursive(
 )
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150)
+@examples(150, share_fixtures=True)
 @given(plan=_TREES, acts=st.lists(st.sampled_from(["tick", "tick", "tick", "halt"]), min_size=4, max_size=12))
 def test_what_has_ended_has_nothing_that_runs(node, tree, told, plan, acts):
     """Whatever the tree: what runs runs within what runs; a halt leaves nothing; it is due later than now."""

@@ -5,15 +5,15 @@ from __future__ import annotations
 from contextlib import suppress
 from xml.sax.saxutils import quoteattr
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from bt_controller.errors import TreeError
 from bt_controller.nodes import registry
 from bt_controller.watching.snapshot import nodes_of
+from tests.profiles import examples
 
-_FIXTURE = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-_MANY = settings(_FIXTURE, max_examples=150)
+_MANY = examples(150, share_fixtures=True)
 
 GOOD = b"""\
 <?xml version="1.0"?>
@@ -134,7 +134,7 @@ _FILES = st.tuples(_trees("B"), _trees("C"), _trees(None)).map(
 
 
 @given(text=_FILES)
-@_FIXTURE
+@examples(100, share_fixtures=True)
 def test_any_right_tree_is_built_and_two_builds_are_alike(files, text):
     """Whatever names, values, keys and subtrees it has."""
     with files.built(text) as one, files.built(text) as other:

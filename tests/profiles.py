@@ -1,0 +1,44 @@
+"""How many examples hypothesis tries: few at one's desk, the same ones each time in CI, many at night.
+
+The profile is that in ``HYPOTHESIS_PROFILE``: ``dev``, ``ci`` or ``nightly``; ``ci`` where ``CI`` is set.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Final
+
+from hypothesis import HealthCheck, settings
+
+SHARES: Final = {"dev": 0.4, "ci": 1.0, "nightly": 20.0}
+"""How many times the examples that a test asks for are tried."""
+
+PROFILE: Final = os.environ.get("HYPOTHESIS_PROFILE") or ("ci" if os.environ.get("CI") else "dev")
+
+# Examples are counted, not timed: a busy machine must not fail a test.
+_TOLERATED: Final = (HealthCheck.too_slow,)
+
+
+def examples(count: int, *, share_fixtures: bool = False) -> settings:
+    """Return the settings of a test that tries *count* examples in CI.
+
+    Args:
+        count: How many.
+        share_fixtures: Whether the test's own fixtures may be the same ones for all examples.
+    """
+    tolerated = (*_TOLERATED, HealthCheck.function_scoped_fixture) if share_fixtures else _TOLERATED
+    return settings(max_examples=max(1, round(count * SHARES[PROFILE])), suppress_health_check=tolerated)
+
+
+def load() -> None:
+    """Load the profile; before tests are imported, as each takes the rest of its settings from it."""
+    for name, share in SHARES.items():
+        settings.register_profile(
+            name,
+            max_examples=round(100 * share),
+            deadline=None,
+            derandomize=name == "ci",
+            print_blob=True,
+            suppress_health_check=_TOLERATED,
+        )
+    settings.load_profile(PROFILE)
