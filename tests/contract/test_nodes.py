@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import product
 
 import pytest
 from py_trees.behaviour import Behaviour
@@ -21,6 +22,7 @@ from bt_controller.topics import TOPICS, Topics
 from bt_controller.tree_time import simulated_time
 from hmrsim.plugins import discover
 from tests.bt.conftest import FakeClient
+from tests.cases import case
 
 VALUES = {
     "string": "text",
@@ -79,67 +81,68 @@ class Same(Behaviour):
         return self._status
 
 
-@pytest.fixture(params=registry().values(), ids=registry())
-def kind(request):
-    """Return each node's class in turn."""
-    return request.param
-
-
 @pytest.fixture(autouse=True)
 def _board():
     with Board().in_use():
         yield
 
 
-@pytest.fixture
-def client():
-    """Return a client of a robot."""
-    return Robot()
+def each():
+    """Give each node's tag and class."""
+    return registry().items()
 
 
-@pytest.fixture
-def built(kind, client):
-    """Return what makes a node, with children that return a status, as an XML file would use it; ready to be ticked."""
-
-    def make(status):
-        scripts = {attribute: parse("entry := 1") for attribute in getattr(kind, "SCRIPTS", ())}
-        used = kind.bind(scripts) if scripts else kind
-        if issubclass(kind, Decorator):
-            node = used("node", Same(status))
-        else:
-            node = used("node")
-            for _ in range(getattr(kind, "least", 0)):
-                node.add_child(Same(status))
-        needed = {port: info for port, info in used.INPUTS.items() if info.required and info.default_value is None}
-        node.setup_ports({port: f"/values/{port}" for port in needed})
-        for port, information in needed.items():
-            Blackboard.set(f"/values/{port}", VALUES[information.kind.name])
-        known = {"directory": Directory.from_info(client.info()), "topics": Topics(client, asks=True)}
-        for each in list(node.iterate()):
-            each.setup(client=client, robot="wall_e", wake=lambda: None, places=Places(), **known)
-        return node
-
-    return make
+def each_built():
+    """Give each node four times, with children that return a status; the case's name, the client, and the node."""
+    for (tag, kind), status in product(each(), ENDS):
+        client = Robot()
+        with case(f"{tag}, children {status.name}"), Board().in_use():
+            yield f"{tag}, children {status.name}", client, build(kind, client, status)
 
 
-def test_it_says_what_it_does(kind):
-    """In words of its own, not its base's; whoever lists the nodes shows that."""
-    assert kind.__doc__ is not None
-    assert all(kind.__doc__ != base.__doc__ for base in kind.__mro__[1:] if kind.__module__ != base.__module__)
+def build(kind, client, status):
+    """Return a node, with children that return a status, as an XML file would use it; ready to be ticked."""
+    scripts = {attribute: parse("entry := 1") for attribute in getattr(kind, "SCRIPTS", ())}
+    used = kind.bind(scripts) if scripts else kind
+    if issubclass(kind, Decorator):
+        node = used("node", Same(status))
+    else:
+        node = used("node")
+        for _ in range(getattr(kind, "least", 0)):
+            node.add_child(Same(status))
+    needed = {port: info for port, info in used.INPUTS.items() if info.required and info.default_value is None}
+    node.setup_ports({port: f"/values/{port}" for port in needed})
+    for port, information in needed.items():
+        Blackboard.set(f"/values/{port}", VALUES[information.kind.name])
+    known = {"directory": Directory.from_info(client.info()), "topics": Topics(client, asks=True)}
+    for one in list(node.iterate()):
+        one.setup(client=client, robot="wall_e", wake=lambda: None, places=Places(), **known)
+    return node
 
 
-def test_its_ports_are_described(kind):
+def test_it_says_what_it_does():
+    """In words of its own, not its base's; lists of nodes show that."""
+    for tag, kind in each():
+        others = [base.__doc__ for base in kind.__mro__[1:] if kind.__module__ != base.__module__]
+
+        assert kind.__doc__ not in (None, *others), tag
+
+
+def test_its_ports_are_described():
     """What they carry, and what for; a default is what its port carries, or a key of the blackboard."""
-    for port, information in {**kind.INPUTS, **kind.OUTPUTS}.items():
-        assert information.kind.name, port
-        assert information.description, port
-        default = information.default_value
-        assert default is None or information.kind.holds(default) or str(default).startswith("{"), port
+    for tag, kind in each():
+        for port, information in {**kind.INPUTS, **kind.OUTPUTS}.items():
+            default = information.default_value
+
+            assert information.kind.name, (tag, port)
+            assert information.description, (tag, port)
+            assert default is None or information.kind.holds(default) or str(default).startswith("{"), (tag, port)
 
 
-def test_its_keys_are_ports(kind):
+def test_its_keys_are_ports():
     """What a file may write without braces."""
-    assert {*getattr(kind, "KEYS", ())} <= {*kind.INPUTS, *kind.OUTPUTS}
+    for tag, kind in each():
+        assert {*getattr(kind, "KEYS", ())} <= {*kind.INPUTS, *kind.OUTPUTS}, tag
 
 
 @pytest.mark.parametrize("folder", [actions, conditions, controls, decorators], ids=lambda folder: folder.__name__)
@@ -156,39 +159,40 @@ def test_a_tag_is_here_or_not():
     assert set() == {*registry()} & {*NOT_HERE}
 
 
-@pytest.mark.parametrize("status", ENDS)
-def test_it_can_be_halted_and_begun_again(built, client, status):
+def test_it_can_be_halted_and_begun_again():
     """After a halt nothing of it runs, and no goal of it is left."""
-    node = built(status)
-    for now in (0.0, 0.5, 1.0, 60.0):
-        with simulated_time(now):
-            node.tick_once()
-            node.tick_once()
-            node.stop(Status.INVALID)
+    for name, client, node in each_built():
+        with case(name):
+            for now in (0.0, 0.5, 1.0, 60.0):
+                with simulated_time(now):
+                    node.tick_once()
+                    node.tick_once()
+                    node.stop(Status.INVALID)
 
-        assert {Status.INVALID} == {each.status for each in node.iterate()}
-        assert all(goal.canceled for goal in client.goals)
+                assert {Status.INVALID} == {one.status for one in node.iterate()}
+                assert all(goal.canceled for goal in client.goals)
 
 
-@pytest.mark.parametrize("status", ENDS)
-def test_it_is_due_later(built, status):
+def test_it_is_due_later():
     """A tree that is ticked when it has to be does not stay at one instant."""
-    node = built(status)
-    now = 0.25
-    for _ in range(10):
-        with simulated_time(now):
-            node.tick_once()
-        if node.status is not Status.RUNNING:
-            return
-        after = due(node, now, 1.0)
-        assert after > now
-        now = min(after, now + 10.0)
+    for name, _, node in each_built():
+        with case(name):
+            now = 0.25
+            for _ in range(10):
+                with simulated_time(now):
+                    node.tick_once()
+                if node.status is not Status.RUNNING:
+                    break
+                after = due(node, now, 1.0)
+                assert after > now
+                now = min(after, now + 10.0)
 
 
-def test_what_it_leaves_running_runs_with_it(built):
+def test_what_it_leaves_running_runs_with_it():
     """A node that has ended has halted its children."""
-    node = built(Status.RUNNING)
-    with simulated_time(0.0):
-        node.tick_once()
+    for name, _, node in each_built():
+        with case(name):
+            with simulated_time(0.0):
+                node.tick_once()
 
-    assert node.status is Status.RUNNING or not [each for each in node.children if each.status is Status.RUNNING]
+            assert node.status is Status.RUNNING or not [one for one in node.children if one.status is Status.RUNNING]
