@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -13,24 +14,74 @@ from hmrsim.cli import main
 NOBODY = "tcp/127.0.0.1:1"
 
 
-@pytest.fixture
-def complete(tmp_path):
-    """Return the function that completes the last word of a line, as argcomplete's shell functions ask for it."""
+SERVER = """
+import json, os, sys
+import bt_controller.__main__, bt_controller.cli, hmrsim.cli.completers, hmrsim.cli.entry
 
-    def ask(line, connect=NOBODY):
-        asked = {"_ARGCOMPLETE": "1", "_ARGCOMPLETE_IFS": "\n", "_ARGCOMPLETE_SUPPRESS_SPACE": "1", "COMP_TYPE": "9"}
-        module = {"hmrsim": "hmrsim.cli", "bt-controller": "bt_controller"}[line.split()[0]]
-        done = subprocess.run(
-            ["/bin/sh", "-c", f'exec "{sys.executable}" -m {module} 8>&1 9>/dev/null 1>/dev/null 2>"{tmp_path}/err"'],
-            env={**os.environ, **asked, "COMP_LINE": line, "COMP_POINT": str(len(line)), "HMRSIM_CONNECT": connect},
-            stdout=subprocess.PIPE,
-            text=True,
-            check=True,
-        )
-        assert "" == (tmp_path / "err").read_text()
-        return done.stdout.split()
+PROGRAMS = {"hmrsim": hmrsim.cli.entry.main, "bt-controller": bt_controller.__main__.main}
+for line in sys.stdin:
+    asked = json.loads(line)
+    reader, writer = os.pipe()
+    child = os.fork()
+    if not child:
+        os.environ.update(asked)
+        for descriptor in (1, 9):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
+        os.dup2(writer, 8)
+        PROGRAMS[asked["COMP_LINE"].split()[0]]()
+        os._exit(1)
+    os.close(writer)
+    with os.fdopen(reader) as said:
+        words = said.read().split()
+    print(json.dumps([words, os.waitpid(child, 0)[1]]), flush=True)
+"""
+"""Completes line after line, each in a process of its own that has everything loaded: shells start one each time."""
 
-    return ask
+
+def asked(line, connect):
+    """Return the environment in which argcomplete's shell functions ask for the last word of a line."""
+    return {
+        "_ARGCOMPLETE": "1",
+        "_ARGCOMPLETE_IFS": "\n",
+        "_ARGCOMPLETE_SUPPRESS_SPACE": "1",
+        "COMP_TYPE": "9",
+        "COMP_LINE": line,
+        "COMP_POINT": str(len(line)),
+        "HMRSIM_CONNECT": connect,
+    }
+
+
+@pytest.fixture(scope="module")
+def complete():
+    """Return the function that completes the last word of a line."""
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", SERVER], **pipes, text=True) as server:
+
+        def ask(line, connect=NOBODY):
+            server.stdin.write(json.dumps(asked(line, connect)) + "\n")
+            server.stdin.flush()
+            words, status = json.loads(server.stdout.readline())
+            assert 0 == status
+            return words
+
+        yield ask
+        _, err = server.communicate()
+        assert "" == err
+
+
+@pytest.mark.parametrize(("line", "words"), [("hmrsim ma", ["map"]), ("bt-controller ch", ["check"])])
+def test_a_shell_gets_an_answer(tmp_path, line, words):
+    """The program itself, started as argcomplete's shell functions start it, says nothing but the words."""
+    module = {"hmrsim": "hmrsim.cli", "bt-controller": "bt_controller"}[line.split()[0]]
+    done = subprocess.run(
+        ["/bin/sh", "-c", f'exec "{sys.executable}" -m {module} 8>&1 9>/dev/null 1>/dev/null 2>"{tmp_path}/err"'],
+        env={**os.environ, **asked(line, NOBODY)},
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+    )
+
+    assert (words, "") == (done.stdout.split(), (tmp_path / "err").read_text())
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import pytest
 
 from hmrsim.resources import shipped_maps
@@ -11,8 +13,9 @@ from tests.simulation import simulate
 ZOO = [name for name in shipped_maps() if name.startswith("zoo/")]
 
 
+@cache
 def run(name, policy):
-    """Return a simulation of one of them under a policy, after all of its scripts have ended."""
+    """Return a simulation of one of them under a policy, after all of its scripts have ended; once for all tests."""
     world = load_world(name).world
     made = simulate({**world.model_dump(mode="json", by_alias=True), "traffic": {"policy": policy}})
     made.simulator.run_scripts(3600.0)

@@ -17,23 +17,23 @@ from tests.simulation import simulate
 STATE = TimeState(0.0, "realtime", 1.0, False, 0, (), (), 0.0)
 
 
+def recorded(path, *commands, until=10.0, world=None, services=()):
+    """Record commands, each with its time, and services, each with the time until which to go on; return the file."""
+    simulated = simulate(world)
+    with RecordingFile(path, reproducible=True) as file:
+        sink = RecordingSink(simulated.simulator, Recorder(file, told), lambda: STATE, clock_rate=10.0)
+        simulated(*commands, until=until)
+        for service, request, later in services:
+            simulated.ask(service, request)
+            simulated.simulator.advance(later)
+        sink.close()
+    return path
+
+
 @pytest.fixture
 def record(tmp_path):
     """Return the function that records commands, each with its time, and returns the file."""
-
-    def run(*commands, until=10.0, world=None, path=None, services=()):
-        path = path or tmp_path / "run.mcap"
-        simulated = simulate(world)
-        with RecordingFile(path, reproducible=True) as file:
-            sink = RecordingSink(simulated.simulator, Recorder(file, told), lambda: STATE, clock_rate=10.0)
-            simulated(*commands, until=until)
-            for service, request, later in services:
-                simulated.ask(service, request)
-                simulated.simulator.advance(later)
-            sink.close()
-        return path
-
-    return run
+    return lambda *commands, path=None, **options: recorded(path or tmp_path / "run.mcap", *commands, **options)
 
 
 @pytest.fixture

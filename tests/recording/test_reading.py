@@ -18,6 +18,7 @@ from hmrsim.gateway import SendGoal
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.recording.chunks import MOST_UNPACKED, records, unpacked
+from tests.recording.conftest import recorded
 from tests.simulation import SMALL_WORLD
 
 
@@ -26,10 +27,19 @@ def wait(at):
     return at, SendGoal("wall_e", "wait", Wait.Goal.model_validate({"time": {"sec": 1}}), None)
 
 
+@pytest.fixture(scope="module")
+def minute(tmp_path_factory):
+    """Return the bytes of a recording of a minute, with a goal every 2 s."""
+    path = tmp_path_factory.mktemp("minute") / "run.mcap"
+    return recorded(path, *(wait(float(at)) for at in range(0, 60, 2)), until=60.0).read_bytes()
+
+
 @pytest.fixture
-def path(record):
+def path(minute, tmp_path):
     """Return a recording of a minute, with a goal every 2 s."""
-    return record(*(wait(float(at)) for at in range(0, 60, 2)), until=60.0)
+    path = tmp_path / "run.mcap"
+    path.write_bytes(minute)
+    return path
 
 
 def chunks(path):
