@@ -1,14 +1,13 @@
-"""Routes on the waypoint graph; the only importer of networkx.
+"""Routes on the waypoint graph, with the lanes that are closed now and the doors that are open.
 
-Planning works on plain lists (`hmrsim.lanes`, `hmrsim.search`). For all other questions the same graph is there as
-one of networkx, which is loaded when somebody has such a question: it takes a third of the time and of the memory
-that a simulator needs to start.
+Planning works on plain lists (`hmrsim.lanes`, `hmrsim.search`), which are made of `World.ways`, as the graph for
+networkx is (`World.graph`): searches that keep a tree for each destination are faster than networkx's, and need
+none of its memory.
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict
-from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -21,8 +20,6 @@ from hmrsim.route import Leg, Route
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
-
-    import networkx as nx
 
     from hmrsim.world.model import World
 
@@ -40,43 +37,16 @@ class WaypointGraph:
         world: Where they are. Its names must have been checked.
 
     Attributes:
-        name: The world's.
         waypoints: Their points, by name.
-        ways: All lanes in each direction in which they can be driven, by the waypoints where they begin.
         lanes: The same as lists.
     """
 
     def __init__(self, world: World) -> None:
-        self.name = world.name
         self.waypoints = world.points
         self.lanes = Lanes(world)
-        self.ways = self.lanes.ways
         self._closed: frozenset[Lane] = frozenset()
         self._planner = Planner(self.lanes)
         self._planners = OrderedDict({self._closed: self._planner})
-
-    @cached_property
-    def graph(self) -> nx.DiGraph[str]:
-        """The graph for networkx.
-
-        Nodes have ``point``; edges have ``length``, ``speed_limit`` and ``capacity``, and those of lifts ``ride``.
-        """
-        import networkx as nx  # noqa: PLC0415 - see above
-
-        graph: nx.DiGraph[str] = nx.DiGraph(name=self.name)
-        for name, point in self.waypoints.items():
-            graph.add_node(name, point=point)
-        for way in self.ways:
-            ridden = {"ride": way.ride} if way.ride else {}
-            limits = {"speed_limit": way.speed_limit, "capacity": way.capacity}
-            graph.add_edge(way.start, way.end, length=way.length, **limits, **ridden)
-        return graph
-
-    def parts(self) -> list[set[str]]:
-        """Return the waypoints in sets that lanes connect, whatever their direction; the largest first."""
-        import networkx as nx  # noqa: PLC0415 - see above
-
-        return sorted(nx.weakly_connected_components(self.graph), key=len, reverse=True)
 
     def clear(self, a: Point, b: Point) -> bool:
         """Return whether nothing stands on the straight line from *a* to *b* now: no wall, and no closed door."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import permutations
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.errors import NoRoute
@@ -33,27 +32,6 @@ class End(NamedTuple):
 _CODES = ComputePathToPose.Result
 START = End("start", _CODES.START_OUTSIDE_MAP, _CODES.START_OCCUPIED)
 TARGET = End("target", _CODES.GOAL_OUTSIDE_MAP, _CODES.GOAL_OCCUPIED)
-
-
-@dataclass(frozen=True, slots=True)
-class Way:
-    """A lane in one direction.
-
-    Attributes:
-        start: Name of the waypoint where it begins.
-        end: Name of the waypoint where it ends.
-        length: In the world's unit.
-        speed_limit: Most that may be driven there; infinite without a limit.
-        capacity: How many robots may be on it at once; None for any number.
-        ride: Seconds that it takes whoever is carried, by a lift; 0 where one drives.
-    """
-
-    start: str
-    end: str
-    length: float
-    speed_limit: float
-    capacity: int | None
-    ride: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,8 +68,7 @@ class Lanes:
         world: Where they are. Its names must have been checked.
 
     Attributes:
-        ways: All lanes in each direction in which they can be driven, by the waypoints where they begin.
-        edges: The same in order of the names of their ends.
+        edges: The ways of the world in order of the names of their ends.
         driven: Those of them that are driven; nobody can get on the others on their way, nor off.
         out: By waypoint, the edges that begin there.
         into: By waypoint, the edges that end there.
@@ -113,13 +90,12 @@ class Lanes:
         self._obstacles = Obstacles([*walls, *doors], solids) if doors else self._walls
         self._closed: dict[tuple[Point, Point], None] = {}
         self._closed_doors = Obstacles((), ())
-        self.ways = _ways(world)
         names = sorted(world.waypoints)
         points = [world.points[name] for name in names]
         index = {name: i for i, name in enumerate(names)}
         self.edges: list[Edge] = []
         tracks: dict[tuple[int, int], int] = {}
-        for way in sorted(self.ways, key=lambda way: (way.start, way.end)):
+        for way in sorted(world.ways, key=lambda way: (way.start, way.end)):
             start, end = index[way.start], index[way.end]
             slots = (tracks.setdefault((min(start, end), max(start, end)), len(names) + len(tracks)), end)
             leg = Leg(points[start], points[end], way.length, (way.start, way.end), way.speed_limit, slots, way.ride)
@@ -277,21 +253,3 @@ class Lanes:
         if hidden != self.foot(eye, edge):
             return []
         return self._obstacles.edges_of_shadow(eye, edge.leg.start, edge.leg.end)
-
-
-def _ways(world: World) -> tuple[Way, ...]:
-    """Return the lanes of a world in each direction, and the rides of its lifts.
-
-    Of two between the same waypoints the last one counts.
-    """
-    found: dict[str, dict[str, Way]] = {name: {} for name in world.waypoints}
-    for lane in world.lanes:
-        length = distance(world.points[lane.from_], world.points[lane.to])
-        ends = [(lane.from_, lane.to)] if lane.one_way else [(lane.from_, lane.to), (lane.to, lane.from_)]
-        for start, end in ends:
-            found[start][end] = Way(start, end, length, lane.speed_limit or math.inf, lane.capacity)
-    for lift in world.lifts.values():
-        for i, j in permutations(range(len(lift.stops)), 2):
-            start, end = lift.stops[i], lift.stops[j]
-            found[start][end] = Way(start, end, 0.0, math.inf, lift.capacity, lift.seconds(i, j))
-    return tuple(way for ways in found.values() for way in ways.values())

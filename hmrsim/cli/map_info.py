@@ -12,7 +12,7 @@ from hmrsim.command_line import ENVIRONMENT
 from hmrsim.drawing import extent
 from hmrsim.errors import printable
 from hmrsim.geometry import distance
-from hmrsim.graph import WaypointGraph
+from hmrsim.topology import parts
 from hmrsim.world.files import read_text
 from hmrsim.world.formats import choose
 
@@ -70,7 +70,6 @@ def facts(loaded: LoadedWorld) -> dict[str, Any]:
     """Return what there is to know of a world, as plain values."""
     world = loaded.world
     kind = choose(loaded.path.name, read_text(loaded.path, str(loaded.path)))
-    parts = WaypointGraph(world).parts()
     return {
         "name": world.name,
         "file": str(loaded.path),
@@ -84,7 +83,7 @@ def facts(loaded: LoadedWorld) -> dict[str, Any]:
         "counts": {key: len(getattr(world, key)) for key in _COUNTED},
         "one_way_lanes": sum(lane.one_way for lane in world.lanes),
         "lane_length": math.fsum(distance(world.points[lane.from_], world.points[lane.to]) for lane in world.lanes),
-        "parts": [len(part) for part in parts],
+        "parts": parts(world.graph),
         "robots": [_robot(world, name) for name in world.robots],
         "items": [{"name": name, "at": world.point(one.at), "weight": one.weight} for name, one in world.items.items()],
         "places": [{"name": name, "at": one.at} for name, one in world.places.items()],

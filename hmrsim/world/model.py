@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Annotated, Any, Literal, Self
+from itertools import permutations
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -20,7 +21,11 @@ from pydantic import (
     model_validator,
 )
 
-from hmrsim.geometry import FARTHEST
+from hmrsim.geometry import FARTHEST, crosses, distance
+from hmrsim.world.network import Way, as_networkx, levels, nearest
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 ROS_NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
 """A ROS name that does not begin with an underscore: those are the simulator's own."""
@@ -335,6 +340,78 @@ class World(Model):
     def points(self) -> dict[str, Point]:
         """Where each waypoint is, by name."""
         return {name: at.at if isinstance(at, Waypoint) else at for name, at in self.waypoints.items()}
+
+    @cached_property
+    def ways(self) -> tuple[Way, ...]:
+        """Lanes in each direction in which they can be driven, and rides in lifts, by the waypoints where they begin.
+
+        Of two between the same waypoints the last one counts.
+        """
+        found: dict[str, dict[str, Way]] = {name: {} for name in self.waypoints}
+        for lane in self.lanes:
+            length = distance(self.points[lane.from_], self.points[lane.to])
+            limits = lane.speed_limit or math.inf, lane.capacity
+            for start, end in [(lane.from_, lane.to), (lane.to, lane.from_)][: 1 if lane.one_way else 2]:
+                found[start][end] = Way(start, end, length, *limits, one_way=lane.one_way)
+        for name, lift in self.lifts.items():
+            for i, j in permutations(range(len(lift.stops)), 2):
+                start, end = lift.stops[i], lift.stops[j]
+                found[start][end] = Way(start, end, 0.0, math.inf, lift.capacity, lift.seconds(i, j), name)
+        return tuple(way for ways in found.values() for way in ways.values())
+
+    @cached_property
+    def named(self) -> dict[str, str]:
+        """The waypoint for each place and dock, by name: the nearest one that a lane or a lift touches.
+
+        There is none where there is no lane.
+        """
+        touched = {end: self.points[end] for way in self.ways for end in (way.start, way.end)}
+        points = {name: place.at for name, place in self.places.items()}
+        points |= {name: self.dock_point(name) for name in self.docks}
+        return nearest(touched, points) if touched else {}
+
+    @cached_property
+    def graph(self) -> nx.DiGraph[str]:
+        """The ways of robots for networkx: waypoints as nodes, each lane as an edge for each direction it is driven in.
+
+        It is as the file says, whatever happens later, and frozen; take a ``copy()`` to change it. networkx is
+        imported when the graph is asked for. Lengths are in the world's unit, durations in seconds.
+
+        Graph attributes: ``name``; ``units``; ``speed``, the one that costs are for: that of a robot without one.
+
+        Node attributes: ``pos`` (x, y); ``level``, 0 and up, as lifts lead from one to the next; ``capacity``, or None;
+        ``places``, the names of the places and docks whose nearest waypoint it is; ``lifts``, the names of those that
+        stop there.
+
+        Edge attributes: ``length``; ``speed_limit``, infinite without one; ``cost``, in seconds; ``capacity``, or None;
+        ``one_way``; ``lift``, a name or None; ``ride``, the seconds that the lift takes, or 0; ``doors``, the names of
+        those that cross the lane; ``closed``, whether one of them opens for no robot.
+        """
+        level = levels(self.waypoints, self.ways, {name: lift.stops for name, lift in self.lifts.items()})
+        nodes: dict[str, dict[str, Any]] = {
+            name: {"pos": self.points[name], "level": level[name], "capacity": None, "places": (), "lifts": ()}
+            for name in self.waypoints
+        }
+        for name, waypoint in self.waypoints.items():
+            if isinstance(waypoint, Waypoint):
+                nodes[name]["capacity"] = waypoint.capacity
+        for place, name in self.named.items():
+            nodes[name]["places"] += (place,)
+        for name, lift in self.lifts.items():
+            for stop in lift.stops:
+                nodes[stop]["lifts"] += (name,)
+        about = {"name": self.name, "units": self.units, "speed": self.speed(Base())}
+        locked = frozenset(name for name, door in self.doors.items() if door.opens_for == () and not door.open)
+        return as_networkx(about, nodes, self.ways, self._doors_on_lanes(), locked)
+
+    def _doors_on_lanes(self) -> dict[frozenset[str], tuple[str, ...]]:
+        found: dict[frozenset[str], tuple[str, ...]] = {}
+        for lane in self.lanes if self.doors else ():
+            a, b = self.points[lane.from_], self.points[lane.to]
+            crossed = tuple(name for name, door in self.doors.items() if crosses(a, b, *door.at))
+            if crossed:
+                found[frozenset((lane.from_, lane.to))] = crossed
+        return found
 
     def point(self, at: Point | str) -> Point:
         """Return the coordinates of a point or of a named waypoint, place or dock.

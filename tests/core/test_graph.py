@@ -79,11 +79,12 @@ class TestWaypoints:
         """On any graph, lengths agree with Dijkstra of networkx, and legs join."""
         waypoints = {f"w{i}": [place % 8, place // 8] for i, place in enumerate(places)}
         lanes = [[f"w{a}", f"w{b}"] for a, b in dict.fromkeys(pairs) if a != b]
-        ways = graph(waypoints=waypoints, lanes=lanes)
+        world = World.model_validate({"waypoints": waypoints, "lanes": lanes})
+        ways, reference = WaypointGraph(world), world.graph
 
-        for target in [name for name in waypoints if ways.graph.degree(name)]:
-            lengths = nx.single_source_dijkstra_path_length(ways.graph, "w0", weight="length")
-            if not ways.graph.degree("w0") or target == "w0":
+        for target in [name for name in waypoints if reference.degree(name)]:
+            lengths = nx.single_source_dijkstra_path_length(reference, "w0", weight="length")
+            if not reference.degree("w0") or target == "w0":
                 continue
             start, goal = tuple(map(float, waypoints["w0"])), tuple(map(float, waypoints[target]))
             if target not in lengths:

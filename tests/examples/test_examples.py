@@ -83,6 +83,16 @@ def test_the_code_in_the_readme_runs(block, endpoint):
     assert ("", 0) == (done.stderr, done.returncode)
 
 
+def test_the_code_in_the_docs_of_the_graph_runs():
+    """As it stands there; it needs no simulator."""
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "graph.md").read_text(), re.DOTALL)
+    for block in blocks:
+        done = subprocess.run([sys.executable, "-c", block], capture_output=True, text=True, timeout=100, check=False)
+
+        assert ("", 0) == (done.stderr, done.returncode)
+    assert blocks
+
+
 def test_there_are_examples_and_blocks():
     """Neither list is empty by accident."""
     assert 11 <= len(EXAMPLES)
