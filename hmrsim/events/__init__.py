@@ -1,1 +1,12 @@
-"""What happens in the world: one frozen class an event, one file a subject, and how each is told in English."""
+"""What happens in the world: one class an event, one file a subject, and how each is told in English.
+
+The simulation publishes events; the log, reports, traces and recordings match on their classes. The schemas, the
+tables in the docs and the texts on the page are generated from them. Other packages add events of their own through
+entry points of the group ``hmrsim.events``, each of which names a module with an `EventGroup` called ``EVENTS``.
+"""
+
+from hmrsim.events._event import Event, EventGroup, Severity
+from hmrsim.events._registry import from_json, groups, registry, texts
+from hmrsim.events._unknown import UnknownEvent
+
+__all__ = ["Event", "EventGroup", "Severity", "UnknownEvent", "from_json", "groups", "registry", "texts"]

@@ -1,5 +1,5 @@
 /**
- * Texts of events from the server's templates (GET /events.json); as hmrsim/events/text.py, which says how they are
+ * Texts of events from the server's templates (GET /events.json); as hmrsim/events/_text.py, which says how they are
  * written. An entry is {severity, subject, text, group}: `severity` and `text` are templates, `subject` names fields.
  */
 
@@ -11,6 +11,7 @@ export const FORMATS = {
   '': plain,
   and: (names) => [names.slice(0, -1).map(plain).join(', '), ...names.slice(-1).map(plain)].filter(Boolean).join(' and '),
   point: ([x, y]) => `(${plain(x)}, ${plain(y)})`,
+  end: (points) => (points.length ? FORMATS.point(points[points.length - 1]) : ''),
   percent: (share) => `${Math.round(share * 100)}%`,
   lane: (ends) => ends.join('-'),
   error: ({ error_msg: text, error_code: code, result }) => String(text || code?.message || result?.error_message || ''),

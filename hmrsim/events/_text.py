@@ -111,8 +111,9 @@ FORMATS: Final[Mapping[str, Format]] = {
     "and": _and,
     "point": _point,
     "percent": _percent,
+    "end": lambda points: _point(points[-1]) if points else "",
     "lane": _lane,
     "error": _error,
 }
-"""``and`` joins names; ``point`` is x and y; ``percent`` is of a share; ``lane`` is its two waypoints; ``error`` is of
-an action's result, in plain values."""
+"""``and`` joins names; ``point`` is x and y, ``end`` the last point of some; ``percent`` is of a share; ``lane`` is its
+two waypoints; ``error`` is of an action's result, in plain values."""

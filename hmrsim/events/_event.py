@@ -1,0 +1,224 @@
+"""What an event is: a named tuple with a kind, a severity, and a text that is data."""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from enum import StrEnum
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self, dataclass_transform, get_type_hints
+
+from pydantic import BaseModel, ConfigDict, Field, create_model
+from pydantic.fields import FieldInfo
+
+from hmrsim.events._text import render
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.events._text import Format
+
+WORLD: Final = "_world"
+"""The name under which the world itself serves actions."""
+
+
+_ENVELOPE: Final = ("kind", "stamp")
+"""Fields of each event's JSON that are not the event's own."""
+
+
+class Severity(StrEnum):
+    """How much an event matters to people; `DEBUG` is of what happens too often for a log."""
+
+    DEBUG = "debug"
+    INFO = "info"
+    WARNING = "warning"
+    ERROR = "error"
+
+
+class Presentation(NamedTuple):
+    """How events of a kind are shown; the page is given the same.
+
+    Attributes:
+        severity: A template (`hmrsim.events._text`) for one of `Severity`; for most kinds it has no fields.
+        subject: The fields of which the first one given names whom or what it is about; none for the whole world.
+        text: A template for what it says of its subject.
+    """
+
+    severity: str
+    subject: tuple[str, ...]
+    text: str
+
+
+@dataclass_transform(frozen_default=True)
+class _EventType(type):
+    """Makes a class a named tuple of its own fields and those of its base."""
+
+    def __new__(mcs, name: str, bases: tuple[type, ...], namespace: dict[str, Any], **presentation: Any) -> _EventType:
+        base = next((each for each in bases if isinstance(each, _EventType)), None)
+        if base is not None:
+            own = list(namespace.get("__annotations__", ()))
+            fields: tuple[str, ...] = (*base._fields, *own)
+            defaults = {**base._field_defaults, **{field: namespace.pop(field) for field in own if field in namespace}}
+            made = vars(namedtuple(name, fields, defaults=defaults.values(), module=namespace["__module__"]))  # noqa: PYI024 - fields are typed in the class
+            namespace |= {key: made[key] for key in (*fields, *_TAKEN)}
+        return super().__new__(mcs, name, bases, {**namespace, "__slots__": ()}, **presentation)
+
+    _fields: tuple[str, ...]
+    _field_defaults: dict[str, Any]
+
+
+_TAKEN: Final = ("__new__", "__match_args__", "__repr__", "__getnewargs__", "_fields", "_field_defaults")
+"""What a class takes over from a named tuple, besides its fields."""
+
+
+class Event(tuple[Any, ...], metaclass=_EventType):
+    """Something that happened in the world, without when.
+
+    A subclass lists its fields, each annotated with its type and a `pydantic.Field` with a description. A field that
+    has a default is left out of JSON while it has that value. In JSON a trailing underscore of a name is left out, as
+    Python has keywords that fields are named by. A subclass without a `kind` is a base for others.
+
+    It is a tuple, since one is made for each lane that a robot drives: a frozen dataclass takes three times as long.
+
+    Attributes:
+        kind: What happened, in traces, on the wire and in schemas.
+        presentation: How it is shown.
+        traced: Whether traces have it. They leave out what a replay gives back: how robots move from lane to lane.
+        rest: The field, a mapping, whose entries are fields of their own in JSON; empty for none.
+    """
+
+    __slots__ = ()
+
+    kind: ClassVar[str] = ""
+    presentation: ClassVar[Presentation] = Presentation(Severity.INFO, (), "")
+    traced: ClassVar[bool] = True
+    rest: ClassVar[str] = ""
+    _fields: ClassVar[tuple[str, ...]] = ()
+    _field_defaults: ClassVar[dict[str, Any]] = {}
+    _names: ClassVar[tuple[str, ...]] = ()
+    _optional: ClassVar[tuple[tuple[str, Any], ...]] = ()
+
+    def __init_subclass__(
+        cls,
+        *,
+        kind: str = "",
+        severity: str = Severity.INFO,
+        subject: tuple[str, ...] = ("robot",),
+        text: str = "",
+        traced: bool = True,
+        rest: str = "",
+    ) -> None:
+        """Declare a kind of event.
+
+        Args:
+            kind: See the attribute.
+            severity: See `Presentation`, as of the next two.
+            subject: The fields, as in JSON.
+            text: The template.
+            traced: See the attribute.
+            rest: See the attribute.
+        """
+        cls.kind, cls.traced, cls.rest = kind, traced, rest or cls.rest
+        cls.presentation = Presentation(str(severity), subject, text)
+        cls._names = tuple(field.rstrip("_") for field in cls._fields)
+        cls._optional = tuple((field.rstrip("_"), default) for field, default in cls._field_defaults.items())
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether another event is of the same kind, and has the same fields."""
+        return type(self) is type(other) and tuple.__eq__(self, other)
+
+    def __ne__(self, other: object) -> bool:
+        """Return the opposite."""
+        return not self == other
+
+    def __hash__(self) -> int:
+        """Return what equal events have in common."""
+        return tuple.__hash__(self)
+
+    # --- JSON -----------------------------------------------------------------------------------------------------
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the fields in plain values, by their names in JSON; without kind and time."""
+        fields = {
+            name: [*value] if isinstance(value, tuple) else value for name, value in zip(self._names, self, strict=True)
+        }
+        for name, default in self._optional:
+            if fields[name] == default:
+                del fields[name]
+        return self._spread(fields) if self.rest else fields
+
+    @classmethod
+    def from_json(cls, fields: Mapping[str, Any]) -> Self:
+        """Return the event that plain values stand for; fields that it does not have are passed over.
+
+        Raises:
+            ValueError: One is missing, or of another type.
+        """
+        if cls.rest:
+            rest = {name: value for name, value in fields.items() if name not in (*cls._names, *_ENVELOPE)}
+            fields = {**fields, cls.rest: rest}
+        values = model_of(cls).model_validate(fields)
+        return cls(**{field: getattr(values, field.rstrip("_") + "_") for field in cls._fields})
+
+    def _spread(self, fields: dict[str, Any]) -> dict[str, Any]:
+        """Return fields with the entries of `rest` in its place."""
+        spread: dict[str, Any] = {}
+        for name, value in fields.items():
+            spread |= value if name == self.rest else {name: value}
+        return spread
+
+    # --- text -----------------------------------------------------------------------------------------------------
+
+    @property
+    def severity(self) -> Severity:
+        """How much it matters."""
+        template = self.presentation.severity
+        return Severity(render(template, self.to_json()) if "{" in template else template)
+
+    @property
+    def subject(self) -> str:
+        """Whom or what it is about; empty for the whole world."""
+        fields = self.to_json()
+        found = next((fields[name] for name in self.presentation.subject if fields.get(name) is not None), "")
+        return "-".join(found) if isinstance(found, list) else "" if found == WORLD else str(found)
+
+    def text(self, formats: Mapping[str, Format] | None = None) -> str:
+        """Return what it says of its subject; *formats* are further ones for its template."""
+        return render(self.presentation.text, self.to_json(), formats)
+
+    def describe(self) -> str:
+        """Return it as a sentence, without a full stop."""
+        return f"{self.subject} {self.text()}".lstrip()
+
+
+class EventGroup(NamedTuple):
+    """The events of one subject: what a module of this package, or of a plug-in, offers as ``EVENTS``.
+
+    Attributes:
+        name: That of the module.
+        events: All of its kinds.
+    """
+
+    name: str
+    events: tuple[type[Event], ...]
+
+
+@cache
+def model_of(event: type[Event]) -> type[BaseModel]:
+    """Return the model of an event's JSON, which reads it and has its schema; its fields end with an underscore."""
+    fields: dict[str, Any] = {}
+    for name, hint in get_type_hints(event, include_extras=True).items():
+        if name in event._fields:
+            default = event._field_defaults.get(name, ...)
+            plain = name.rstrip("_")
+            fields[f"{plain}_"] = (hint, Field(default, alias=plain))
+    return create_model(event.__name__, __config__=_CONFIG, __doc__=event.__doc__, **fields)
+
+
+def description_of(event: type[Event], field: str) -> str:
+    """Return what a field is said to be; empty if nothing."""
+    hint = get_type_hints(event, include_extras=True)[field]
+    said = (each.description for each in getattr(hint, "__metadata__", ()) if isinstance(each, FieldInfo))
+    return next(filter(None, said), None) or ""
+
+
+_CONFIG: Final = ConfigDict(extra="ignore", allow_inf_nan=False)

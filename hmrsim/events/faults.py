@@ -1,0 +1,55 @@
+"""Faults that begin and end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Final
+
+from pydantic import Field
+
+from hmrsim.events._event import Event, EventGroup
+
+_SUBJECT: Final = ("robot", "door", "lane")
+
+
+class FaultEvent(Event, rest="settings"):
+    """Something about a fault. In JSON its settings are fields of the event: `robot`, `at`, `duration`, ...
+
+    Note:
+        `at` of a fault is a time, in simulated seconds.
+    """
+
+    fault: Annotated[str, Field(description="What goes wrong, such as `breakdown`.")]
+    name: Annotated[str, Field(description="The fault's name.")]
+    settings: Annotated[Mapping[str, Any], Field(description="The fault's settings, each a field of its own in JSON.")]
+
+    @property
+    def robot(self) -> str:
+        """The robot that has the fault; empty if it is no robot's."""
+        robot = self.settings.get("robot", "")
+        return robot if isinstance(robot, str) else ""
+
+
+class FaultBegan(
+    FaultEvent, kind="fault_began", severity="warning", subject=_SUBJECT, text="has the fault {name} ({fault})"
+):
+    """A fault begins."""
+
+
+class FaultEnded(FaultEvent, kind="fault_ended", subject=_SUBJECT, text="no longer has the fault {name} ({fault})"):
+    """A fault ends."""
+
+
+class FaultMissed(
+    FaultEvent,
+    kind="fault_missed",
+    severity="warning",
+    subject=_SUBJECT,
+    text="is not hit by the fault {name} ({fault}): {why}",
+):
+    """A fault is due, but does not begin, as its robot, component, door or lane is not there."""
+
+    why: Annotated[str, Field(description="What is missing.")]
+
+
+EVENTS: Final = EventGroup("faults", (FaultBegan, FaultEnded, FaultMissed))

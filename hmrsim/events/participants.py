@@ -1,0 +1,42 @@
+"""Controllers that take part in lockstep."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final
+
+from pydantic import Field
+
+from hmrsim.events._event import Event, EventGroup
+
+_Participant = Annotated[str, Field(description="The participant's name.")]
+_Why = Annotated[str, Field(description="Why, if not of its own accord.")]
+
+
+class ParticipantJoined(Event, kind="participant_joined", subject=("participant",), text="joins lockstep"):
+    """A controller takes part from now on."""
+
+    participant: _Participant
+    why: _Why = ""
+
+
+class ParticipantLeft(Event, kind="participant_left", subject=("participant",), text="leaves lockstep[: {why}]"):
+    """A controller takes part no longer."""
+
+    participant: _Participant
+    why: _Why = ""
+
+
+class ParticipantDropped(
+    Event,
+    kind="participant_dropped",
+    severity="warning",
+    subject=("participant",),
+    text="is dropped from lockstep[: {why}]",
+):
+    """A controller was dropped, as it did not answer in time."""
+
+    participant: _Participant
+    why: _Why = ""
+
+
+EVENTS: Final = EventGroup("participants", (ParticipantJoined, ParticipantLeft, ParticipantDropped))

@@ -1,0 +1,44 @@
+"""The simulation as a whole."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final
+
+from pydantic import Field
+
+from hmrsim.events._event import Event, EventGroup
+from hmrsim.events._fields import Whole
+
+
+class SimulationStateChanged(
+    Event,
+    kind="simulation_state",
+    subject=(),
+    text="the simulation is [{state=0}stopped|{state=1}playing|{state=2}paused|in state {state}]",
+):
+    """The simulation was paused, stopped, or goes on."""
+
+    state: Annotated[
+        Whole, Field(description="Of simulation_interfaces/msg/SimulationState: 0 stopped, 1 playing, 2 paused.")
+    ]
+
+
+class SimulationReset(Event, kind="reset", subject=(), text="the simulation was reset"):
+    """The simulation was reset."""
+
+    scope: Annotated[Whole, Field(description="The sum of 1 time, 2 state, 4 spawned; 255 for all.")]
+
+
+class WorldLoaded(Event, kind="world_loaded", subject=(), text="the world {name} was loaded"):
+    """Another world was loaded."""
+
+    name: Annotated[str, Field(description="The world's name.")]
+
+
+class SimulatorReturned(
+    Event, kind="simulator_returned", severity="warning", subject=(), text="the simulator can be reached again"
+):
+    """Only in a recording: the recorder has found the simulator again, which it could not reach."""
+
+
+EVENTS: Final = EventGroup("simulation", (SimulationStateChanged, SimulationReset, WorldLoaded, SimulatorReturned))

@@ -1,0 +1,68 @@
+"""Robots in each other's way, and lanes that are closed."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final
+
+from pydantic import Field
+
+from hmrsim.events._event import Event, EventGroup
+from hmrsim.events._fields import LaneName, Number, Position, RobotName, RobotNames
+
+
+class Waiting(Event, kind="waiting", severity="warning", text="waits[: {why}| for {for:and}| for its turn]"):
+    """A robot waits on its way: for other robots, or for something else."""
+
+    robot: RobotName
+    at: Position
+    lane: Annotated[LaneName | None, Field(description="The lane that it can't enter; left out off the lanes.")] = None
+    why: Annotated[str, Field(description="What is in the way, if it is no robot.")] = ""
+    for_: Annotated[
+        tuple[str, ...] | None, Field(description="The robots for which it waits; left out where there is a `why`.")
+    ] = None
+
+
+class WentOn(Event, kind="went_on", severity="debug", text="continues after waiting {waited} s"):
+    """A robot that waited continues on its way."""
+
+    robot: RobotName
+    waited: Annotated[Number, Field(description="How long it waited, in simulated seconds.")]
+
+
+class Rerouted(Event, kind="rerouted", text="takes another route"):
+    """A robot that waited takes another route."""
+
+    robot: RobotName
+    at: Position
+
+
+class MadeRoom(Event, kind="made_room", text="moves aside for {by}"):
+    """A robot leaves its place so that another can pass."""
+
+    robot: RobotName
+    by: Annotated[str, Field(description="The robot that wants to pass.")]
+    from_: Annotated[Position, Field(description="Where it stood: x, y in the world's unit.")]
+    to: Annotated[Position, Field(description="Where it goes.")]
+
+
+class Deadlock(Event, kind="deadlock", severity="error", subject=(), text="deadlock of {robots:and}"):
+    """Robots wait for each other in a circle."""
+
+    robots: RobotNames
+    lanes: Annotated[tuple[LaneName, ...], Field(description="The lanes that they can't enter.")]
+
+
+class LaneClosed(Event, kind="lane_closed", severity="warning", subject=("lane",), text="is closed[: {why}]"):
+    """A lane is closed: no robot enters it; a robot that is on it may leave it."""
+
+    lane: LaneName
+    why: Annotated[str, Field(description="All that keeps it closed, for people.")] = ""
+
+
+class LaneOpened(Event, kind="lane_opened", subject=("lane",), text="is open again"):
+    """A lane is open again."""
+
+    lane: LaneName
+
+
+EVENTS: Final = EventGroup("traffic", (Waiting, WentOn, Rerouted, MadeRoom, Deadlock, LaneClosed, LaneOpened))
