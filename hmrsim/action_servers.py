@@ -54,6 +54,7 @@ class ServedGoal:
         stamp: When it was accepted.
         from_client: Whether the client made the id, and so may send it again.
         status: Where it is in its life.
+        ended: When that came to its end, in simulated nanoseconds; None while it runs.
         message: What is asked for; None after the end.
         result: What came of it; None while it runs.
         process: What pursues it; None when nothing does any more.
@@ -69,6 +70,7 @@ class ServedGoal:
     stamp: int
     from_client: bool
     status: GoalStatus = GoalStatus.ACCEPTED
+    ended: int | None = None
     message: Message | None = None
     result: Message | None = None
     process: simpy.Process | None = None

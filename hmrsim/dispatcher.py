@@ -222,6 +222,7 @@ class Dispatcher:
             del self._holders[name]
         goal.server.robot.act(goal.server.action.name, begins=False)
         goal.result, goal.failure, goal.message = result, None, None
+        goal.ended = self._stamp()
         self._change(goal, event)
         self._tell(goal, inside=name in self.cut_off)
         ended = self._ended.setdefault(name, {})

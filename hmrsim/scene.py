@@ -95,6 +95,7 @@ def _goals(kept: list[ServedGoal]) -> list[dict[str, Any]]:
         {
             **goal.describe(),
             "stamp": values_of(goal.stamp),
+            "ended": None if goal.ended is None else values_of(goal.ended),
             "status": int(goal.status),
             "result": goal.result.model_dump(mode="json") if goal.result else None,
         }

@@ -13,6 +13,7 @@ from hmrsim.route_graph import to_geojson
 from hmrsim.scene import scene
 from hmrsim.services import registry as all_services
 from hmrsim.world import world_hash
+from hmrsim.world.resolved import shown
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import dump
 from hmrsim_zenoh.time_requests import SERVICE_TYPES
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from hmrsim.participation import TimeState
     from hmrsim.simulator import Simulator
 
-_TYPES = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH, "scene": encoding.SCENE}
+_TYPES = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH, "scene": encoding.SCENE, "view": encoding.VIEW}
 
 
 class Description:
@@ -39,10 +40,11 @@ class Description:
         self._time = time
         self._info: dict[str, Any] | None = None
         self._route_graph: bytes | None = None
+        self._view: bytes | None = None
 
     def forget(self) -> None:
         """Look anew at who is there, and where."""
-        self._info = self._route_graph = None
+        self._info = self._route_graph = self._view = None
 
     @property
     def serves(self) -> dict[str, list[str]]:
@@ -58,7 +60,7 @@ class Description:
     @property
     def latched(self) -> dict[str, tuple[str, Callable[[], bytes]]]:
         """What can be got by its topic: the encoding, and what gives the payload."""
-        makers = {"info": self.info, "route_graph": self.route_graph, "scene": self.scene}
+        makers = {"info": self.info, "route_graph": self.route_graph, "scene": self.scene, "view": self.view}
         return {topic: (_TYPES[topic], maker) for topic, maker in makers.items()}
 
     def info(self) -> bytes:
@@ -79,6 +81,12 @@ class Description:
         """Return all that can be seen now."""
         # A tenth of what json takes, which would be noticed with a thousand robots.
         return to_json(scene(self._simulator))
+
+    def view(self) -> bytes:
+        """Return what does not change, for programs that show it: the world with its defaults, and forms."""
+        if self._view is None:
+            self._view = to_json(shown(self._simulator.world))
+        return self._view
 
     def _described(self) -> dict[str, Any]:
         simulator, serves = self._simulator, self.serves

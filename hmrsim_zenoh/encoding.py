@@ -28,6 +28,7 @@ EVENT = f"{JSON};hmrsim/Event"
 INFO = f"{JSON};hmrsim/WorldInfo"
 ROUTE_GRAPH = f"{JSON};hmrsim/RouteGraph"
 SCENE = f"{JSON};hmrsim/Scene"
+VIEW = f"{JSON};hmrsim/View"
 
 _MOST_SHOWN = 200
 """Characters of what is no goal id that are sent back."""

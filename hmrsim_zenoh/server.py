@@ -15,6 +15,7 @@ import zenoh
 
 from hmrsim.errors import SimulationStopped
 from hmrsim.gateway import (
+    WATCHED,
     Answered,
     CallService,
     CancelGoal,
@@ -58,6 +59,9 @@ _log = logging.getLogger(__name__)
 
 _BUSY = "too many requests are waiting; try again later"
 _ENDED = "the simulation has ended"
+
+_LOG = "log"
+"""The key of events that people read: those of which a trace has some. They are few where robots only drive."""
 
 _BLOCK, _DROP = zenoh.CongestionControl.BLOCK, zenoh.CongestionControl.DROP
 
@@ -197,7 +201,7 @@ class Server:
 
     def wants(self, topic: Topic) -> bool:
         """Return whether anybody subscribes to a topic."""
-        return self._interest[topic]
+        return self._interest[topic] or (topic is Topic.EVENTS and self._interest[_LOG])
 
     def emit(self, event: Event) -> None:
         """Send an event to whom it concerns."""
@@ -233,15 +237,20 @@ class Server:
     def _emit_change(self, event: GoalChanged) -> None:
         if event.status.terminal:
             self._thinning.forget(event.goal_id)
-        if self._interest[Topic.EVENTS]:
-            self._put_event(event)
+        self._put_event(event)
 
     def _emit_happening(self, event: Happened) -> None:
-        if self._interest[Topic.EVENTS]:
-            self._put_event(event)
+        self._put_event(event)
 
     def _put_event(self, event: GoalChanged | Happened) -> None:
-        self._put(self._key_of(self._keys.world("events")), encoding.happened(event), encoding.EVENT, reliable=True)
+        watched, logged = self._interest[Topic.EVENTS], self._interest[_LOG]
+        if logged and isinstance(event, Happened):
+            logged = event.kind not in WATCHED
+        if not (watched or logged):
+            return
+        payload = encoding.happened(event)
+        for topic in ("events",) * watched + (_LOG,) * logged:
+            self._put(self._key_of(self._keys.world(topic)), payload, encoding.EVENT, reliable=True)
 
     def _emit_status(self, event: StatusChanged) -> None:
         if self._interest[Topic.STATUS]:
@@ -307,7 +316,7 @@ class Server:
         return declared
 
 
-def _patterns(keys: Keys) -> dict[Topic, str]:
+def _patterns(keys: Keys) -> dict[Topic | str, str]:
     """Return the keys on which each topic is published."""
     return {
         Topic.STATUS: keys.any_action(Verb.STATUS),
@@ -316,5 +325,6 @@ def _patterns(keys: Keys) -> dict[Topic, str]:
         Topic.CLOCK: keys.world("clock"),
         Topic.EVENTS: keys.world("events"),
         Topic.MOTION: keys.world("events"),
+        _LOG: keys.world(_LOG),
         Topic.TIME: keys.world("time/state"),
     }

@@ -6,11 +6,13 @@ and tests are generic over it. Nothing here imports simpy, so that a controller 
 
 from __future__ import annotations
 
+import inspect
 import sys
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
+from hmrsim.actions._inputs import Input, goal_schema, title_of
 from hmrsim.interfaces.message import Message
 from hmrsim.plugins import discover
 
@@ -97,6 +99,8 @@ class Action(Generic[G, R, F]):
         flaw: Why nobody could pursue a goal, whatever the robot; None when it makes sense.
         not_ready: Why a robot can't take a goal now; None when it can.
         order: How scripts ask for it; None when they can't.
+        title: What people call it; empty for its name in words.
+        inputs: What of a goal people fill in, by dotted path in the message; None for all that a form can show.
         example: A goal that succeeds in the world of the contract tests, in plain values: to make the message here
             would build its model, which takes longer than some commands may.
         example_after: The action whose example must have been done before; None for none.
@@ -117,8 +121,17 @@ class Action(Generic[G, R, F]):
     flaw: Callable[[G], str | None] = field(default=lambda _goal: None)
     not_ready: Callable[[Any], str | None] = field(default=lambda _robot: None)
     order: Order[G] | None = None
+    title: str = ""
+    inputs: Mapping[str, Input] | None = None
     example: Mapping[str, Any] | None = None
     example_after: str | None = None
+
+    def form(self) -> dict[str, Any]:
+        """Return the JSON Schema of what of a goal people fill in, with a title and a description."""
+        about = inspect.getmodule(self.process)
+        text = inspect.getdoc(about) or "" if about else ""
+        described = {"title": self.title or title_of(self.name), "description": text.partition("\n")[0]}
+        return {**described, **goal_schema(self.goal, self.inputs)}
 
 
 AnyAction = Action[Any, Any, Any]

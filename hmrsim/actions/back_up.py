@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._inputs import Input
 from hmrsim.actions._maneuvers import distance_ordered, drive_straight, keep_time, travelled_from
 from hmrsim.interfaces.nav2_msgs import BackUp
 
@@ -34,5 +35,10 @@ ACTION = Action(
     order=Order(
         "Back", "DISTANCE [SPEED]", lambda text, world: BackUp.Goal.model_validate(distance_ordered(text, world))
     ),
+    inputs={
+        "target.x": Input("Distance", "m", default=0.5, minimum=0.0),
+        "speed": Input("Speed", "m/s", default=0.25, minimum=0.0),
+        "time_allowance": Input("Time allowance, 0 for any", "s", minimum=0.0, advanced=True),
+    },
     example={"target": {"x": 1.0}, "speed": 0.5},
 )

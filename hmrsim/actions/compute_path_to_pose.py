@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Report
+from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import facing, point_of
 from hmrsim.geometry import Pose
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
@@ -56,5 +57,6 @@ ACTION = Action(
     flaw=_flaw,
     holds_base=False,
     frames=lambda goal: (goal.goal.header.frame_id, goal.start.header.frame_id if goal.use_start else ""),
+    inputs={"goal": Input("Goal pose", required=True)},
     example={"goal": {"pose": {"position": {"x": 10.0, "y": 0.0}}}},
 )

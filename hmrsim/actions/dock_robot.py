@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import drive, no_planner, plan, point_of
 from hmrsim.actions._places import pose
 from hmrsim.errors import GoalAborted
@@ -157,5 +158,10 @@ ACTION = Action(
     frames=lambda goal: () if goal.use_dock_id else (goal.dock_pose.header.frame_id,),
     not_ready=no_planner,
     order=Order("Dock", "DOCK", _ordered),
+    inputs={
+        "dock_id": Input("Dock", required=True, choices="docks"),
+        "navigate_to_staging_pose": Input("Navigate to the staging pose first", default=True, advanced=True),
+        "max_staging_time": Input("Longest time to the staging pose", "s", minimum=0.0, advanced=True),
+    },
     example={"dock_id": "charger"},
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._inputs import Input
 from hmrsim.actions._maneuvers import distance_ordered, drive_straight, keep_time, travelled_from
 from hmrsim.errors import GoalAborted
 from hmrsim.interfaces.nav2_msgs import DriveOnHeading
@@ -41,5 +42,10 @@ ACTION = Action(
         "DISTANCE [SPEED]",
         lambda text, world: DriveOnHeading.Goal.model_validate(distance_ordered(text, world)),
     ),
+    inputs={
+        "target.x": Input("Distance", "m", default=0.5),
+        "speed": Input("Speed, with the sign of the distance", "m/s", default=0.25),
+        "time_allowance": Input("Time allowance, 0 for any", "s", minimum=0.0, advanced=True),
+    },
     example={"target": {"x": 1.0}, "speed": 0.5},
 )

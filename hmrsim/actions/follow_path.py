@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import drive, extent, facing, point_of
 from hmrsim.actions._places import check_reachable, numbers, pose
 from hmrsim.geometry import heading
@@ -72,5 +73,6 @@ ACTION = Action(
     frames=_frames,
     flaw=_flaw,
     order=Order("Follow", "X Y X Y …", _ordered),
+    inputs={"path.poses": Input("Path", required=True)},
     example={"path": {"poses": [{"pose": {"position": {"x": 2.0}}}, {"pose": {"position": {"x": 10.0}}}]}},
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import drive, facing, no_planner, plan
 from hmrsim.actions._places import places
 from hmrsim.errors import GoalAborted
@@ -93,5 +94,10 @@ ACTION = Action(
     frames=lambda goal: (at.header.frame_id for at in goal.poses),
     not_ready=no_planner,
     order=Order("Visit", "PLACE; PLACE; …", _ordered),
+    inputs={
+        "poses": Input("Waypoints", required=True),
+        "number_of_loops": Input("Further loops", advanced=True),
+        "goal_index": Input("Index of the first waypoint", advanced=True),
+    },
     example={"poses": [{"pose": {"position": {"x": 4.0}}}, {"pose": {"position": {"x": 10.0}}}]},
 )

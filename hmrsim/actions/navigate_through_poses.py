@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import drive, extent, facing, navigation_of, no_planner, plan
 from hmrsim.actions._places import places
 from hmrsim.errors import GoalAborted
@@ -123,5 +124,6 @@ ACTION = Action(
     frames=_frames,
     not_ready=no_planner,
     order=Order("Through", "PLACE; PLACE; …", _ordered),
+    inputs={"poses.goals": Input("Poses", required=True)},
     example={"poses": {"goals": [{"pose": {"position": {"x": 4.0}}}, {"pose": {"position": {"x": 10.0}}}]}},
 )

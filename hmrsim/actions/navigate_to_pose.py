@@ -6,6 +6,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import drive, facing, navigation_of, no_planner, plan
 from hmrsim.actions._places import place, pose
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
@@ -48,5 +49,6 @@ ACTION = Action(
     frames=lambda goal: (goal.pose.header.frame_id,),
     not_ready=no_planner,
     order=Order("Go", "PLACE, or X Y", _ordered),
+    inputs={"pose": Input("Goal pose", required=True)},
     example={"pose": {"pose": {"position": {"x": 10.0, "y": 0.0}}}},
 )

@@ -6,6 +6,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Order, Report
+from hmrsim.actions._inputs import Input
 from hmrsim.actions._moveit import CODES, item_ordered
 from hmrsim.components.claw import Claw
 from hmrsim.errors import GoalAborted
@@ -85,5 +86,7 @@ ACTION = Action(
     codes=CODES,
     component="claw",
     order=Order("Grab", "ITEM", lambda text, world: Pickup.Goal(target_name=item_ordered(text, world))),
+    title="Pick up",
+    inputs={"target_name": Input("Item", required=True, choices="items")},
     example={"target_name": "parcel"},
 )

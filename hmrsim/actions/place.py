@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Order, Report
+from hmrsim.actions._inputs import Input
 from hmrsim.actions._moveit import CODES, item_ordered
 from hmrsim.components.claw import Claw
 from hmrsim.errors import GoalAborted
@@ -79,6 +80,7 @@ ACTION = Action(
     component="claw",
     frames=lambda goal: (location.place_pose.header.frame_id for location in goal.place_locations),
     order=Order("Drop", "ITEM", lambda text, world: Place.Goal(attached_object_name=item_ordered(text, world))),
+    inputs={"attached_object_name": Input("Item", required=True, choices="held")},
     example={"attached_object_name": "parcel"},
     example_after="pickup",
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Report
+from hmrsim.actions._inputs import Input
 from hmrsim.interfaces.simulation_interfaces import Result, SimulateSteps
 
 if TYPE_CHECKING:
@@ -47,5 +48,6 @@ ACTION = Action(
     of_world=True,
     holds_base=False,
     not_ready=lambda gate: gate.why_no_steps(),
+    inputs={"steps": Input("Steps", default=1, minimum=1)},
     example={"steps": 20},
 )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim import motion
 from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._inputs import Input
 from hmrsim.actions._maneuvers import keep_time, perform
 from hmrsim.actions._places import numbers
 from hmrsim.interfaces.nav2_msgs import Spin
@@ -43,5 +44,9 @@ ACTION = Action(
     failure=lambda code, message: Spin.Result(error_code=code, error_msg=message),
     codes=Codes(canceled=0, preempted=Spin.Result.UNKNOWN, rejected=1, unknown=Spin.Result.UNKNOWN),
     order=Order("Spin", "RADIANS", _ordered),
+    inputs={
+        "target_yaw": Input("Angle, counter-clockwise where y points up", "rad", default=1.57),
+        "time_allowance": Input("Time allowance, 0 for any", "s", minimum=0.0, advanced=True),
+    },
     example={"target_yaw": 1.57},
 )

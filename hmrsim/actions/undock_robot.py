@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._inputs import Input
 from hmrsim.errors import GoalAborted
 from hmrsim.interfaces.nav2_msgs import UndockRobot
 
@@ -67,6 +68,7 @@ ACTION = Action(
     failure=lambda code, message: UndockRobot.Result(success=False, error_code=code, error_msg=message),
     codes=Codes(canceled=0, preempted=_RESULT.UNKNOWN, rejected=1, unknown=_RESULT.UNKNOWN),
     order=Order("Undock", "", _ordered),
+    inputs={"max_undocking_time": Input("Longest time to undock", "s", minimum=0.0, advanced=True)},
     example={},
     example_after="dock_robot",
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions._inputs import Input
 from hmrsim.actions._maneuvers import keep_time
 from hmrsim.actions._places import numbers
 from hmrsim.interfaces.builtin_interfaces import Duration
@@ -47,5 +48,6 @@ ACTION = Action(
     failure=lambda code, message: Wait.Result(error_code=code, error_msg=message),
     codes=Codes(canceled=0, preempted=Wait.Result.UNKNOWN, rejected=1, unknown=Wait.Result.UNKNOWN),
     order=Order("Wait", "SECONDS", _ordered),
+    inputs={"time": Input("Duration", "s", default=5.0, minimum=0.0)},
     example={"time": {"sec": 2}},
 )

@@ -6,6 +6,7 @@ world, the services and the tests are generic over it. Nothing here knows when f
 
 from __future__ import annotations
 
+import inspect
 import sys
 from dataclasses import dataclass, field
 from functools import cache
@@ -25,9 +26,17 @@ if TYPE_CHECKING:
 
 _MOST = 1e9
 
+SUBJECTS = ("robot", "door", "lane")
+"""The fields that name what a fault happens to."""
+
+_IN_GENERAL = frozenset({"name", "at", "mean_time_between", "until", "duration", "mean_duration"})
+"""The fields that faults of all kinds have: a form has them behind those of the kind."""
+
+_TITLES = {"at": "Start time", "until": "End time", "mean_time_between": "Mean time between faults", "yaw": "Rotation"}
+
 Name = Annotated[str, Field(min_length=1, max_length=100)]
-Seconds = Annotated[float, Field(strict=True, ge=0, le=_MOST)]
-SomeSeconds = Annotated[float, Field(strict=True, gt=0, le=_MOST)]
+Seconds = Annotated[float, Field(strict=True, ge=0, le=_MOST, json_schema_extra={"unit": "s"})]
+SomeSeconds = Annotated[float, Field(strict=True, gt=0, le=_MOST, json_schema_extra={"unit": "s"})]
 Probability = Annotated[float, Field(strict=True, gt=0, le=1)]
 
 
@@ -124,6 +133,7 @@ class Fault(Generic[S]):
         begin: Lets it happen; returns what ends it.
         component: The component that the robot needs; None for none.
         example: Settings that make sense in the world of the contract tests, in plain values.
+        title: What people call it; empty for its name in words.
     """
 
     name: str
@@ -131,11 +141,44 @@ class Fault(Generic[S]):
     begin: Callable[[Case[S]], Callable[[], None]]
     component: str | None = None
     example: Mapping[str, Any] = field(default_factory=dict)
+    title: str = ""
+
+    def form(self) -> dict[str, Any]:
+        """Return the JSON Schema of what people fill in to inject it; ``subject`` says what it is injected into."""
+        about = inspect.getmodule(self.begin)
+        text = inspect.getdoc(about) or "" if about else ""
+        schema = self.settings.model_json_schema()
+        fields = schema["properties"]
+        subject = next((name for name in SUBJECTS if fields.pop(name, None)), "")
+        return {
+            "title": self.title or _in_words(self.name),
+            "description": text.partition("\n")[0],
+            "type": "object",
+            "subject": subject,
+            **({"component": self.component} if self.component else {}),
+            "properties": {
+                name: self._shown(name, fields[name]) for name in sorted(fields, key=_IN_GENERAL.__contains__)
+            },
+            "required": [name for name in schema.get("required", ()) if name != subject],
+        }
+
+    def _shown(self, name: str, part: dict[str, Any]) -> dict[str, Any]:
+        """Return the schema of a field without the choice of null: what is not filled in is left out."""
+        value: dict[str, Any] = next((each for each in part.get("anyOf", ()) if each.get("type") != "null"), {})
+        said = {key: each for key, each in part.items() if key != "anyOf" and each is not None}
+        titled: dict[str, Any] = {"title": _TITLES.get(name) or _in_words(name)}
+        if name in _IN_GENERAL and name != "duration":
+            titled["advanced"] = True
+        return {**({"default": self.example[name]} if name in self.example else {}), **value, **said, **titled}
 
     @property
     def lasts(self) -> bool:
         """Whether it goes on for a while, and does not happen in an instant."""
         return issubclass(self.settings, Spell)
+
+
+def _in_words(name: str) -> str:
+    return name.replace("_", " ").capitalize()
 
 
 AnyFault = Fault[Any]

@@ -37,4 +37,11 @@ def _begin(case: Case[BatteryCell]) -> Callable[[], None]:
     return end
 
 
-FAULT = Fault(name="battery_cell", settings=BatteryCell, begin=_begin, component="battery", example={"robot": "wall_e"})
+FAULT = Fault(
+    name="battery_cell",
+    settings=BatteryCell,
+    begin=_begin,
+    component="battery",
+    example={"robot": "wall_e"},
+    title="Battery cell fails",
+)

@@ -28,4 +28,11 @@ def _begin(case: Case[ClawDrops]) -> Callable[[], None]:
     return lambda: None
 
 
-FAULT = Fault(name="claw_drops", settings=ClawDrops, begin=_begin, component="claw", example={"robot": "wall_e"})
+FAULT = Fault(
+    name="claw_drops",
+    settings=ClawDrops,
+    begin=_begin,
+    component="claw",
+    example={"robot": "wall_e"},
+    title="Gripper drops its item",
+)

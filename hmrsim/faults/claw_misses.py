@@ -30,4 +30,11 @@ def _begin(case: Case[ClawMisses]) -> Callable[[], None]:
     return partial(claw.misses.remove, misses)
 
 
-FAULT = Fault(name="claw_misses", settings=ClawMisses, begin=_begin, component="claw", example={"robot": "wall_e"})
+FAULT = Fault(
+    name="claw_misses",
+    settings=ClawMisses,
+    begin=_begin,
+    component="claw",
+    example={"robot": "wall_e"},
+    title="Gripper misses",
+)

@@ -28,4 +28,4 @@ def _begin(case: Case[DoorJammed]) -> Callable[[], None]:
     return door.free
 
 
-FAULT = Fault(name="door_jammed", settings=DoorJammed, begin=_begin, example={"door": "gate"})
+FAULT = Fault(name="door_jammed", settings=DoorJammed, begin=_begin, example={"door": "gate"}, title="Jammed")

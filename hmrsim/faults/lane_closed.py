@@ -31,4 +31,4 @@ def _begin(case: Case[LaneClosed]) -> Callable[[], None]:
     return partial(passage.closures.open, cause)
 
 
-FAULT = Fault(name="lane_closed", settings=LaneClosed, begin=_begin, example={"lane": ["home", "door"]})
+FAULT = Fault(name="lane_closed", settings=LaneClosed, begin=_begin, example={"lane": ["home", "door"]}, title="Closed")

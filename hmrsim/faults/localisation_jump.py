@@ -13,7 +13,8 @@ from hmrsim.geometry import FARTHEST, Pose
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-_Offset = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST)]
+_Number = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST)]
+_Offset = Annotated[_Number, Field(json_schema_extra={"unit": "m"})]
 
 
 class LocalisationJump(Spell):
@@ -29,7 +30,7 @@ class LocalisationJump(Spell):
     robot: Name
     dx: _Offset = 0.0
     dy: _Offset = 0.0
-    yaw: _Offset = 0.0
+    yaw: Annotated[_Number, Field(json_schema_extra={"unit": "rad"})] = 0.0
 
 
 def _begin(case: Case[LocalisationJump]) -> Callable[[], None]:
@@ -43,4 +44,10 @@ def _begin(case: Case[LocalisationJump]) -> Callable[[], None]:
     return partial(misplace, ())
 
 
-FAULT = Fault(name="localisation_jump", settings=LocalisationJump, begin=_begin, example={"robot": "wall_e", "dx": 0.5})
+FAULT = Fault(
+    name="localisation_jump",
+    settings=LocalisationJump,
+    begin=_begin,
+    example={"robot": "wall_e", "dx": 0.5},
+    title="Localization jump",
+)

@@ -31,4 +31,6 @@ def _begin(case: Case[MessagesLost]) -> Callable[[], None]:
     return end
 
 
-FAULT = Fault(name="messages_lost", settings=MessagesLost, begin=_begin, example={"robot": "wall_e"})
+FAULT = Fault(
+    name="messages_lost", settings=MessagesLost, begin=_begin, example={"robot": "wall_e"}, title="Connection lost"
+)

@@ -37,4 +37,6 @@ def _begin(case: Case[SensorBlind]) -> Callable[[], None]:
     return partial(look, ())
 
 
-FAULT = Fault(name="sensor_blind", settings=SensorBlind, begin=_begin, example={"robot": "wall_e"})
+FAULT = Fault(
+    name="sensor_blind", settings=SensorBlind, begin=_begin, example={"robot": "wall_e"}, title="Blind sensors"
+)

@@ -36,4 +36,4 @@ def _begin(case: Case[Slip]) -> Callable[[], None]:
     return lambda: slow_down(1.0)
 
 
-FAULT = Fault(name="slip", settings=Slip, begin=_begin, example={"robot": "wall_e", "factor": 0.5})
+FAULT = Fault(name="slip", settings=Slip, begin=_begin, example={"robot": "wall_e", "factor": 0.5}, title="Wheel slip")

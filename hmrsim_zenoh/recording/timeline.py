@@ -71,8 +71,11 @@ class Timeline:
         motion = robot["motion"]
         if motion:
             motion = {**motion, "began": self.seconds(motion["began"])}
-        goals = [{**goal, "stamp": self.stamp(goal["stamp"])} for goal in robot["goals"]]
-        return {**robot, "motion": motion, "goals": goals}
+        return {**robot, "motion": motion, "goals": [self._goal(goal) for goal in robot["goals"]]}
+
+    def _goal(self, goal: dict[str, Any]) -> dict[str, Any]:
+        ended = goal.get("ended")
+        return {**goal, "stamp": self.stamp(goal["stamp"]), "ended": None if ended is None else self.stamp(ended)}
 
     def _later(self, time: Time) -> Time:
         return Time.from_nanoseconds(time.to_nanoseconds() + self.offset)

@@ -337,6 +337,17 @@ class TestWorld:
         ]
 
 
+def test_the_log_has_what_people_read(fast, go):
+    """What happens, without what is told to watchers only; who listens to it alone has no motion computed."""
+    heard = fast.hear("_world/log")
+
+    fast.send(NAVIGATE, go(9, 2), A)
+    fast.result(NAVIGATE, A)
+
+    bodies = heard.wait(lambda bodies: any(body.get("status") == 4 for body in bodies))
+    assert ["status", "status", "status"] == [body["kind"] for body in bodies]
+
+
 def test_encodings_name_the_ros_type(fast, go):
     """On every reply and publication."""
     heard = fast.hear("**")
@@ -358,5 +369,6 @@ def test_encodings_name_the_ros_type(fast, go):
         "odom": "application/json;nav_msgs/msg/Odometry",
         "clock": "application/json;rosgraph_msgs/msg/Clock",
         "events": "application/json;hmrsim/Event",
+        "log": "application/json;hmrsim/Event",
         "state": "application/json;hmrsim/TimeState",
     }

@@ -1,0 +1,103 @@
+"""What of a goal a person fills in, as a JSON Schema from which a program makes a form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, get_args, get_origin
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from pydantic import BaseModel
+    from pydantic.fields import FieldInfo
+
+_TYPES: Final = {bool: "boolean", int: "integer", float: "number", str: "string"}
+_FORMATS: Final = {"geometry_msgs/msg/PoseStamped": "pose", "builtin_interfaces/msg/Duration": "duration"}
+_BOUNDS: Final = {"ge": "minimum", "gt": "exclusiveMinimum", "le": "maximum", "lt": "exclusiveMaximum"}
+
+
+@dataclass(frozen=True)
+class Input:
+    """One field of a form.
+
+    Attributes:
+        title: Its label.
+        unit: ``m`` and ``m/s`` become the world's unit of length.
+        default: What it is filled with; None for the message's own default, or nothing where it is required.
+        minimum: The least value that makes sense.
+        required: Whether it has to be filled in.
+        choices: What of the world is proposed: ``items``, ``held`` (items that the robot holds) or ``docks``.
+        advanced: Whether most people leave it as it is.
+    """
+
+    title: str
+    unit: str = ""
+    default: float | str | bool | None = None
+    minimum: float | None = None
+    required: bool = False
+    choices: str = ""
+    advanced: bool = False
+
+
+def goal_schema(goal: type[BaseModel], inputs: Mapping[str, Input] | None) -> dict[str, Any]:
+    """Return the JSON Schema of the part of a goal that a form shows, nested as the message is.
+
+    Beside JSON Schema's own words there are ``unit``, ``choices`` and ``advanced``, and the formats ``pose``
+    (geometry_msgs/msg/PoseStamped) and ``duration`` (builtin_interfaces/msg/Duration).
+
+    Args:
+        goal: The goal's message type.
+        inputs: The fields to show, by their dotted path in the message; None for all that can be shown.
+    """
+    if inputs is None:
+        inputs = {name: Input(title_of(name)) for name, field in goal.model_fields.items() if _typed(field)}
+    root: dict[str, Any] = {"type": "object", "properties": {}}
+    for path, given in inputs.items():
+        *parents, name = path.split(".")
+        part, kind = root, goal
+        for parent in parents:
+            kind = kind.model_fields[parent].annotation  # type: ignore[assignment]  # a message, as the path says
+            part = part["properties"].setdefault(parent, {"type": "object", "properties": {}})
+        field = kind.model_fields[name]
+        part["properties"][name] = {"title": given.title, **_typed(field), **dict(_said(given, field))}
+        if given.required:
+            part.setdefault("required", []).append(name)
+    return root
+
+
+def title_of(name: str) -> str:
+    """Return the label of a field or an action of which nothing else is said: its name in words."""
+    return name.replace("_", " ").capitalize()
+
+
+def _typed(field: FieldInfo) -> dict[str, Any]:
+    """Return the type and bounds of a field; empty if no form can show it."""
+    kind: Any = field.annotation
+    if get_origin(kind) is list:
+        one = _format(get_args(kind)[0])
+        return {"type": "array", "items": {"type": "object", "format": one}} if one == "pose" else {}
+    if kind in _TYPES:
+        bounds = {
+            word: getattr(part, name)
+            for part in field.metadata
+            for name, word in _BOUNDS.items()
+            if hasattr(part, name)
+        }
+        return {"type": _TYPES[kind], **bounds}
+    one = _format(kind)
+    return {"type": "object", "format": one} if one else {}
+
+
+def _format(kind: Any) -> str:
+    return _FORMATS.get(getattr(kind, "ros_type", ""), "")
+
+
+def _said(given: Input, field: FieldInfo) -> Iterator[tuple[str, Any]]:
+    default = given.default
+    if default is None and isinstance(field.default, (bool, int, float, str)) and not given.required:
+        default = field.default
+    if default is not None:
+        yield "default", default
+    if given.minimum is not None:
+        yield "minimum", given.minimum
+    yield from ((word, value) for word in ("unit", "choices", "advanced") if (value := getattr(given, word)))

@@ -1,0 +1,137 @@
+"""A world with its defaults applied and its names looked up, as plain values for programs that show it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.actions import registry as actions
+from hmrsim.faults import registry as faults
+from hmrsim.geometry import crosses, distance
+from hmrsim.traffic import registry as policies
+from hmrsim.world.model import BUILT_IN_TYPES, Solid, Waypoint
+
+if TYPE_CHECKING:
+    from hmrsim.world.model import Door, RobotSpec, World
+
+
+def shown(world: World) -> dict[str, Any]:
+    """Return all that a program needs which shows a simulation of a world, but for what changes in it.
+
+    That is the world itself, `resolved`, and the forms of what may be asked of it: the JSON Schemas of what people fill
+    in for each action and for each fault, by name.
+    """
+    return {
+        "world": resolved(world),
+        "actions": {name: action.form() for name, action in actions().items()},
+        "faults": {name: fault.form() for name, fault in faults().items()},
+    }
+
+
+def resolved(world: World) -> dict[str, Any]:
+    """Return what a picture of a world needs: every list in the order of the file, every point as coordinates.
+
+    Lengths and speeds are in the world's unit; a capacity of None is any number.
+    """
+    waypoint_capacity, lane_capacity = _capacities(world)
+    return {
+        "name": world.name,
+        "units": world.units,
+        "policy": world.traffic.policy,
+        "bounds": world.bounds,
+        "walls": [
+            {"points": wall.solid, "solid": True} if isinstance(wall, Solid) else {"points": wall, "solid": False}
+            for wall in world.walls
+        ],
+        "waypoints": [
+            {
+                "name": name,
+                "at": world.points[name],
+                "capacity": (waypoint.capacity if isinstance(waypoint, Waypoint) else None) or waypoint_capacity,
+            }
+            for name, waypoint in world.waypoints.items()
+        ],
+        "lanes": [
+            {
+                "from": lane.from_,
+                "to": lane.to,
+                "one_way": lane.one_way,
+                "length": distance(world.points[lane.from_], world.points[lane.to]),
+                "speed_limit": lane.speed_limit,
+                "capacity": lane.capacity or lane_capacity,
+            }
+            for lane in world.lanes
+        ],
+        "places": [{"name": name, "at": place.at} for name, place in world.places.items()],
+        "docks": [
+            {
+                "name": name,
+                "at": world.dock_point(name),
+                "type": dock.type,
+                "capacity": dock.capacity,
+                "yaw": dock.yaw,
+                "charges": dock.charges,
+                "staging": dock.staging,
+                "reserved_for": dock.reserved_for,
+            }
+            for name, dock in world.docks.items()
+        ],
+        "doors": [
+            {"name": name, **door.model_dump(mode="json"), "lanes": _lanes_through(world, door)}
+            for name, door in world.doors.items()
+        ],
+        "lifts": [
+            {
+                "name": name,
+                **lift.model_dump(mode="json"),
+                "at": lift.at or lift.stops[0],
+                "points": [world.points[stop] for stop in lift.stops],
+            }
+            for name, lift in world.lifts.items()
+        ],
+        "items": [
+            {"name": name, "at": world.point(item.at), "weight": item.weight, "blocks": item.blocks}
+            for name, item in world.items.items()
+        ],
+        "robot_types": [{"name": name, **_base(world, kind.base)} for name, kind in _types(world).items()],
+        "robots": [_robot(world, name, robot) for name, robot in world.robots.items()],
+    }
+
+
+def type_order(world: World) -> list[str]:
+    """Return all types of robots that there may be, those that the world has robots of first.
+
+    A type has the same number in every picture of a world, and so the same colour and shape.
+    """
+    used = (robot.type for robot in world.robots.values())
+    return [*dict.fromkeys([*used, *world.robot_types, *BUILT_IN_TYPES])]
+
+
+def _types(world: World) -> dict[str, Any]:
+    return {name: world.robot_types.get(name) or BUILT_IN_TYPES[name] for name in type_order(world)}
+
+
+def _robot(world: World, name: str, robot: RobotSpec) -> dict[str, Any]:
+    at = {"name": name, "type": robot.type, "at": world.point(robot.at), "yaw": robot.yaw}
+    return {**at, **_base(world, world.robot_type(robot).base)}
+
+
+def _base(world: World, base: Any) -> dict[str, Any]:
+    return {"radius": base.radius, "flies": base.flies, "speed": world.speed(base)}
+
+
+def _capacities(world: World) -> tuple[int | None, int | None]:
+    """Return how many robots a waypoint and a lane take of which nothing is said."""
+    policy = policies().get(world.traffic.policy)
+    if policy is None or policy.rule is None:
+        return None, None
+    settings = policy.settings.model_validate(world.traffic.model_dump())
+    return getattr(settings, "waypoint_capacity", None), getattr(settings, "lane_capacity", None)
+
+
+def _lanes_through(world: World, door: Door) -> list[tuple[str, str]]:
+    points = world.points
+    return [
+        (lane.from_, lane.to)
+        for lane in world.lanes
+        if crosses(points[lane.from_], points[lane.to], door.at[0], door.at[1])
+    ]

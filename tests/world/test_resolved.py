@@ -1,0 +1,82 @@
+"""A world as programs that show it get it: defaults applied, names looked up."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hmrsim.world.model import World
+from hmrsim.world.resolved import resolved, shown, type_order
+
+WORLD = {
+    "name": "small",
+    "waypoints": {"a": [0, 0], "b": {"at": [10, 0], "capacity": 3}, "c": [10, 10], "up": [110, 10]},
+    "lanes": [["a", "b"], {"from": "b", "to": "c", "one_way": True, "speed_limit": 0.5, "capacity": 2}],
+    "traffic": {"policy": "reserve", "lane_capacity": 4},
+    "walls": [[[0, 5], [5, 5]], {"solid": [[20, 20], [21, 20], [21, 21]]}],
+    "doors": {"gate": {"at": [[5, -1], [5, 1]], "opening_time": 1.5}},
+    "lifts": {"lift": {"stops": ["c", "up"], "travel_time": 6}},
+    "places": {"ward": {"at": [10, 10]}},
+    "docks": {"charger": {"at": "a", "type": "charger"}},
+    "items": {"medicine": {"at": "ward", "weight": 0.2}},
+    "robot_types": {"spare": {}, "nurse": {"base": {"speed": 2, "radius": 0.3}}},
+    "robots": {"wall_e": {"type": "nurse", "at": "charger", "yaw": 1}, "eve": {"at": "b"}},
+}
+
+
+@pytest.fixture
+def world():
+    """The small world, resolved."""
+    return json.loads(json.dumps(resolved(World.model_validate(WORLD))))
+
+
+def test_names_are_looked_up(world):
+    """Docks, items, lifts and robots are where their waypoints are."""
+    assert [[0, 0], [10, 10], [0, 0]] == [world[kind][0]["at"] for kind in ("docks", "items", "robots")]
+    assert [[10, 10], [110, 10]] == world["lifts"][0]["points"]
+    assert "c" == world["lifts"][0]["at"]
+
+
+def test_capacities_are_those_of_the_traffic_unless_there_are_others(world):
+    """Lanes take four as the policy's settings say, a waypoint takes one as the policy does by itself."""
+    assert [4, 2] == [lane["capacity"] for lane in world["lanes"]]
+    assert [1, 3, 1, 1] == [waypoint["capacity"] for waypoint in world["waypoints"]]
+
+
+def test_nothing_counts_where_traffic_is_free():
+    """Any number of robots fits everywhere."""
+    world = resolved(World.model_validate(WORLD | {"traffic": {}}))
+
+    assert [None, 2] == [lane["capacity"] for lane in world["lanes"]]
+
+
+def test_defaults_are_applied(world):
+    """Of a robot of which nothing is said, too; in pixels its speed is another."""
+    eve = world["robots"][1]
+    pixels = resolved(World.model_validate({**WORLD, "units": "px"}))
+
+    assert ("carrier", 0, 1.0, None, False) == tuple(eve[key] for key in ("type", "yaw", "speed", "radius", "flies"))
+    assert 300.0 == pixels["robots"][1]["speed"]
+    assert (3.0, None) == tuple(world["doors"][0][key] for key in ("stays_open", "opens_for"))
+
+
+def test_a_door_knows_the_lanes_through_it(world):
+    """In the directions in which there are some."""
+    assert [["a", "b"]] == world["doors"][0]["lanes"]
+
+
+def test_types_of_robots_that_there_are_come_first():
+    """Then those of the file, then built-in ones: all that can be spawned."""
+    assert ["nurse", "carrier", "spare", "fetcher"] == type_order(World.model_validate(WORLD))
+
+
+def test_forms_come_with_the_world():
+    """Each field of one has a title and a type; the schema is nested as the message is."""
+    forms = shown(World.model_validate(WORLD))
+
+    back_up, slip = forms["actions"]["back_up"], forms["faults"]["slip"]
+    distance = {"title": "Distance", "type": "number", "default": 0.5, "unit": "m", "minimum": 0.0}
+    assert ("Back up", distance) == (back_up["title"], back_up["properties"]["target"]["properties"]["x"])
+    assert ("robot", ["factor"]) == (slip["subject"], slip["required"])
+    assert {"title": "Duration", "unit": "s"}.items() <= slip["properties"]["duration"].items()
