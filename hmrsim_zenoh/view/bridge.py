@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
     from starlette.websockets import WebSocket
 
-    from hmrsim_zenoh.view.live import Live, Replies
+    from hmrsim_zenoh.view.feeds import Feeds
+    from hmrsim_zenoh.view.gets import Gets, Replies
 
 MOST_SUBSCRIPTIONS: Final = 64
 MOST_GETS: Final = 64
@@ -33,21 +34,25 @@ class Bridge:
     """Serves one page, in the event loop's thread.
 
     Args:
-        live: The simulator.
+        gets: Sends queries.
+        feeds: The subscriptions of all pages.
+        alive: Whether the simulator is there.
     """
 
-    def __init__(self, live: Live) -> None:
-        self._live = live
+    def __init__(self, gets: Gets, feeds: Feeds, *, alive: bool) -> None:
+        self._gets = gets
+        self._feeds = feeds
+        self._alive = alive
         self._outbox = Outbox()
         self._subscriptions: dict[int, _Subscription] = {}
-        self._gets: set[int] = set()
+        self._asked: set[int] = set()
         self._news = asyncio.Event()
         self._room = asyncio.Event()
         self._gone = False
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve the page until it goes."""
-        fields = {"source": "live", "prefix": self._live.prefix, "version": __version__, "alive": self._live.alive}
+        fields = {"source": "live", "prefix": self._gets.prefix, "version": __version__, "alive": self._alive}
         self.put(frames.said("hello", **fields))
         sender = asyncio.create_task(self._send(socket))
         try:
@@ -67,9 +72,10 @@ class Bridge:
         self._outbox.put(frame)
         self._news.set()
 
-    def tell_alive(self) -> None:
+    def tell_alive(self, alive: bool) -> None:  # noqa: FBT001 - it is what is told
         """Tell whether the simulator is there."""
-        self.put(frames.said("alive", alive=self._live.alive))
+        self._alive = alive
+        self.put(frames.said("alive", alive=alive))
 
     def hear(self, id_: int, entries: Sequence[tuple[str, str]], *, lost: bool) -> None:
         """Send samples of a subscription."""
@@ -115,7 +121,7 @@ class Bridge:
         if len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
             raise ValueError(f"there are {MOST_SUBSCRIPTIONS} subscriptions already")
         self._check_key(request.key)
-        self._subscriptions[request.id] = _Subscription(self, self._live, request)
+        self._subscriptions[request.id] = _Subscription(self, self._feeds, request)
         self._outbox.open(request.id, latest=request.latest)
 
     def _unsubscribe(self, id_: int) -> None:
@@ -126,21 +132,21 @@ class Bridge:
         self._outbox.close(id_)
 
     def _get(self, request: frames.Get) -> None:
-        if request.id in self._gets:
+        if request.id in self._asked:
             raise ValueError(f"get {request.id} is under way already")
         try:
-            if len(self._gets) >= MOST_GETS:
+            if len(self._asked) >= MOST_GETS:
                 raise ValueError(f"{MOST_GETS} gets are under way already")  # noqa: TRY301 - one way to complain
             self._check_key(request.key)
             payload = None if request.payload is None else to_json(request.payload)
-            self._live.get(request.key, payload, request.timeout, partial(self._reply, request))
+            self._gets.get(request.key, payload, request.timeout, partial(self._reply, request))
         except (ValueError, zenoh.ZError) as error:
             self.put(frames.failure(request.id, str(error)))
             return
-        self._gets.add(request.id)
+        self._asked.add(request.id)
 
     def _reply(self, request: frames.Get, replies: Replies) -> None:
-        self._gets.discard(request.id)
+        self._asked.discard(request.id)
         self.put(_answer(request, replies))
 
     def _check_key(self, key: str) -> None:
@@ -152,7 +158,7 @@ class Bridge:
         try:
             if "@" in key:
                 raise ValueError(f"key {key!r}: keys with '@' are Zenoh's own")
-            zenoh.KeyExpr(f"{self._live.prefix}/{key}")
+            zenoh.KeyExpr(f"{self._gets.prefix}/{key}")
         except zenoh.ZError:
             raise ValueError(f"{key!r} is no key expression; chunks are joined by single slashes") from None
 
@@ -160,9 +166,9 @@ class Bridge:
 class _Subscription:
     """One of a page's."""
 
-    def __init__(self, page: Bridge, live: Live, request: frames.Subscribe) -> None:
+    def __init__(self, page: Bridge, feeds: Feeds, request: frames.Subscribe) -> None:
         self._page = page
-        self._feeds = live.feeds
+        self._feeds = feeds
         self._id = request.id
         self._where = request.key, request.pause
         self._feeds.join(*self._where, self)

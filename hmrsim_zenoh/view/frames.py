@@ -79,13 +79,18 @@ def read(text: str) -> Request:
         raise ValueError(f"{where}: {first['msg']}" if where else first["msg"]) from None
 
 
-def embedded(key: str, payload: bytes) -> str | None:
-    """Return what a key's payload is in a frame, but for what stands in front; None if it is no JSON."""
+def is_json(payload: bytes) -> bool:
+    """Return whether a payload can be put into a frame as it is."""
     try:
         from_json(payload, allow_inf_nan=False)
-        return f"{json.dumps(key)},{payload.decode()}]"
     except ValueError:
-        return None
+        return False
+    return True
+
+
+def embedded(key: str, payload: bytes) -> str | None:
+    """Return what a key's payload is in a frame, but for what stands in front; None if it is no JSON."""
+    return f"{json.dumps(key)},{payload.decode()}]" if is_json(payload) else None
 
 
 def samples(entries: Iterable[tuple[int, str]]) -> str:

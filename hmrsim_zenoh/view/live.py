@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import asynccontextmanager, suppress
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import zenoh
-from starlette.responses import JSONResponse
+from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 
 from hmrsim_zenoh.view.bridge import Bridge
+from hmrsim_zenoh.view.event_log import EventLog
 from hmrsim_zenoh.view.feeds import Feeds
+from hmrsim_zenoh.view.gets import Gets
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
@@ -24,24 +25,8 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.keys import Keys
 
 MOST_PAGES: Final = 64
-_MOST_REPLIED: Final = 64 * 2**20
 _LOOK_AGAIN: Final = 1.0
 _TRY_AGAIN_LATER: Final = 1013
-
-
-@dataclass(frozen=True)
-class Replies:
-    """What came back of a query.
-
-    Attributes:
-        ok: Keys and payloads.
-        errors: The payloads of Zenoh's error replies.
-        cut: Whether it was too much.
-    """
-
-    ok: list[tuple[str, bytes]]
-    errors: list[bytes]
-    cut: bool
 
 
 class Live:
@@ -57,24 +42,28 @@ class Live:
     """
 
     feeds: Feeds
+    _log: EventLog
 
     def __init__(self, session: zenoh.Session, keys: Keys) -> None:
         self.prefix = keys.prefix
         self.alive = False
         self._session = session
+        self._gets = Gets(session, keys.prefix, self._later)
+        self._log_key = keys.world("log")
         self._token = keys.alive()
         self._pages: set[Bridge] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def routes(self) -> list[BaseRoute]:
         """Return what a page asks beside its files."""
-        return [Route("/source", self._source), WebSocketRoute("/ws", self._serve)]
+        return [Route("/source", self._source), Route("/log", self._events), WebSocketRoute("/ws", self._serve)]
 
     @asynccontextmanager
     async def opened(self) -> AsyncIterator[None]:
         """Follow the simulator's token; pages may come."""
         self._loop = asyncio.get_running_loop()
         self.feeds = Feeds(self._session, self.prefix, self._loop)
+        self._log = EventLog(self._session, self._log_key)
         handler: zenoh.handlers.Callback[zenoh.Sample] = zenoh.handlers.Callback(
             lambda sample: self._later(self._saw, sample.kind == zenoh.SampleKind.PUT), indirect=False
         )
@@ -84,40 +73,16 @@ class Live:
         finally:
             subscriber.undeclare()
             self.feeds.close()
+            self._log.close()
             self._loop = None
-
-    def get(self, key: str, payload: bytes | None, timeout: float, then: Callable[[Replies], None]) -> None:
-        """Ask whoever answers on a key below the prefix; *then* gets all replies, when the last has come.
-
-        Raises:
-            zenoh.ZError: The session is closed.
-        """
-        ok: list[tuple[str, bytes]] = []
-        errors: list[bytes] = []
-        room = _MOST_REPLIED
-
-        def on_reply(reply: zenoh.Reply) -> None:
-            nonlocal room
-            if reply.ok is None:
-                errors.append(reply.err.payload.to_bytes() if reply.err else b"")
-                return
-            room -= len(reply.ok.payload)
-            if room >= 0:
-                ok.append((str(reply.ok.key_expr)[len(self.prefix) + 1 :], reply.ok.payload.to_bytes()))
-
-        handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
-            on_reply, lambda: self._later(lambda: then(Replies(ok, errors, cut=room < 0))), indirect=False
-        )
-        # Zenoh's best match would be the simulator alone, where each robot's controller answers for its tree.
-        target = zenoh.QueryTarget.ALL if "*" in key else zenoh.QueryTarget.BEST_MATCHING
-        where = f"{self.prefix}/{key}"
-        self._session.get(where, handler, payload=payload, encoding="application/json", timeout=timeout, target=target)
 
     def _saw(self, alive: bool) -> None:  # noqa: FBT001 - call_soon_threadsafe passes positions
         """Tell the pages that the simulator came or went; twice `alive` is another simulator."""
         self.alive = alive
+        if alive:
+            self._log.clear()
         for page in self._pages:
-            page.tell_alive()
+            page.tell_alive(alive)
         if not alive and self._loop is not None:
             self._loop.call_later(_LOOK_AGAIN, self._look_again)
 
@@ -145,12 +110,15 @@ class Live:
     async def _source(self, _request: Request) -> JSONResponse:
         return JSONResponse({"kind": "live"})
 
+    async def _events(self, _request: Request) -> Response:
+        return Response(self._log.json(), media_type="application/json")
+
     async def _serve(self, socket: WebSocket) -> None:
         await socket.accept()
         if len(self._pages) >= MOST_PAGES:
             await socket.close(_TRY_AGAIN_LATER, f"there are {MOST_PAGES} pages already")
             return
-        page = Bridge(self)
+        page = Bridge(self._gets, self.feeds, alive=self.alive)
         self._pages.add(page)
         try:
             await page.serve(socket)

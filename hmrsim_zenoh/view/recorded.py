@@ -7,11 +7,14 @@ import zlib
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
+from pydantic import ValidationError
 from pydantic_core import to_json
 from starlette.responses import JSONResponse, StreamingResponse
 from starlette.routing import Route
 
 from hmrsim.errors import HmrsimError
+from hmrsim.world.model import World
+from hmrsim.world.resolved import shown
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterable, Iterator
@@ -98,8 +101,13 @@ class Recorded:
         """Yield a line a sample, up to the first that can't be read."""
         samples = self._recording.samples()
         try:
-            for sample in samples:
-                yield to_json(sample, inf_nan_mode="null") + b"\n"
+            for time, key, payload in samples:
+                known = (
+                    ("_world/view", shown(World.model_validate(payload))) if key == "_world/world" else (key, payload)
+                )
+                yield to_json((time, *known), inf_nan_mode="null") + b"\n"
+        except (ValidationError, KeyError) as error:
+            _log.warning("a world can't be read: %s; what comes before is shown", str(error).partition("\n")[0])
         except HmrsimError as error:
             _log.warning("%s; what comes before is shown", error)
 

@@ -1,13 +1,12 @@
 // How the page keeps in step with a simulator, before a connection that is made up. Returns what was wrong, by claim.
-async (base) => {
+async ([base, VIEW]) => {
   const { Model } = await import(`${base}/model/model.js`);
   const { Live } = await import(`${base}/source/live.js`);
   const { SimClock } = await import(`${base}/source/clock.js`);
 
   const stamp = (t) => ({ sec: Math.floor(t), nanosec: Math.round((t % 1) * 1e9) });
-  const WORLD = { name: 'small', waypoints: { a: [0, 0] }, robots: { wall_e: { at: 'a' } } };
   const ANSWERS = {
-    '_world/get_current_world': { world: { world_resource: { resource_string: JSON.stringify(WORLD) } } },
+    '_world/view': VIEW,
     '_world/info': { robots: [{ name: 'wall_e' }] },
     '_world/time/state': { now: 5, clock: 'realtime', real_time_factor: 1, paused: true, participants: [] },
     '_world/scene': { stamp: stamp(5), robots: [{ name: 'wall_e', pose: [0, 0, 0] }] },

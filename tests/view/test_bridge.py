@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosed
 from hmrsim import __version__
 from hmrsim_zenoh.session import SessionOptions
 from tests.hosted import hosted
-from tests.view.pages import opened, viewed
+from tests.view.pages import fetched, opened, viewed
 
 WAIT = {"goal": {"time": {"sec": 0, "nanosec": 1}}}
 
@@ -41,6 +41,19 @@ def test_a_goal_is_sent_and_followed(page):
     assert accepted["accepted"] is True
     mine = [payload for _, _, payload in heard if payload.get("goal_id") == accepted["goal_id"]]
     assert [None, 1, 2, 4] == [payload.get("status") for payload in mine]
+
+
+def test_events_from_before_a_page_was_opened_are_kept(server, session, wait_for_listener):
+    """Those that people read; nobody need have looked."""
+    wait_for_listener("hmrsim/_world/log", there=True)
+    asked = json.dumps({"goal_id": "7" * 32, **WAIT}).encode()
+    session.get("hmrsim/wall_e/wait/_action/send_goal", payload=asked).recv()
+    session.get("hmrsim/wall_e/wait/_action/get_result", payload=json.dumps({"goal_id": "7" * 32}).encode()).recv()
+
+    status, _, body = fetched(server.url, "/log")
+
+    mine = [event for event in json.loads(body) if event.get("goal_id") == "7" * 32]
+    assert (200, [1, 2, 4]) == (status, [event["status"] for event in mine])
 
 
 def test_an_error_reply_comes_with_its_details(page):

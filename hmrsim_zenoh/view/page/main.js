@@ -88,7 +88,7 @@ function run(app, parts, map) {
   parts.live?.addEventListener('state', tell);
   tell();
   const ready = () => {
-    if (app.shown || !Object.keys(parts.model.world.definition).length) return;
+    if (app.shown || !parts.model.world.known) return;
     loading.remove();
     root.dataset.ready = 'true';
     app.begin();

@@ -60,8 +60,8 @@ export class Orders {
   #nearestDock(name) {
     const [x, y] = this.app.model.robots.get(name)?.poseAt(this.app.now()) ?? [0, 0];
     const far = ({ at, docked, capacity }) => Math.hypot(at[0] - x, at[1] - y) + (docked.length < capacity ? 0 : 1e9);
-    const suited = [...this.app.model.docks.values()].filter(({ reservedFor }) =>
-      !reservedFor || reservedFor.includes(name) || reservedFor.includes(this.app.model.robots.get(name)?.type));
+    const suited = [...this.app.model.docks.values()].filter(({ reserved_for: only }) =>
+      !only || only.includes(name) || only.includes(this.app.model.robots.get(name)?.type));
     return suited.reduce((best, dock) => (best === null || far(dock) < far(best) ? dock : best), null)?.name ?? '';
   }
 }

@@ -62,7 +62,7 @@ function drawArrows(c, frame, lanes, colour) {
   const { camera } = frame;
   c.beginPath();
   for (const lane of lanes) {
-    if (!lane.oneWay || lane.length * camera.scale < 16) continue;
+    if (!lane.one_way || lane.length * camera.scale < 16) continue;
     const size = Math.min(9, Math.max(3.2, laneWidth(lane, frame) * 0.42));
     const ux = (lane.b[0] - lane.a[0]) / lane.length;
     const uy = ((lane.b[1] - lane.a[1]) / lane.length) * camera.flip;

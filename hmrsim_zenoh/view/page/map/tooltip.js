@@ -68,7 +68,7 @@ function sayOfLane(lane, model) {
   if (!lane) return '';
   const why = model.closedLanes.get(lane.key) ?? model.closedLanes.get(`${lane.to}|${lane.from}`);
   const room = lane.capacity === null ? '' : `, for ${lane.capacity}`;
-  const limit = lane.speedLimit === null ? '' : `, at most ${lane.speedLimit} a second`;
+  const limit = lane.speed_limit === null ? '' : `, at most ${lane.speed_limit} a second`;
   const closed = why === undefined ? '' : `\nclosed${why ? `: ${why}` : ''}`;
-  return `${lane.from} ${lane.oneWay ? '→' : '↔'} ${lane.to}${room}${limit}${closed}`;
+  return `${lane.from} ${lane.one_way ? '→' : '↔'} ${lane.to}${room}${limit}${closed}`;
 }

@@ -83,7 +83,7 @@ export class MapView extends EventTarget {
     this._gestures = new Gestures(element, this._handler());
     this._watch = new Watch(model, this);
     new ResizeObserver(() => (this._stillDirty = true)).observe(element);
-    if (Object.keys(model.world?.definition ?? {}).length) this.worldChanged();
+    if (model.world.known) this.worldChanged();
   }
 
   get theme() {

@@ -141,14 +141,14 @@ export const CHANGES = new Map(
     charging_ended: (model, event, time) => level(model, event, time, {}, false),
 
     // Doors and lifts.
-    door_opening(model, event, time) {
-      model.setDoor(event.door, { state: 'opening', since: time, by: event.by ?? '' });
+    door_opening(model, event) {
+      model.setDoor(event.door, { state: 'opening' });
     },
-    door_opened(model, event, time) {
-      model.setDoor(event.door, { state: 'open', since: time, by: event.by ?? '', locked: false });
+    door_opened(model, event) {
+      model.setDoor(event.door, { state: 'open', locked: false });
     },
-    door_closed(model, event, time) {
-      model.setDoor(event.door, { state: 'closed', since: time, by: '' });
+    door_closed(model, event) {
+      model.setDoor(event.door, { state: 'closed' });
     },
     lift_departed(model, event, time) {
       model.setLift(event.lift, (lift) => {

@@ -66,12 +66,13 @@ export class Model extends State {
 
   /**
    * Begin with another world; a scene should follow.
-   * @param {object} definition As in a native world file.
+   * @param {{world: object, actions?: object, faults?: object}} view `_world/view`.
    */
-  loadWorld(definition) {
+  loadView({ world, actions = {}, faults = {} }) {
+    this.forms = { actions, faults };
     // After a reset it is the same, and what was done in it stays known.
-    if (!sameValues(this.world.definition, definition)) {
-      this.world = new World(definition);
+    if (!sameValues(this.world.given, world)) {
+      this.world = new World(world);
       this.leaveWorld();
     }
     this.participants = new Map();
@@ -181,7 +182,7 @@ const CHARGING = 1;
 const FED = new Map([
   ['events', (model, event) => model.apply(event)],
   ['scene', (model, scene) => model.loadScene(scene)],
-  ['world', (model, definition) => model.loadWorld(definition)],
+  ['view', (model, view) => model.loadView(view)],
   ['info', (model, info) => model.loadInfo(info)],
 ]);
 const FED_BY_ROBOTS = new Map([

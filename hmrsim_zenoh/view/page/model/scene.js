@@ -1,6 +1,6 @@
 /** Taking over a scene: all that can be seen at one instant, whatever was believed before. */
 
-import { fromTags } from './fixtures.js';
+import { FROM_TAGS } from './fixtures.js';
 import { errorOf, isActive } from './goals.js';
 import { Motion } from './motion.js';
 import { Robot } from './robot.js';
@@ -24,7 +24,7 @@ export function loadScene(model, scene) {
   const fixtures = { dock: model.docks, door: model.doors, lift: model.lifts };
   for (const { name, kind, tags = [] } of scene?.fixtures ?? []) {
     const known = fixtures[kind]?.get(name);
-    if (known) fixtures[kind].set(name, fromTags(known, tags, time));
+    if (known) fixtures[kind].set(name, FROM_TAGS[kind](known, tags, time));
   }
   model.closedLanes = new Map();
   for (const { lane, why = '' } of scene?.closed_lanes ?? []) if (lane) model.closedLanes.set(lane.join('|'), why);
@@ -84,12 +84,12 @@ function loadGoals(model, robot, said, time) {
     if (!listed.has(`${action} ${id}`)) model.goalList.set(robot.name, action, id, { status: 0, ended: time });
   }
   robot.goals = [];
-  for (const { action, goal_id: id, goal = null, stamp, status = 0, result = null } of said) {
+  for (const { action, goal_id: id, goal = null, stamp, ended: end = null, status = 0, result = null } of said) {
     if (!id) continue;
     const known = model.goalList.find(robot.name, action, id);
     const [errorCode, errorMsg] = errorOf(result);
     const accepted = known?.accepted ?? secondsOf(stamp);
-    const ended = isActive(status) ? null : known?.ended ?? null;
+    const ended = isActive(status) ? null : (end && secondsOf(end)) ?? known?.ended ?? null;
     const more = { goal: known?.goal ?? goal, status, accepted, ended, result, errorCode, errorMsg };
     model.setGoal(robot.name, action, id, more);
   }

@@ -70,12 +70,24 @@ const isScene = isLike({
   }),
 });
 
+const isThing = isLike({ name: isName, at: isPoint });
+const isWorld = isLike({
+  name: isName, units: isName,
+  ...maybe({
+    bounds: isNumbers, walls: isListOf(isLike({ points: isListOf(isPoint) })), waypoints: isListOf(isThing),
+    places: isListOf(isThing), docks: isListOf(isThing), items: isListOf(isThing), robots: isListOf(isThing),
+    lanes: isListOf(isLike({ from: isName, to: isName })), doors: isListOf(isLike({ name: isName, at: isListOf(isPoint) })),
+    lifts: isListOf(isLike({ name: isName, stops: isNames, points: isListOf(isPoint) })),
+    robot_types: isListOf(isLike({ name: isName })),
+  }),
+});
+
 const isNode = isLike({ depth: isNumber, name: isName, status: isName, ...maybe({ kind: isName, message: isName }) });
 
 const OF_WORLD = new Map([
   ['events', isEvent],
   ['scene', isScene],
-  ['world', isRecord],
+  ['view', isLike({ world: isWorld, actions: isOptional(isRecord), faults: isOptional(isRecord) })],
   ['info', isLike({ robots: isOptional(isListOf(isLike({ name: isName }))) })],
   ['clock', isLike({ clock: isStamp })],
   ['time/state', isLike({ now: isNumber, real_time_factor: isNumber, ...maybe({ participants: isNames, waiting_for: isNames }) })],

@@ -1,7 +1,7 @@
 /** What is there and how it is, and how that is changed and saved; what it means that something happened is elsewhere. */
 
 import { lockDoors, strike } from './faults.js';
-import { changed, newDock, newDoor, newLift } from './fixtures.js';
+import { moved, newDock, newDoor, newLift } from './fixtures.js';
 import { Goals, isActive } from './goals.js';
 import { History } from './history.js';
 import { Robot } from './robot.js';
@@ -25,6 +25,8 @@ export class State extends EventTarget {
     super();
     /** @type {World} */
     this.world = new World();
+    /** @type {{actions: Record<string, object>, faults: Record<string, object>}} JSON Schemas of what people fill in. */
+    this.forms = { actions: {}, faults: {} };
     /** @type {object|null} `_world/info`, as it came. */
     this.info = null;
     /** @type {number} When the last thing happened that is known, in simulated seconds. */
@@ -132,11 +134,11 @@ export class State extends EventTarget {
     if (known) return known;
     const start = this.world.robots.get(name);
     const kind = type ?? start?.type ?? '';
-    const base = start?.base ?? this.world.types.get(kind)?.base ?? {};
+    const base = start ?? this.world.types.get(kind);
     const robot = new Robot(name, kind);
-    robot.radius = base.radius ?? 0;
-    robot.flies = base.flies === true;
-    robot.speed = base.speed ?? null;
+    robot.radius = base?.radius ?? 0;
+    robot.flies = base?.flies === true;
+    robot.speed = base?.speed ?? null;
     if (start) robot.put(this.time, start.at[0], start.at[1], start.yaw);
     this.inform(robot, saidOf(this.info).get(name));
     this.world.typeIndex(kind);
@@ -188,7 +190,7 @@ export class State extends EventTarget {
 
   /** @param {string} name @param {(lift: object) => object} more */
   setLift(name, more) {
-    this._change(this.lifts, name, more);
+    this._change(this.lifts, name, (lift) => moved(lift, more(lift)));
   }
 
   /** @param {string} name @param {(dock: object) => object} more */
@@ -297,7 +299,7 @@ export class State extends EventTarget {
   _change(fixtures, name, more) {
     const fixture = fixtures.get(name);
     if (!fixture) return;
-    fixtures.set(name, changed(fixture, more(fixture)));
+    fixtures.set(name, { ...fixture, ...more(fixture) });
     this.touch('scene');
   }
 }

@@ -201,7 +201,7 @@ function spot(at, world, before) {
 }
 
 function named(x, y, world) {
-  return world?.nameAt(x, y) || `(${number(x)}, ${number(y)})`;
+  return world?.nameAt([x, y]) || `(${number(x)}, ${number(y)})`;
 }
 
 function share({ percentage }) {

@@ -79,7 +79,6 @@ const REASONS = {
 };
 
 function where(robot, model, now) {
-  const [x, y] = robot.poseAt(now);
-  const name = model.world.nameAt(x, y);
+  const name = model.world.nameAt(robot.poseAt(now));
   return name ? ` at ${name}` : '';
 }

@@ -9,15 +9,6 @@ export function sound(key, payload) {
   return payload;
 }
 
-/** Return the definition of a world that somebody has answered with. */
-export function definitionOf(current) {
-  try {
-    return sound('_world/world', JSON.parse(current.world.world_resource.resource_string));
-  } catch {
-    throw new RequestError("the world can't be read");
-  }
-}
-
 /** Say what is wrong with us; what is wrong with the simulator will be asked again. @param {Error} error */
 export function complain(error) {
   if (error.name !== 'RequestError') console.error(error);

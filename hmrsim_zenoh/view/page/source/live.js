@@ -1,7 +1,7 @@
 // Keeps a Model in step with a simulator: first its scene, then what happens, each thing at its own time.
 
 import { secondsOf } from '../model/stamps.js';
-import { complain, definitionOf, sound } from './answers.js';
+import { complain, sound } from './answers.js';
 
 /**
  * @typedef {import('./connection.js').Connection} Connection
@@ -201,19 +201,19 @@ export class Live extends EventTarget {
   /** @param {boolean} all */
   async #ask(all) {
     const connection = this.#connection;
-    const [current, info] = all
-      ? await Promise.all([connection.get('_world/get_current_world', {}, { timeout: 20 }), connection.get('_world/info')])
+    const [view, info] = all
+      ? await Promise.all([connection.get('_world/view', undefined, { timeout: 20 }), connection.get('_world/info')])
       : [];
     await this.#getTime();
     const scene = await connection.get('_world/scene', undefined, { timeout: 20 });
-    return { world: current && definitionOf(current), info, scene: sound('_world/scene', scene) };
+    return { view: view && sound('_world/view', view), info, scene: sound('_world/scene', scene) };
   }
 
   /** Show another world, or put a scene among what happens: before all that is not older; return whether that can be. */
-  #take({ world, info, scene }) {
+  #take({ view, info, scene }) {
     const at = secondsOf(scene.stamp);
-    if (world) {
-      if (!this.#model.hear('_world/world', world)) return false;
+    if (view) {
+      if (!this.#model.hear('_world/view', view)) return false;
       this.#model.hear('_world/info', info);
       this.#clock.reset(at);
       this.#queue = this.#queue.filter((item) => item.at >= at);

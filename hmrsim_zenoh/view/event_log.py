@@ -1,0 +1,53 @@
+"""The latest events, for pages that open later."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Final
+
+import zenoh
+
+from hmrsim_zenoh.view.frames import is_json
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+MAX_EVENTS: Final = 500
+
+
+class EventLog:
+    """Keeps the latest events of a simulator; for the event loop's thread.
+
+    They lie in Zenoh's own ring until somebody asks, so that none of them wakes Python.
+
+    Args:
+        session: An open session.
+        key: Where they are published.
+    """
+
+    def __init__(self, session: zenoh.Session, key: str) -> None:
+        ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(MAX_EVENTS)
+        self._subscriber = session.declare_subscriber(key, ring)
+        self._events: deque[bytes] = deque(maxlen=MAX_EVENTS)
+
+    def json(self) -> bytes:
+        """Return them as a JSON list, oldest first."""
+        self._events.extend(filter(is_json, self._new()))
+        return b"[%b]" % b",".join(self._events)
+
+    def clear(self) -> None:
+        """Forget all: another simulator is there."""
+        self._events.clear()
+        for _ in self._new():
+            pass
+
+    def close(self) -> None:
+        """Listen no more."""
+        self._subscriber.undeclare()
+
+    def _new(self) -> Iterator[bytes]:
+        for _ in range(MAX_EVENTS):
+            sample = self._subscriber.try_recv()
+            if sample is None:
+                return
+            yield sample.payload.to_bytes()

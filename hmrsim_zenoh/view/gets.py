@@ -1,0 +1,70 @@
+"""Queries of the pages, which Zenoh answers in its own threads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import zenoh
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_MAX_REPLIED: Final = 64 * 2**20
+
+
+@dataclass(frozen=True)
+class Replies:
+    """What came back of a query.
+
+    Attributes:
+        ok: Keys and payloads.
+        errors: The payloads of Zenoh's error replies.
+        cut: Whether it was too much.
+    """
+
+    ok: list[tuple[str, bytes]]
+    errors: list[bytes]
+    cut: bool
+
+
+class Gets:
+    """Sends queries below a prefix.
+
+    Args:
+        session: An open session.
+        prefix: What all keys begin with.
+        later: Has a call made in the event loop's thread.
+    """
+
+    def __init__(self, session: zenoh.Session, prefix: str, later: Callable[[Callable[[], None]], None]) -> None:
+        self.prefix = prefix
+        self._session = session
+        self._later = later
+
+    def get(self, key: str, payload: bytes | None, timeout: float, then: Callable[[Replies], None]) -> None:
+        """Send a query; *then* gets all replies, when the last has come.
+
+        Raises:
+            zenoh.ZError: The session is closed.
+        """
+        ok: list[tuple[str, bytes]] = []
+        errors: list[bytes] = []
+        room = _MAX_REPLIED
+
+        def on_reply(reply: zenoh.Reply) -> None:
+            nonlocal room
+            if reply.ok is None:
+                errors.append(reply.err.payload.to_bytes() if reply.err else b"")
+                return
+            room -= len(reply.ok.payload)
+            if room >= 0:
+                ok.append((str(reply.ok.key_expr)[len(self.prefix) + 1 :], reply.ok.payload.to_bytes()))
+
+        handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
+            on_reply, lambda: self._later(lambda: then(Replies(ok, errors, cut=room < 0))), indirect=False
+        )
+        # Zenoh's best match would be the simulator alone, where each robot's controller answers for its tree.
+        target = zenoh.QueryTarget.ALL if "*" in key else zenoh.QueryTarget.BEST_MATCHING
+        where = f"{self.prefix}/{key}"
+        self._session.get(where, handler, payload=payload, encoding="application/json", timeout=timeout, target=target)
