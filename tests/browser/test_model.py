@@ -48,7 +48,7 @@ def evaluate(request):
         command = ["node", "--experimental-default-type=module", "--input-type=module", "--eval", program]
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
         assert done.stdout, done.stderr
-        return json.loads(done.stdout)
+        return json.loads(done.stdout.splitlines()[-1])
 
     def in_browser(script):
         _, url = request.getfixturevalue("viewed")("scenario1")
