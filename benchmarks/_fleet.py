@@ -7,18 +7,18 @@ import random
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hmrsim.gateway import Answered, GetResult, SendGoal
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.protocol.gateway import Answered, GetResult, SendGoal
 from hmrsim.world import LoadedWorld
 from hmrsim.world.model import World
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from hmrsim.gateway import Event, Topic
     from hmrsim.interfaces.message import Message
+    from hmrsim.protocol.gateway import Event, Topic
     from hmrsim.simulator import Simulator
 
 SIDE = 32

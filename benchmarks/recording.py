@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._report import Row
 from hmrsim.cli.rosout import told
-from hmrsim.participation import LOCKSTEP, TimeState
+from hmrsim.protocol.time import LOCKSTEP, TimeState
 from hmrsim.simulator import Simulator
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.sink import RecordingSink
@@ -19,7 +19,7 @@ from hmrsim_zenoh.recording.writing import RecordingFile
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.gateway import Event
+    from hmrsim.protocol.gateway import Event
 
 QUICK: dict[str, Any] = {"sizes": (10, 100), "seconds": 5.0}
 

@@ -18,8 +18,8 @@ from benchmarks._timing import Variant, medians
 from benchmarks._wire import GoalSender, served
 from hmrsim.actions import registry
 from hmrsim.cli.garbage import collect_rarely
-from hmrsim.gateway import FeedbackSent, GoalEntry, StatusChanged
-from hmrsim.goal import GoalStatus
+from hmrsim.protocol.gateway import FeedbackSent, GoalEntry, StatusChanged
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.services import registry as all_services
 from hmrsim.simulator import Simulator
 from hmrsim_zenoh.host import HostSettings

@@ -10,8 +10,8 @@ from benchmarks._report import Row
 from benchmarks._timing import Variant, medians
 from benchmarks._wire import BARE, BARE_PAYLOAD, GoalSender, answer, ask, served
 from hmrsim.actions import registry
-from hmrsim.gateway import Answered, GetResult, SendGoal
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim.protocol.gateway import Answered, GetResult, SendGoal
 from hmrsim.simulator import Simulator
 from hmrsim.world import load_world
 from hmrsim_zenoh import Client
@@ -20,7 +20,7 @@ from hmrsim_zenoh.host import HostSettings
 if TYPE_CHECKING:
     import zenoh
 
-    from hmrsim.gateway import Event, Topic
+    from hmrsim.protocol.gateway import Event, Topic
     from hmrsim.world.model import World
 
 QUICK: dict[str, Any] = {"rounds": 20, "crowd": 100}

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._report import Row
-from hmrsim.gateway import Happened, Topic
+from hmrsim.protocol.gateway import Happened, Topic
 from hmrsim.simulator import Simulator
 from hmrsim.world import load_world
 from hmrsim.world.model import World
@@ -21,7 +21,7 @@ from hmrsim.world.model import World
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.gateway import Event
+    from hmrsim.protocol.gateway import Event
 
 QUICK: dict[str, Any] = {"rounds": 1, "seconds": 100.0}
 

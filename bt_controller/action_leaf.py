@@ -21,8 +21,8 @@ from bt_controller.directory import Directory
 from bt_controller.resuming import Resumption, place_of
 from hmrsim.actions import Action, F, G, R, error_of, registry
 from hmrsim.errors import GoalRejected, HmrsimError
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import ResultExpired
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from bt_controller.directory import Directory
 from bt_controller.node import EACH_PERIOD, Node, PortError
 from bt_controller.ports import DOUBLE, INT, STRING, gives, wants
 from hmrsim.errors import GoalRejected
-from hmrsim.goal import GoalStatus
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import ResultExpired
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import error_of
-from hmrsim.goal import GoalStatus, made_goal_id
+from hmrsim.protocol.goal import GoalStatus, made_goal_id
 from hmrsim_zenoh.errors import ResultExpired
 
 if TYPE_CHECKING:

@@ -7,11 +7,11 @@ import sys
 from collections.abc import Iterator
 
 from hmrsim.actions import registry
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.message import Message
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh import Client, SessionOptions
 
 

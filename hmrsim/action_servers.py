@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from hmrsim.actions import FRAMES
 from hmrsim.errors import GoalRejected
-from hmrsim.gateway import GoalEntry
-from hmrsim.goal import WORLD, ZERO_ID, GoalStatus, made_goal_id, parse_goal_id
+from hmrsim.protocol.gateway import GoalEntry
+from hmrsim.protocol.goal import WORLD, ZERO_ID, GoalStatus, made_goal_id, parse_goal_id
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     import simpy
 
     from hmrsim.actions import AnyAction
-    from hmrsim.gateway import CancelGoal, SendGoal
     from hmrsim.interfaces.message import Message
+    from hmrsim.protocol.gateway import CancelGoal, SendGoal
 
 
 class Owner(Protocol):

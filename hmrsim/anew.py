@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.gateway import RosterChanged
-from hmrsim.goal import WORLD
 from hmrsim.graph import WaypointGraph
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, SimulationState
+from hmrsim.protocol.gateway import RosterChanged
+from hmrsim.protocol.goal import WORLD
 
 if TYPE_CHECKING:
     from hmrsim.simulator import Simulator

@@ -5,10 +5,10 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hmrsim.gateway import Sampled, Topic
 from hmrsim.geometry import Pose, distance, turn
 from hmrsim.interfaces.vision_msgs import Detection3DArray
 from hmrsim.items import Item
+from hmrsim.protocol.gateway import Sampled, Topic
 from hmrsim.sensing import Sensor
 
 if TYPE_CHECKING:

@@ -14,7 +14,8 @@ from simpy import Interrupt
 from hmrsim.action_servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.connections import CutOff, no_connection
 from hmrsim.errors import GoalAborted, GoalRejected
-from hmrsim.gateway import (
+from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
+from hmrsim.protocol.gateway import (
     Answered,
     CancelGoal,
     CancelResponse,
@@ -29,8 +30,7 @@ from hmrsim.gateway import (
     StatusChanged,
     Topic,
 )
-from hmrsim.goal import ZERO_ID, GoalEvent, GoalStatus, next_status
-from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
+from hmrsim.protocol.goal import ZERO_ID, GoalEvent, GoalStatus, next_status
 from hmrsim.sim_time import stamp
 
 if TYPE_CHECKING:
@@ -40,9 +40,9 @@ if TYPE_CHECKING:
 
     from hmrsim.action_servers import ActionServer, Owner
     from hmrsim.actions import AnyAction
-    from hmrsim.gateway import Event, Withdraw
     from hmrsim.interest import Happenings
     from hmrsim.interfaces.message import Message
+    from hmrsim.protocol.gateway import Event, Withdraw
     from hmrsim.telemetry import Telemetry
 
 _CANCEL = CancelGoalService.Response

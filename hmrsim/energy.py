@@ -10,10 +10,10 @@ import math
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.gateway import Topic
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.std_msgs import Header
+from hmrsim.protocol.gateway import Topic
 from hmrsim.sim_time import nanoseconds
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.environment import Tick
-from hmrsim.goal import WORLD
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.simulation_interfaces import SimulationState
+from hmrsim.protocol.goal import WORLD
 from hmrsim.sim_time import nanoseconds
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.gateway import Happened, Sampled, Topic
+from hmrsim.protocol.gateway import Happened, Sampled, Topic
 from hmrsim.sim_time import stamp
 
 if TYPE_CHECKING:
@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
     import simpy
 
-    from hmrsim.gateway import Event, Sink
     from hmrsim.interfaces.message import Message
+    from hmrsim.protocol.gateway import Event, Sink
 
 
 class Interest:

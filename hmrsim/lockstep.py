@@ -15,7 +15,8 @@ import logging
 import math
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.gateway import (
+from hmrsim.participants import Participants, Slot
+from hmrsim.protocol.gateway import (
     Answered,
     FeedbackSent,
     GoalChanged,
@@ -26,16 +27,15 @@ from hmrsim.gateway import (
     SendGoal,
     Topic,
 )
-from hmrsim.goal import made_goal_id
-from hmrsim.participants import Participants, Slot
-from hmrsim.participation import Advance, Granted, HasLeft, Join, Joined, Leave
+from hmrsim.protocol.goal import made_goal_id
+from hmrsim.protocol.time import Advance, Granted, HasLeft, Join, Joined, Leave
 from hmrsim.sim_time import end_of_instant, stamp
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
-    from hmrsim.gateway import CancelGoal, Event, PlanAnswered
     from hmrsim.participants import Participant
+    from hmrsim.protocol.gateway import CancelGoal, Event, PlanAnswered
     from hmrsim.simulator import Simulator
 
 _log = logging.getLogger(__name__)

@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import SimulationStopped
-from hmrsim.gateway import PlanAnswered, Refused, Topic
 from hmrsim.lockstep import Lockstep
-from hmrsim.participation import (
+from hmrsim.protocol.gateway import PlanAnswered, Refused, Topic
+from hmrsim.protocol.time import (
     LOCKSTEP,
     REALTIME,
     Advance,
@@ -35,7 +35,7 @@ from hmrsim.wall import wall_time
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
 
-    from hmrsim.gateway import AnyCommand, Inbox
+    from hmrsim.protocol.gateway import AnyCommand, Inbox
     from hmrsim.retention import Retention
     from hmrsim.simulator import Simulator
 

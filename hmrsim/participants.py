@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.gateway import Participation
+from hmrsim.protocol.gateway import Participation
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from hmrsim.participation import Advance, Granted
+    from hmrsim.protocol.time import Advance, Granted
 
 
 @dataclass

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.gateway import PlanWanted
+from hmrsim.protocol.gateway import PlanWanted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
     import simpy
 
-    from hmrsim.gateway import Event, PlanAnswered
     from hmrsim.interest import Happenings
     from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+    from hmrsim.protocol.gateway import Event, PlanAnswered
 
 
 class Plans:

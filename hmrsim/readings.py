@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from hmrsim.connections import no_connection
 from hmrsim.detections import Surroundings, sensors_of
 from hmrsim.errors import GoalRejected
-from hmrsim.gateway import Refused, Sampled, Topic
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
+from hmrsim.protocol.gateway import Refused, Sampled, Topic
 from hmrsim.sim_time import nanoseconds
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from hmrsim.detections import Detections
     from hmrsim.dispatcher import Dispatcher
-    from hmrsim.gateway import Published, Read
+    from hmrsim.protocol.gateway import Published, Read
     from hmrsim.robot import Robot
     from hmrsim.roster import Roster
 

@@ -18,9 +18,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 import hmrsim
 from hmrsim.actions import registry as actions
 from hmrsim.errors import TraceError, WorldError
-from hmrsim.gateway import CallService, CancelGoal, Participation, PlanAnswered, PlannerPresent, SendGoal, Stop
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+from hmrsim.protocol.gateway import CallService, CancelGoal, Participation, PlanAnswered, PlannerPresent, SendGoal, Stop
 from hmrsim.services import registry as services
 from hmrsim.sim_time import end_of_instant, stamp
 from hmrsim.simulator import Simulator
@@ -30,7 +30,7 @@ from hmrsim.world.loading import world_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from hmrsim.gateway import Command
+    from hmrsim.protocol.gateway import Command
 
 _CONTEXT: Final = 3
 """Lines that are shown before and after those that differ."""

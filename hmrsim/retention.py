@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
-from hmrsim.gateway import ForgetResult, GoalChanged, Topic
+from hmrsim.protocol.gateway import ForgetResult, GoalChanged, Topic
 from hmrsim.wall import wall_time
 
 if TYPE_CHECKING:
-    from hmrsim.gateway import Event
+    from hmrsim.protocol.gateway import Event
     from hmrsim.simulator import Simulator
 
 

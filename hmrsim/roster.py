@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from hmrsim.fixtures import Fixture, Site, install_all
 from hmrsim.fixtures.docks import Berths
-from hmrsim.gateway import RosterChanged
 from hmrsim.items import Item
 from hmrsim.passage import Passage
+from hmrsim.protocol.gateway import RosterChanged
 from hmrsim.robot import Robot
 from hmrsim.world.model import RobotSpec
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from hmrsim.dispatcher import Dispatcher
     from hmrsim.environment import Environment
     from hmrsim.gate import Gate
-    from hmrsim.gateway import Event
     from hmrsim.geometry import Point, Pose
     from hmrsim.graph import WaypointGraph
     from hmrsim.interest import Happenings
     from hmrsim.plans import Plans
+    from hmrsim.protocol.gateway import Event
     from hmrsim.world.model import World
 
 

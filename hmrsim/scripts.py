@@ -15,16 +15,16 @@ import simpy
 
 from hmrsim.actions import error_of
 from hmrsim.errors import printable
-from hmrsim.gateway import Answered, GetResult, GoalResponse, ResultResponse, SendGoal
-from hmrsim.goal import GoalStatus
 from hmrsim.orders import Order, read_order
+from hmrsim.protocol.gateway import Answered, GetResult, GoalResponse, ResultResponse, SendGoal
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.world.finding import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence
 
-    from hmrsim.gateway import Command, Event, Topic
     from hmrsim.interest import Happenings
+    from hmrsim.protocol.gateway import Command, Event, Topic
     from hmrsim.world.model import World
 
 _log = logging.getLogger(__name__)

@@ -15,7 +15,13 @@ from hmrsim.detections import Detections
 from hmrsim.dispatcher import Dispatcher
 from hmrsim.environment import Environment
 from hmrsim.gate import Gate
-from hmrsim.gateway import (
+from hmrsim.graph import WaypointGraph
+from hmrsim.interest import Happenings, Interest
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.interfaces.message import Message
+from hmrsim.mishaps import Mishaps
+from hmrsim.plans import Plans
+from hmrsim.protocol.gateway import (
     Answered,
     CallService,
     CancelGoal,
@@ -34,12 +40,6 @@ from hmrsim.gateway import (
     Topic,
     Withdraw,
 )
-from hmrsim.graph import WaypointGraph
-from hmrsim.interest import Happenings, Interest
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.interfaces.message import Message
-from hmrsim.mishaps import Mishaps
-from hmrsim.plans import Plans
 from hmrsim.readings import Readings
 from hmrsim.roster import Roster
 from hmrsim.scripts import Scripts
@@ -51,8 +51,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from hmrsim.actions import AnyAction
-    from hmrsim.gateway import Command, Event, Sink
     from hmrsim.items import Item
+    from hmrsim.protocol.gateway import Command, Event, Sink
     from hmrsim.robot import Robot
     from hmrsim.world.model import World
 

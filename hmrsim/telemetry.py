@@ -17,8 +17,8 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
 
-    from hmrsim.gateway import Topic
     from hmrsim.interest import Interest
+    from hmrsim.protocol.gateway import Topic
 
 
 @dataclass(eq=False)

@@ -22,7 +22,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim import CONTRACT, __version__
 from hmrsim.errors import HmrsimError
-from hmrsim.gateway import (
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
+from hmrsim.protocol.gateway import (
     WATCHED,
     CallService,
     CancelGoal,
@@ -35,7 +36,6 @@ from hmrsim.gateway import (
     Stop,
     Topic,
 )
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.services import registry as services
 from hmrsim.sim_time import stamp
 from hmrsim.world.loading import world_hash
@@ -44,8 +44,8 @@ from hmrsim.world.writing import native_data
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from hmrsim.gateway import Command, Event
     from hmrsim.interfaces.message import Message
+    from hmrsim.protocol.gateway import Command, Event
     from hmrsim.simulator import Simulator
 
 _DIGITS: Final = 9

@@ -7,7 +7,7 @@ import threading
 from typing import TYPE_CHECKING, Generic
 
 from hmrsim.actions import F, G, R
-from hmrsim.goal import parse_goal_id
+from hmrsim.protocol.goal import parse_goal_id
 from hmrsim_zenoh.envelopes import CancelGoalRequest, FeedbackMessage, UnreadableError, around, read
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
 from hmrsim_zenoh.goal_exchange import ActionPorts, GoalExchange

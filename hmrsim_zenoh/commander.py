@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from hmrsim.actions import error_of, registry
 from hmrsim.errors import HmrsimError
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from hmrsim.interfaces.message import Message
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import GoalFailed
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic_core import to_json
 
 import hmrsim
-from hmrsim.goal import WORLD
+from hmrsim.protocol.goal import WORLD
 from hmrsim.route_graph import to_geojson
 from hmrsim.scene import scene
 from hmrsim.services import registry as all_services
@@ -21,7 +21,7 @@ from hmrsim_zenoh.time_requests import SERVICE_TYPES
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from hmrsim.participation import TimeState
+    from hmrsim.protocol.time import TimeState
     from hmrsim.simulator import Simulator
 
 _TYPES = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH, "scene": encoding.SCENE, "view": encoding.VIEW}

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 from pydantic import TypeAdapter
 from pydantic_core import to_json
 
-from hmrsim.gateway import GoalChanged, Happened
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
+from hmrsim.protocol.gateway import GoalChanged, Happened
 from hmrsim_zenoh.envelopes import dump
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.actions import AnyAction
-    from hmrsim.gateway import CancelResponse, GoalEntry, GoalResponse, ResultResponse, StatusChanged
+    from hmrsim.protocol.gateway import CancelResponse, GoalEntry, GoalResponse, ResultResponse, StatusChanged
 
 JSON = "application/json"
 CANCEL_RESPONSE = f"{JSON};{CancelGoal.Response.ros_type}"

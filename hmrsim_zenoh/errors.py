@@ -30,8 +30,8 @@ from hmrsim.errors import GoalRejected, HmrsimError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.goal import GoalStatus
     from hmrsim.interfaces.message import Message
+    from hmrsim.protocol.goal import GoalStatus
 
 _MOST_SHOWN = 200
 

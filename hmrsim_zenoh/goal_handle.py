@@ -8,8 +8,8 @@ from abc import ABC, abstractmethod
 from collections import deque
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.message import Message
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import GoalTimeout
 
 if TYPE_CHECKING:

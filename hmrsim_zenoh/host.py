@@ -14,7 +14,7 @@ import zenoh
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
 from hmrsim.pacing import Pacing
-from hmrsim.participation import REALTIME, TokenSeen
+from hmrsim.protocol.time import REALTIME, TokenSeen
 from hmrsim.retention import Retention
 from hmrsim.services import registry as all_services
 from hmrsim.simulator import Simulator
@@ -29,7 +29,7 @@ from hmrsim_zenoh.session import SessionOptions, open_server
 from hmrsim_zenoh.tokens import MOST_TOKENS, Tokens
 
 if TYPE_CHECKING:
-    from hmrsim.gateway import Sink
+    from hmrsim.protocol.gateway import Sink
     from hmrsim.world import LoadedWorld
     from hmrsim_zenoh.ros2.server import Ros2Server
     from hmrsim_zenoh.ros2.wires import Wire

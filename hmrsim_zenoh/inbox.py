@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import zenoh
 
-from hmrsim.gateway import Inbox
+from hmrsim.protocol.gateway import Inbox
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.gateway import AnyCommand
+    from hmrsim.protocol.gateway import AnyCommand
 
     Channel = zenoh.handlers.Handler[zenoh.Query]
 

@@ -19,7 +19,7 @@ from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from hmrsim.goal import WORLD
+from hmrsim.protocol.goal import WORLD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

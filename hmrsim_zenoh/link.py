@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import zenoh
 
-from hmrsim.goal import made_goal_id
+from hmrsim.protocol.goal import made_goal_id
 from hmrsim_zenoh.errors import ClientClosed, NobodyThere, RequestError, SimulatorGone
 from hmrsim_zenoh.presence import Presence
 from hmrsim_zenoh.worker import Worker

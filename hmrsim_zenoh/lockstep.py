@@ -18,7 +18,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError
-from hmrsim.goal import made_goal_id
+from hmrsim.protocol.goal import made_goal_id
 from hmrsim_zenoh.envelopes import dump
 from hmrsim_zenoh.errors import Dropped, Idle, NobodyThere, RequestError, SimulatorGone
 from hmrsim_zenoh.keys import ActionKey, Verb

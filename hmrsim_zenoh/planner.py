@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING
 import zenoh
 
 from hmrsim.errors import SimulationStopped
-from hmrsim.gateway import PlanAnswered, PlannerPresent
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+from hmrsim.protocol.gateway import PlanAnswered, PlannerPresent
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD, UnreadableError, plain, read
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.gateway import AnyCommand, PlanWanted
+    from hmrsim.protocol.gateway import AnyCommand, PlanWanted
     from hmrsim_zenoh.keys import Keys
 
 _LONGEST = 1e9

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.actions import registry as actions
 from hmrsim.errors import NoRoute
-from hmrsim.goal import WORLD
+from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import GetResultResponse, SendGoalRequest, SendGoalResponse, around, plain, read
 

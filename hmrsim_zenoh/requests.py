@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 from pydantic import TypeAdapter
 
-from hmrsim.gateway import CallService, CancelGoal, GetResult, GoalResponse, Read, SendGoal, Topic
-from hmrsim.goal import WORLD, parse_goal_id
-from hmrsim.participation import ReadTime
+from hmrsim.protocol.gateway import CallService, CancelGoal, GetResult, GoalResponse, Read, SendGoal, Topic
+from hmrsim.protocol.goal import WORLD, parse_goal_id
+from hmrsim.protocol.time import ReadTime
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import (
     MAX_PAYLOAD,
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hmrsim.actions import AnyAction
-    from hmrsim.gateway import AnyCommand
     from hmrsim.interfaces.message import Message
+    from hmrsim.protocol.gateway import AnyCommand
     from hmrsim.services import AnyService
     from hmrsim_zenoh.keys import Keys
 

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from hmrsim.errors import SimulationStopped
-from hmrsim.gateway import (
+from hmrsim.interfaces.message import Message
+from hmrsim.protocol.gateway import (
     WATCHED,
     Answered,
     CallService,
@@ -34,9 +35,8 @@ from hmrsim.gateway import (
     StatusChanged,
     Topic,
 )
-from hmrsim.goal import WORLD
-from hmrsim.interfaces.message import Message
-from hmrsim.participation import Advance, Granted, HasLeft, Joined, TimeState
+from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.time import Advance, Granted, HasLeft, Joined, TimeState
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.inbox import QueryInbox
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hmrsim.actions import AnyAction
-    from hmrsim.gateway import AnyCommand, Event
+    from hmrsim.protocol.gateway import AnyCommand, Event
     from hmrsim.services import AnyService
     from hmrsim_zenoh.keys import Keys
     from hmrsim_zenoh.planner import Planner

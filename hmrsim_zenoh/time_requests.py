@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 from pydantic import Field
 from pydantic_core import to_json
 
-from hmrsim.gateway import CancelGoal, CancelResponse, FeedbackSent, GoalResponse, SendGoal
-from hmrsim.goal import parse_goal_id
 from hmrsim.interfaces.builtin_interfaces import MOST_NANOSECONDS, NANOSECONDS
-from hmrsim.participation import (
+from hmrsim.protocol.gateway import CancelGoal, CancelResponse, FeedbackSent, GoalResponse, SendGoal
+from hmrsim.protocol.goal import parse_goal_id
+from hmrsim.protocol.time import (
     Advance,
     Granted,
     HasLeft,
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hmrsim.actions import AnyAction
-    from hmrsim.gateway import Refused
     from hmrsim.interfaces.message import Message
-    from hmrsim.participation import TimeCommand
+    from hmrsim.protocol.gateway import Refused
+    from hmrsim.protocol.time import TimeCommand
     from hmrsim_zenoh.keys import Keys
 
 _FOLDER: Final = "time/"

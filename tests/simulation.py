@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from hmrsim.actions import registry
-from hmrsim.gateway import Answered, CallService, FeedbackSent, GoalChanged, Happened, Topic
 from hmrsim.interfaces.message import Message
+from hmrsim.protocol.gateway import Answered, CallService, FeedbackSent, GoalChanged, Happened, Topic
 from hmrsim.services import registry as services
 from hmrsim.simulator import Simulator
 from hmrsim.world.model import World
 
 if TYPE_CHECKING:
-    from hmrsim.gateway import Command, Event
+    from hmrsim.protocol.gateway import Command, Event
 
 SMALL_WORLD = {
     "name": "small",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.cli.goal_summary import error_in
 from hmrsim.cli.telling import words_for
-from hmrsim.goal import GoalStatus
+from hmrsim.protocol.goal import GoalStatus
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

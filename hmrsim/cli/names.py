@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import registry
 from hmrsim.cli.exits import UnknownName, WrongUse
-from hmrsim.goal import WORLD
+from hmrsim.protocol.goal import WORLD
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.cli.output import warn
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.participation import LOCKSTEP
+from hmrsim.protocol.time import LOCKSTEP
 
 if TYPE_CHECKING:
     import argparse

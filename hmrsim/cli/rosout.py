@@ -10,9 +10,9 @@ from hmrsim.actions import registry as actions
 from hmrsim.cli.goal_summary import error_in, summary
 from hmrsim.cli.telling import words_for
 from hmrsim.errors import printable
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.message import Message
 from hmrsim.interfaces.rcl_interfaces import Log
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.recording.recorder import Told
 
 if TYPE_CHECKING:

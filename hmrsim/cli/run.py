@@ -27,7 +27,7 @@ from hmrsim.cli.view_options import add_view_options, check_port, viewed
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.errors import HmrsimError, printable
 from hmrsim.log_options import add_log_options, log_level
-from hmrsim.participation import REALTIME
+from hmrsim.protocol.time import REALTIME
 from hmrsim.signals import on_signals
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.host import Host, HostSettings

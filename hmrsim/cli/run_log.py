@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Final, Self
 from hmrsim.actions import error_of
 from hmrsim.cli.goal_summary import summary
 from hmrsim.errors import printable
-from hmrsim.gateway import GoalChanged, Topic
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.log_options import PACKAGES
+from hmrsim.protocol.gateway import GoalChanged, Topic
+from hmrsim.protocol.goal import GoalStatus
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.gateway import Event, Sink
+    from hmrsim.protocol.gateway import Event, Sink
 
 _FORMAT: Final = "[%(levelname)s] %(asctime)s | %(message)s"
 _TIME_FORMAT: Final = "%H:%M:%S"

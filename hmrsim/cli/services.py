@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.names import actions
-from hmrsim.goal import WORLD
+from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.keys import Verb
 
 if TYPE_CHECKING:

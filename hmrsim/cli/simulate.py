@@ -17,8 +17,8 @@ from hmrsim.cli.run_log import GoalLog
 from hmrsim.cli.time_options import add_run_options
 from hmrsim.cli.tracing import traced
 from hmrsim.cli.world_options import add_world_options, read_world
-from hmrsim.gateway import GoalChanged
 from hmrsim.log_options import add_log_options, log_level, logging_to_stderr
+from hmrsim.protocol.gateway import GoalChanged
 from hmrsim.scripts import ScriptState
 from hmrsim.simulator import Simulator
 from hmrsim.world.finding import shown
@@ -26,7 +26,7 @@ from hmrsim.world.finding import shown
 if TYPE_CHECKING:
     import argparse
 
-    from hmrsim.gateway import Event, Topic
+    from hmrsim.protocol.gateway import Event, Topic
     from hmrsim.scripts import Script
     from hmrsim.world import LoadedWorld
 

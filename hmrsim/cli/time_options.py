@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli import numbers
-from hmrsim.participation import CLOCKS, REALTIME
+from hmrsim.protocol.time import CLOCKS, REALTIME
 
 if TYPE_CHECKING:
     import argparse

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import UnknownName
 from hmrsim.cli.names import ActionName, aliases, robots
-from hmrsim.goal import WORLD
+from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.keys import TREE, Verb
 
 if TYPE_CHECKING:

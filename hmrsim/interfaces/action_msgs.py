@@ -19,7 +19,7 @@ class GoalInfo(Message):
 
 
 class GoalStatus(Message):
-    """Where one goal is in its life; the numbers are those of ``hmrsim.goal.GoalStatus``."""
+    """Where one goal is in its life; the numbers are those of ``hmrsim.protocol.goal.GoalStatus``."""
 
     STATUS_UNKNOWN: ClassVar[int] = 0
     STATUS_ACCEPTED: ClassVar[int] = 1

@@ -7,7 +7,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import registry
-from hmrsim.goal import GoalStatus
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report.occurrence import Misfit, text, whole
 from hmrsim.report.pursuit import Pursuit
 

@@ -6,8 +6,8 @@ import math
 from collections import Counter, defaultdict
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report import model
 from hmrsim.report.book import name_of, target_of
 from hmrsim.report.quantities import as_text, in_seconds, rounded

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.goal import GoalStatus
+from hmrsim.protocol.goal import GoalStatus
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point

@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.goal import GoalStatus
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report.book import Book
 from hmrsim.report.crew import Crew
 from hmrsim.report.occurrence import Misfit, Occurrence, number, point, records, text, whole

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.gateway import WATCHED, GoalChanged, Happened, Topic
+from hmrsim.protocol.gateway import WATCHED, GoalChanged, Happened, Topic
 from hmrsim.report.occurrence import Occurrence
 from hmrsim.scene import scene
 from hmrsim.sim_time import stamp
@@ -12,7 +12,7 @@ from hmrsim.sim_time import stamp
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.gateway import Command, Event
+    from hmrsim.protocol.gateway import Command, Event
     from hmrsim.simulator import Simulator
 
 _ANEW: Final = ("reset", "world_loaded")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
-from hmrsim.goal import WORLD
+from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
 from hmrsim_zenoh.envelopes import UnreadableError

@@ -11,13 +11,13 @@ import zenoh
 from pydantic_core import from_json
 
 from hmrsim.actions import registry as actions
-from hmrsim.gateway import FeedbackSent, GoalEntry, Sampled, StatusChanged, Topic
-from hmrsim.goal import WORLD, GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Time, values_of
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.vision_msgs import Detection3DArray
+from hmrsim.protocol.gateway import FeedbackSent, GoalEntry, Sampled, StatusChanged, Topic
+from hmrsim.protocol.goal import WORLD, GoalStatus
 from hmrsim_zenoh.envelopes import dump
 from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.keys import TREE, ActionKey, Keys, TopicKey, Verb

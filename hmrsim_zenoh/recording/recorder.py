@@ -25,8 +25,8 @@ from hmrsim_zenoh.ros2.publishing.statuses import Statuses
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from hmrsim.gateway import FeedbackSent, Sampled, StatusChanged
     from hmrsim.interfaces.message import Message
+    from hmrsim.protocol.gateway import FeedbackSent, Sampled, StatusChanged
     from hmrsim_zenoh.recording.writing import RecordingFile
     from hmrsim_zenoh.ros2.codec.types import MessageType
 

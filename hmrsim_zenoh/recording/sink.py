@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.gateway import FeedbackSent, GoalChanged, Happened, Sampled, StatusChanged, Topic
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.protocol.gateway import FeedbackSent, GoalChanged, Happened, Sampled, StatusChanged, Topic
 from hmrsim.scene import scene
 from hmrsim.sim_time import stamp
 from hmrsim.world.writing import native_data
@@ -16,8 +16,8 @@ from hmrsim_zenoh.description import Description
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.gateway import Event
-    from hmrsim.participation import TimeState
+    from hmrsim.protocol.gateway import Event
+    from hmrsim.protocol.time import TimeState
     from hmrsim.simulator import Simulator
     from hmrsim_zenoh.recording.recorder import Recorder
 

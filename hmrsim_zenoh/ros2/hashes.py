@@ -7,7 +7,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.actions import registry as all_actions
-from hmrsim.goal import WORLD
+from hmrsim.protocol.goal import WORLD
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.ros2.codec.distros import DISTROS
 from hmrsim_zenoh.ros2.keys import NO_HASH

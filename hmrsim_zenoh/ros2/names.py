@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.detections import sensors_of
-from hmrsim.goal import WORLD
+from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.keys import Node
 
 if TYPE_CHECKING:

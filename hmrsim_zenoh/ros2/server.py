@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
-from hmrsim.gateway import Answered, CallService, CancelGoal, GoalResponse, InterestChanged, SendGoal, Topic
+from hmrsim.protocol.gateway import Answered, CallService, CancelGoal, GoalResponse, InterestChanged, SendGoal, Topic
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.ros2.asking.asked import Asked
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import zenoh
 
     from hmrsim.actions import AnyAction
-    from hmrsim.gateway import AnyCommand, Event, Sampled
+    from hmrsim.protocol.gateway import AnyCommand, Event, Sampled
     from hmrsim.services import AnyService
     from hmrsim.simulator import Simulator
     from hmrsim_zenoh.inbox import QueryInbox

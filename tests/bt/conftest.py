@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from py_trees.blackboard import Blackboard
 
-from hmrsim.goal import GoalStatus
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import GoalRejectedError, ResultExpired
 from hmrsim_zenoh.goal_handle import GoalHandle
 from hmrsim_zenoh.keys import Keys

@@ -10,12 +10,12 @@ from py_trees.composites import Sequence
 
 from bt_controller.action_leaf import ActionLeaf
 from bt_controller.directory import Directory, NotServed
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration, Time
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, NavigateToPose, Wait
 from hmrsim.interfaces.std_msgs import Header
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import ClientClosed, SimulatorGone
 
 WAIT = Wait.Goal(time=Duration.from_seconds(3.0))

@@ -6,7 +6,7 @@ import pytest
 from py_trees.common import Status
 
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
-from hmrsim.goal import GoalStatus
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client import Client
 from tests.hosted import hosted
 

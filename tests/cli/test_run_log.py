@@ -9,10 +9,10 @@ import threading
 import pytest
 
 from hmrsim.cli.run_log import GoalLog, Later, LogLines
-from hmrsim.gateway import GoalChanged, SendGoal, Topic
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.protocol.gateway import GoalChanged, SendGoal, Topic
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.simulator import Simulator
 from hmrsim.world import load_world
 

@@ -9,10 +9,10 @@ import pytest
 from rich.console import Console
 
 from hmrsim.cli.run_table import HostTable
-from hmrsim.gateway import GoalChanged, SendGoal, Topic
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim.protocol.gateway import GoalChanged, SendGoal, Topic
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.simulator import Simulator
 from hmrsim.world import load_world
 

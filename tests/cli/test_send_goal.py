@@ -11,9 +11,9 @@ import pytest
 
 from hmrsim.actions import registry
 from hmrsim.cli import main, send_goal
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import GoalRejectedError, NobodyThere, RequestError, SimulatorGone
 from hmrsim_zenoh.goal_handle import GoalHandle
 

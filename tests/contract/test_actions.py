@@ -8,9 +8,9 @@ import jsonschema
 import pytest
 
 from hmrsim.actions import error_of, registry
-from hmrsim.gateway import CallService, CancelGoal, SendGoal
-from hmrsim.goal import WORLD as THE_WORLD
 from hmrsim.interfaces.simulation_interfaces import SetSimulationState, SimulationState
+from hmrsim.protocol.gateway import CallService, CancelGoal, SendGoal
+from hmrsim.protocol.goal import WORLD as THE_WORLD
 from hmrsim_zenoh.envelopes import SendGoalRequest, around, read
 from hmrsim_zenoh.schemas import action_schema
 from tests.simulation import simulate

@@ -7,8 +7,8 @@ import json
 import pytest
 from pydantic import ValidationError
 
-from hmrsim.gateway import CallService
 from hmrsim.interfaces.simulation_interfaces import Result
+from hmrsim.protocol.gateway import CallService
 from hmrsim.services import registry
 from tests.simulation import simulate
 

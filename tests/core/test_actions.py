@@ -6,11 +6,11 @@ import math
 
 import pytest
 
-from hmrsim.gateway import CancelGoal, GetResult, SendGoal, Topic
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from hmrsim.interfaces.moveit_msgs import Grasp, Pickup, Place, PlaceLocation
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.protocol.gateway import CancelGoal, GetResult, SendGoal, Topic
 
 A, B, C = (letter * 32 for letter in "abc")
 
@@ -205,7 +205,7 @@ class TestPickup:
 
     def test_canceling_leaves_the_item(self, make_run):
         """PREEMPTED and 'canceled', as MoveIt says it."""
-        from hmrsim.gateway import CancelGoal  # noqa: PLC0415 - needed here only
+        from hmrsim.protocol.gateway import CancelGoal  # noqa: PLC0415 - needed here only
 
         run = make_run(_pair(2))
         log = run((0.0, pickup("letter")), (1.0, CancelGoal("wall_e", "pickup", A)))

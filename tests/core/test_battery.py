@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from hmrsim.actions import registry
 from hmrsim.components.battery import Battery, BatterySettings
-from hmrsim.gateway import CancelGoal, Read, Refused, Sampled, SendGoal, Topic
+from hmrsim.protocol.gateway import CancelGoal, Read, Refused, Sampled, SendGoal, Topic
 from tests.simulation import simulate
 
 A, B, C = (letter * 32 for letter in "abc")

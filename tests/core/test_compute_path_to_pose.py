@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from hmrsim.gateway import SendGoal
 from hmrsim.geometry import yaw_of
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
+from hmrsim.protocol.gateway import SendGoal
 
 A, B = "a" * 32, "b" * 32
 

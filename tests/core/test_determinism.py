@@ -11,13 +11,13 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from hmrsim import pacing
-from hmrsim.gateway import Answered, CancelGoal, Inbox, InterestChanged, SendGoal, Topic
-from hmrsim.goal import ZERO_ID, made_goal_id
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.participation import KINDS, Advance, Granted, Join, Leave
+from hmrsim.protocol.gateway import Answered, CancelGoal, Inbox, InterestChanged, SendGoal, Topic
+from hmrsim.protocol.goal import ZERO_ID, made_goal_id
+from hmrsim.protocol.time import KINDS, Advance, Granted, Join, Leave
 from hmrsim.replay import replay
 from hmrsim.retention import Retention
 from hmrsim.simulator import Simulator

@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 
 from hmrsim.actions import Action, Codes
 from hmrsim.actions import registry as all_actions
-from hmrsim.gateway import CancelGoal, ForgetResult, GetResult, GoalChanged, Refused, SendGoal
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.interfaces.std_msgs import Header
+from hmrsim.protocol.gateway import CancelGoal, ForgetResult, GetResult, GoalChanged, Refused, SendGoal
+from hmrsim.protocol.goal import GoalStatus
 from tests.simulation import simulate
 
 A, B, C, D = (letter * 32 for letter in "abcd")

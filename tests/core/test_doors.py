@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.actions import registry as actions
-from hmrsim.gateway import CancelGoal, SendGoal
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
+from hmrsim.protocol.gateway import CancelGoal, SendGoal
 from hmrsim.traffic import registry as policies
 from tests.profiles import examples
 from tests.simulation import simulate

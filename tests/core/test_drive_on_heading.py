@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from hmrsim.gateway import CancelGoal, SendGoal
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point
 from hmrsim.interfaces.nav2_msgs import BackUp, DriveOnHeading, FollowPath
+from hmrsim.protocol.gateway import CancelGoal, SendGoal
 
 A = "a" * 32
 KINDS = {"drive_on_heading": DriveOnHeading, "back_up": BackUp}

@@ -9,12 +9,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.gateway import CancelGoal, GetResult, GoalChanged, Read, Refused, Sampled, SendGoal, StatusChanged, Topic
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.lockstep import Lockstep
-from hmrsim.participation import Advance, Join
+from hmrsim.protocol.gateway import (
+    CancelGoal,
+    GetResult,
+    GoalChanged,
+    Read,
+    Refused,
+    Sampled,
+    SendGoal,
+    StatusChanged,
+    Topic,
+)
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.time import Advance, Join
 from hmrsim.replay import replay
 from hmrsim.trace import Trace
 from tests.profiles import examples

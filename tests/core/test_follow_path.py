@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.gateway import SendGoal
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import FollowPath, Wait
+from hmrsim.protocol.gateway import SendGoal
 
 
 def follow(goal_id, *points, **fields):

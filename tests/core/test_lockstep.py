@@ -6,13 +6,13 @@ import math
 
 import pytest
 
-from hmrsim.gateway import CancelGoal, FeedbackSent, GetResult, GoalChanged, Happened, Refused, SendGoal, Topic
-from hmrsim.goal import made_goal_id
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.lockstep import Lockstep
-from hmrsim.participation import Advance, Granted, HasLeft, Join, Joined, Leave
+from hmrsim.protocol.gateway import CancelGoal, FeedbackSent, GetResult, GoalChanged, Happened, Refused, SendGoal, Topic
+from hmrsim.protocol.goal import made_goal_id
+from hmrsim.protocol.time import Advance, Granted, HasLeft, Join, Joined, Leave
 from tests.simulation import simulate
 
 RESULT = frozenset({"result"})

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from hmrsim.gateway import CancelGoal, SendGoal
 from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses
+from hmrsim.protocol.gateway import CancelGoal, SendGoal
 
 A, B = "a" * 32, "b" * 32
 

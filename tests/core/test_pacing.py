@@ -8,11 +8,11 @@ import pytest
 
 from hmrsim import wall as wall_module
 from hmrsim.errors import SimulationStopped
-from hmrsim.gateway import GetResult, Happened, Inbox, SendGoal, Topic
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.pacing import Pacing
-from hmrsim.participation import Advance, Join
+from hmrsim.protocol.gateway import GetResult, Happened, Inbox, SendGoal, Topic
+from hmrsim.protocol.time import Advance, Join
 from hmrsim.retention import Retention
 from tests.simulation import simulate
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.gateway import CancelGoal, Happened, SendGoal
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.orders import read_order
+from hmrsim.protocol.gateway import CancelGoal, Happened, SendGoal
 from hmrsim.scripts import ScriptState
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD, simulate

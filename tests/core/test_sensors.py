@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.gateway import Read, Refused, Sampled, SendGoal, Topic
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim.protocol.gateway import Read, Refused, Sampled, SendGoal, Topic
 from tests.simulation import simulate
 
 

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.actions import registry as actions
-from hmrsim.gateway import SendGoal
 from hmrsim.interfaces.simulation_interfaces import Result, SimulatorFeatures
+from hmrsim.protocol.gateway import SendGoal
 from hmrsim.services import registry
 from hmrsim.services._pattern import PatternError, compiled
 

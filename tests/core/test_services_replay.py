@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.actions import registry as actions
-from hmrsim.gateway import CancelGoal, SendGoal
+from hmrsim.protocol.gateway import CancelGoal, SendGoal
 from hmrsim.replay import replay
 from hmrsim.trace import Trace
 from tests.simulation import simulate

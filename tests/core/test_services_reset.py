@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.actions import registry as actions
-from hmrsim.gateway import GetResult, RosterChanged, Sampled, SendGoal, Topic
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
+from hmrsim.protocol.gateway import GetResult, RosterChanged, Sampled, SendGoal, Topic
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.scripts import ScriptState
 from tests.simulation import SMALL_WORLD, simulate
 

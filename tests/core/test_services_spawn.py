@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.actions import registry as actions
-from hmrsim.gateway import GetResult, Read, RosterChanged, SendGoal, Topic
-from hmrsim.goal import GoalStatus
+from hmrsim.protocol.gateway import GetResult, Read, RosterChanged, SendGoal, Topic
+from hmrsim.protocol.goal import GoalStatus
 from tests.simulation import SMALL_WORLD, simulate
 
 OK, NOT_FOUND, FAILED = 1, 2, 4

@@ -8,9 +8,9 @@ import math
 import pytest
 
 from hmrsim.actions import registry as actions
-from hmrsim.gateway import Answered, CallService, CancelGoal, GetResult, GoalChanged, SendGoal, Stop
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.simulation_interfaces import Result, SetSimulationState, SimulationState, StepSimulation
+from hmrsim.protocol.gateway import Answered, CallService, CancelGoal, GetResult, GoalChanged, SendGoal, Stop
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.services import registry
 from hmrsim.simulator import Simulator
 from hmrsim.world.model import World

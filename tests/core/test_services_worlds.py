@@ -7,8 +7,8 @@ import json
 import pytest
 
 from hmrsim.actions import registry as actions
-from hmrsim.gateway import GetResult, RosterChanged, SendGoal
-from hmrsim.goal import GoalStatus
+from hmrsim.protocol.gateway import GetResult, RosterChanged, SendGoal
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.resources import shipped_maps
 from hmrsim.world import load_world, world_hash
 from tests.simulation import simulate

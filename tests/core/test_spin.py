@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from hmrsim.gateway import CancelGoal, SendGoal
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Spin
+from hmrsim.protocol.gateway import CancelGoal, SendGoal
 
 A = "a" * 32
 

@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from hmrsim.gateway import InterestChanged, Sampled, SendGoal, StatusChanged, Topic
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.protocol.gateway import InterestChanged, Sampled, SendGoal, StatusChanged, Topic
 from tests.simulation import simulate
 
 GO = SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=1)), "a" * 32)

@@ -7,12 +7,12 @@ import json
 import pytest
 
 from hmrsim.errors import HmrsimError, TraceError
-from hmrsim.gateway import CallService, CancelGoal, GetResult, Participation, SendGoal, Topic
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, UndockRobot, Wait
 from hmrsim.interfaces.simulation_interfaces import LoadWorld
+from hmrsim.protocol.gateway import CallService, CancelGoal, GetResult, Participation, SendGoal, Topic
 from hmrsim.replay import replay
 from hmrsim.trace import Trace
 from tests.simulation import SMALL_WORLD, simulate

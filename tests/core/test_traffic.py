@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.gateway import CancelGoal, SendGoal, Topic
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import BackUp, FollowPath, NavigateToPose
 from hmrsim.interfaces.simulation_interfaces import SpawnEntity
+from hmrsim.protocol.gateway import CancelGoal, SendGoal, Topic
 from tests.profiles import examples
 from tests.simulation import simulate
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 
-from hmrsim.gateway import GetResult, ResultResponse, SendGoal, Withdraw
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.protocol.gateway import GetResult, ResultResponse, SendGoal, Withdraw
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.trace import Trace
 from tests.simulation import simulate
 

@@ -15,7 +15,10 @@ from py_trees.blackboard import Blackboard
 from bt_controller.cli import main as bt_controller
 from hmrsim.actions import registry as actions
 from hmrsim.cli import main as hmrsim
-from hmrsim.gateway import (
+from hmrsim.interfaces.message import Message
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+from hmrsim.orders import read_order
+from hmrsim.protocol.gateway import (
     Answered,
     CallService,
     CancelGoal,
@@ -28,9 +31,6 @@ from hmrsim.gateway import (
     Stop,
     Topic,
 )
-from hmrsim.interfaces.message import Message
-from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.orders import read_order
 from hmrsim.replay import replay
 from hmrsim.scene import scene
 from hmrsim.services import registry as services

@@ -11,7 +11,6 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 import hmrsim
-from hmrsim.goal import GoalStatus as Status
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration, Time
 from hmrsim.interfaces.geometry_msgs import PoseStamped, PoseWithCovariance, Quaternion, Vector3
@@ -46,6 +45,7 @@ from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.interfaces.shape_msgs import SolidPrimitive
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim.interfaces.unique_identifier_msgs import UUID
+from hmrsim.protocol.goal import GoalStatus as Status
 from tests.cases import case
 from tests.spoken import messages
 
@@ -255,7 +255,7 @@ def test_message_is_immutable() -> None:
 
 
 def test_statuses_are_those_of_a_goals_life() -> None:
-    """The constants of the message and the statuses of hmrsim.goal have the same numbers."""
+    """The constants of the message and the statuses of hmrsim.protocol.goal have the same numbers."""
     assert {status.name: status.value for status in Status} == {
         name.removeprefix("STATUS_"): getattr(GoalStatus, name)
         for name in vars(GoalStatus)

@@ -9,8 +9,8 @@ import pytest
 import yaml
 
 from hmrsim.actions import registry
-from hmrsim.gateway import SendGoal
 from hmrsim.graph import WaypointGraph
+from hmrsim.protocol.gateway import SendGoal
 from hmrsim.resources import folder, shipped_maps
 from hmrsim.simulator import Simulator
 from hmrsim.world import load_world

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from hmrsim.gateway import Happened, Topic
+from hmrsim.protocol.gateway import Happened, Topic
 from hmrsim.scripts import ScriptState
 from hmrsim.simulator import Simulator
 from hmrsim.world import load_world

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from hmrsim.cli.rosout import told
-from hmrsim.participation import TimeState
+from hmrsim.protocol.time import TimeState
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.sink import RecordingSink
 from hmrsim_zenoh.recording.writing import RecordingFile

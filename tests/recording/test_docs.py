@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from hmrsim.gateway import SendGoal
 from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.protocol.gateway import SendGoal
 
 _EXAMPLES = re.findall(
     r"```python\n(.*?)```", Path(__file__).parents[2].joinpath("docs", "recording.md").read_text(), re.DOTALL

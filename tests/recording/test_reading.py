@@ -14,8 +14,8 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from hmrsim.errors import RecordingError
-from hmrsim.gateway import SendGoal
 from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.protocol.gateway import SendGoal
 from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.recording.chunks import MOST_UNPACKED, records, unpacked
 from tests.recording.conftest import recorded

@@ -12,9 +12,9 @@ from rosbags.rosbag2.metadata import parse_qos
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from hmrsim.cli.rosout import told
-from hmrsim.gateway import CallService, SendGoal
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.protocol.gateway import CallService, SendGoal
 from hmrsim.services import registry as services
 from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.recording.recorder import Recorder

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from hmrsim.gateway import CallService
 from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.protocol.gateway import CallService
 from hmrsim.report import of_recording, report_of
 from hmrsim.report.occurrence import Occurrence
 from hmrsim.report.story import Story

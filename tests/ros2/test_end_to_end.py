@@ -14,11 +14,11 @@ import pytest
 
 from hmrsim.actions import registry
 from hmrsim.cli.tracing import traced
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.services import registry as services
 from hmrsim.world import World
 from hmrsim_zenoh.client import Client

@@ -11,8 +11,8 @@ import zenoh
 from zenoh.ext import HistoryConfig, RecoveryConfig, declare_advanced_subscriber
 
 from hmrsim.actions import registry as actions
-from hmrsim.gateway import FeedbackSent, GoalEntry, Sampled, StatusChanged, Topic
-from hmrsim.goal import GoalStatus, made_goal_id
+from hmrsim.protocol.gateway import FeedbackSent, GoalEntry, Sampled, StatusChanged, Topic
+from hmrsim.protocol.goal import GoalStatus, made_goal_id
 from hmrsim.services import registry as services
 from hmrsim.simulator import Simulator
 from hmrsim.world.model import World

@@ -11,7 +11,11 @@ import pytest
 import zenoh
 
 from hmrsim.actions import registry as all_actions
-from hmrsim.gateway import (
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.lifecycle_msgs import GetState
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.interfaces.simulation_interfaces import GetEntities, Result
+from hmrsim.protocol.gateway import (
     CallService,
     CancelGoal,
     CancelResponse,
@@ -23,11 +27,7 @@ from hmrsim.gateway import (
     SendGoal,
     Withdraw,
 )
-from hmrsim.goal import WORLD, GoalStatus
-from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.lifecycle_msgs import GetState
-from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.interfaces.simulation_interfaces import GetEntities, Result
+from hmrsim.protocol.goal import WORLD, GoalStatus
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.ros2.asking import catalog as catalog_module
 from hmrsim_zenoh.ros2.asking import waiting as waiting_module

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.actions.wait import ACTION
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.errors import GoalRejectedError, ResultExpired
 from tests.hosted import hosted

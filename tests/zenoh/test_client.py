@@ -12,9 +12,9 @@ import pytest
 from zenoh import ext
 
 from hmrsim.actions import registry
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.envelopes import UnreadableError
 from hmrsim_zenoh.errors import (

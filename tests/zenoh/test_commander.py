@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from hmrsim.goal import GoalStatus
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.commander import Commander
 from hmrsim_zenoh.errors import GoalFailed, GoalRejectedError, GoalTimeout
 from hmrsim_zenoh.keys import Verb

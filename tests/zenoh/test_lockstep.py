@@ -10,9 +10,9 @@ import threading
 import pytest
 
 from hmrsim.actions import registry
-from hmrsim.goal import GoalStatus, made_goal_id
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.protocol.goal import GoalStatus, made_goal_id
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.commander import Commander
 from hmrsim_zenoh.errors import ClientClosed, Dropped, GoalRejectedError, GoalTimeout, Idle, RequestError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.gateway import FeedbackSent
+from hmrsim.protocol.gateway import FeedbackSent
 from hmrsim_zenoh import thinning
 from hmrsim_zenoh.thinning import Thinning
 

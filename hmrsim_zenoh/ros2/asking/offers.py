@@ -8,19 +8,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from hmrsim.gateway import CallService, CancelGoal, GetResult, Refused, SendGoal
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.interfaces.lifecycle_msgs import GetState, State
 from hmrsim.interfaces.simulation_interfaces import Result
+from hmrsim.protocol.gateway import CallService, CancelGoal, GetResult, Refused, SendGoal
 from hmrsim_zenoh.ros2.keys import NO_HASH
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.actions import AnyAction
-    from hmrsim.gateway import AnyCommand, CancelResponse, GoalResponse, ResultResponse
     from hmrsim.interfaces.message import Message
+    from hmrsim.protocol.gateway import AnyCommand, CancelResponse, GoalResponse, ResultResponse
     from hmrsim.services import AnyService
     from hmrsim_zenoh.ros2.codec.types import ServiceType
     from hmrsim_zenoh.ros2.keys import Address

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from hmrsim.gateway import GetResult
+from hmrsim.protocol.gateway import GetResult
 from hmrsim_zenoh.envelopes import unreadable
 from hmrsim_zenoh.ros2.asking.asked import NOBODY, Asked, attached_to
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     import zenoh
 
-    from hmrsim.gateway import AnyCommand
+    from hmrsim.protocol.gateway import AnyCommand
     from hmrsim_zenoh.ros2.asking.catalog import Catalog
     from hmrsim_zenoh.ros2.asking.complaints import Complaints
     from hmrsim_zenoh.ros2.asking.waiting import Waiting

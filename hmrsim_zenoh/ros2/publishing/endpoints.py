@@ -6,7 +6,6 @@ from functools import cache, cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
-from hmrsim.goal import WORLD
 from hmrsim.interfaces.action_msgs import GoalStatusArray
 from hmrsim.interfaces.geometry_msgs import PoseWithCovarianceStamped
 from hmrsim.interfaces.lifecycle_msgs import GetState
@@ -15,6 +14,7 @@ from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.tf2_msgs import TFMessage
 from hmrsim.interfaces.vision_msgs import Detection3DArray
+from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.codec.types import MessageType, ServiceType, action_types, message_type, service_type
 from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, TF_QOS, Endpoint, Kind, Node
 from hmrsim_zenoh.ros2.names import LOCALIZATION, OTHER_NODE, WORLD_NODE, node_of, ros_services

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from hmrsim.gateway import FeedbackSent, GoalChanged, Sampled, StatusChanged, Topic
-from hmrsim.goal import WORLD
+from hmrsim.protocol.gateway import FeedbackSent, GoalChanged, Sampled, StatusChanged, Topic
+from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.interest import Interest
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
 from hmrsim_zenoh.ros2.publishing import goal_topics, topics
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
     from hmrsim.actions import AnyAction
-    from hmrsim.gateway import Event
+    from hmrsim.protocol.gateway import Event
     from hmrsim.services import AnyService
     from hmrsim_zenoh.ros2.keys import TypeHash
     from hmrsim_zenoh.ros2.names import Names

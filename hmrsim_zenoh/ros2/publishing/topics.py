@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.gateway import Topic
-from hmrsim.goal import WORLD
 from hmrsim.interfaces.geometry_msgs import (
     PoseWithCovarianceStamped,
     Quaternion,
@@ -16,11 +14,13 @@ from hmrsim.interfaces.geometry_msgs import (
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim.interfaces.tf2_msgs import TFMessage
+from hmrsim.protocol.gateway import Topic
+from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.publishing.endpoints import AMCL_POSE, BATTERY_STATE, CLOCK, DETECTIONS, ODOM, TF
 
 if TYPE_CHECKING:
-    from hmrsim.gateway import Sampled
     from hmrsim.interfaces.message import Message
+    from hmrsim.protocol.gateway import Sampled
     from hmrsim_zenoh.interest import Interest
     from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
     from hmrsim_zenoh.ros2.publishing.outlets import Outlet, Outlets

@@ -22,11 +22,11 @@ from bt_controller.directory import Directory
 from bt_controller.node import PortError
 from bt_controller.running.due import due
 from bt_controller.tree_time import simulated_time
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait as WaitAction
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.sensor_msgs import BatteryState
+from hmrsim.protocol.goal import GoalStatus
 from tests.profiles import examples
 
 CHARGE = 99

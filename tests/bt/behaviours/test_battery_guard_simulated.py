@@ -17,7 +17,7 @@ from bt_controller.running.mailbox import Mailbox
 from bt_controller.running.mission import Mission
 from bt_controller.running.runner import Runner
 from bt_controller.trees import Plan, load
-from hmrsim.goal import GoalStatus
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client import Client
 from tests.hosted import hosted
 

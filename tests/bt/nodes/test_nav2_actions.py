@@ -17,8 +17,8 @@ from bt_controller.nodes.actions.paths import ComputePathToPose, FollowPath
 from bt_controller.nodes.controls.pipeline_sequence import PipelineSequence
 from bt_controller.ports import pose_stamped
 from hmrsim.actions import registry
-from hmrsim.goal import GoalStatus
 from hmrsim.interfaces.nav_msgs import Path
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import NobodyThere
 
 

@@ -16,8 +16,8 @@ from enum import Enum
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from hmrsim.errors import SimulationStopped
-from hmrsim.goal import ZERO_ID, GoalStatus
-from hmrsim.participation import TimeAnswer, TimeCommand, TimeState
+from hmrsim.protocol.goal import ZERO_ID, GoalStatus
+from hmrsim.protocol.time import TimeAnswer, TimeCommand, TimeState
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -10,7 +10,15 @@ import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from hmrsim.gateway import CancelGoal, CancelResponse, FeedbackSent, GoalChanged, GoalResponse, Refused, SendGoal
+    from hmrsim.protocol.gateway import (
+        CancelGoal,
+        CancelResponse,
+        FeedbackSent,
+        GoalChanged,
+        GoalResponse,
+        Refused,
+        SendGoal,
+    )
 
 REALTIME = "realtime"
 LOCKSTEP = "lockstep"
