@@ -10,9 +10,9 @@ from hmrsim.obstructions import Obstructions
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from hmrsim.engine.subscriptions import Happenings
     from hmrsim.geometry import Point
     from hmrsim.graph import Lane, WaypointGraph
-    from hmrsim.interest import Happenings
     from hmrsim.route import Leg
 
 

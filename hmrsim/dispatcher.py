@@ -13,6 +13,7 @@ from simpy import Interrupt
 
 from hmrsim.action_servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.connections import CutOff, no_connection
+from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import GoalAborted, GoalRejected
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.protocol.gateway import (
@@ -31,7 +32,6 @@ from hmrsim.protocol.gateway import (
     Topic,
 )
 from hmrsim.protocol.goal import ZERO_ID, GoalEvent, GoalStatus, next_status
-from hmrsim.sim_time import stamp
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping
@@ -40,10 +40,10 @@ if TYPE_CHECKING:
 
     from hmrsim.action_servers import ActionServer, Owner
     from hmrsim.actions import AnyAction
-    from hmrsim.interest import Happenings
+    from hmrsim.engine.sampling import Telemetry
+    from hmrsim.engine.subscriptions import Happenings
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.gateway import Event, Withdraw
-    from hmrsim.telemetry import Telemetry
 
 _CANCEL = CancelGoalService.Response
 

@@ -10,16 +10,16 @@ import math
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.engine.sim_time import nanoseconds
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim.protocol.gateway import Topic
-from hmrsim.sim_time import nanoseconds
 
 if TYPE_CHECKING:
     from hmrsim.components.battery import Battery
-    from hmrsim.environment import Alarm, Environment
-    from hmrsim.interest import Happenings
+    from hmrsim.engine.environment import Alarm, Environment
+    from hmrsim.engine.subscriptions import Happenings
     from hmrsim.robot import Robot
 
 _EMPTY = "battery_empty"

@@ -9,18 +9,18 @@ import math
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.environment import Tick
+from hmrsim.engine.environment import Tick
+from hmrsim.engine.sim_time import nanoseconds
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.simulation_interfaces import SimulationState
 from hmrsim.protocol.goal import WORLD
-from hmrsim.sim_time import nanoseconds
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     import simpy
 
-    from hmrsim.environment import Environment
+    from hmrsim.engine.environment import Environment
 
 
 class Gate:

@@ -15,6 +15,7 @@ import logging
 import math
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.participants import Participants, Slot
 from hmrsim.protocol.gateway import (
     Answered,
@@ -29,7 +30,6 @@ from hmrsim.protocol.gateway import (
 )
 from hmrsim.protocol.goal import made_goal_id
 from hmrsim.protocol.time import Advance, Granted, HasLeft, Join, Joined, Leave
-from hmrsim.sim_time import end_of_instant, stamp
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable

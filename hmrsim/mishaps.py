@@ -23,9 +23,9 @@ from hmrsim.world.fault_checks import There, flaws
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from hmrsim.environment import Alarm, Environment
+    from hmrsim.engine.environment import Alarm, Environment
+    from hmrsim.engine.subscriptions import Happenings
     from hmrsim.faults import AnyFault, Occurrence
-    from hmrsim.interest import Happenings
     from hmrsim.roster import Roster
     from hmrsim.world.finding import Finding
     from hmrsim.world.model import World

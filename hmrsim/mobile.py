@@ -18,11 +18,11 @@ from hmrsim.motion import Piece, Progress, drive
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Generator, Sequence
 
-    from hmrsim.environment import Environment
+    from hmrsim.engine.environment import Environment
+    from hmrsim.engine.subscriptions import Happenings
     from hmrsim.errors import GoalAborted
     from hmrsim.geometry import Point
     from hmrsim.graph import Lane, WaypointGraph
-    from hmrsim.interest import Happenings
     from hmrsim.motion import Drive
     from hmrsim.passage import Passage
     from hmrsim.route import Leg, Route

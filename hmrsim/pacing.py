@@ -13,6 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.engine.wall_clock import wall_time
 from hmrsim.errors import SimulationStopped
 from hmrsim.lockstep import Lockstep
 from hmrsim.protocol.gateway import PlanAnswered, Refused, Topic
@@ -30,7 +31,6 @@ from hmrsim.protocol.time import (
     TimeState,
     TokenSeen,
 )
-from hmrsim.wall import wall_time
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator

@@ -20,10 +20,10 @@ from hmrsim.traffic import registry as policies
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
-    from hmrsim.environment import Environment
+    from hmrsim.engine.environment import Environment
+    from hmrsim.engine.subscriptions import Happenings
     from hmrsim.geometry import Point
     from hmrsim.graph import Lane, WaypointGraph
-    from hmrsim.interest import Happenings
     from hmrsim.mobile import Mobile
     from hmrsim.route import Leg, Route
     from hmrsim.traffic import Rules

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from simpy import Timeout
 
-    from hmrsim.environment import Environment
+    from hmrsim.engine.environment import Environment
     from hmrsim.passage import Wait
 
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     import simpy
 
-    from hmrsim.interest import Happenings
+    from hmrsim.engine.subscriptions import Happenings
     from hmrsim.interfaces.nav2_msgs import ComputePathToPose
     from hmrsim.protocol.gateway import Event, PlanAnswered
 

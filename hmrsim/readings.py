@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 from hmrsim.connections import no_connection
 from hmrsim.detections import Surroundings, sensors_of
+from hmrsim.engine.sim_time import nanoseconds
 from hmrsim.errors import GoalRejected
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.protocol.gateway import Refused, Sampled, Topic
-from hmrsim.sim_time import nanoseconds
 
 if TYPE_CHECKING:
     import simpy

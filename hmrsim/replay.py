@@ -17,12 +17,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 import hmrsim
 from hmrsim.actions import registry as actions
+from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.errors import TraceError, WorldError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.protocol.gateway import CallService, CancelGoal, Participation, PlanAnswered, PlannerPresent, SendGoal, Stop
 from hmrsim.services import registry as services
-from hmrsim.sim_time import end_of_instant, stamp
 from hmrsim.simulator import Simulator
 from hmrsim.trace import Header, Trace
 from hmrsim.world.loading import world_of

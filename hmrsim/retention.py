@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
+from hmrsim.engine.wall_clock import wall_time
 from hmrsim.protocol.gateway import ForgetResult, GoalChanged, Topic
-from hmrsim.wall import wall_time
 
 if TYPE_CHECKING:
     from hmrsim.protocol.gateway import Event

@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from hmrsim.components import registry as components
 from hmrsim.components.battery import Battery
 from hmrsim.energy import Energy
+from hmrsim.engine.sim_time import stamp
 from hmrsim.geometry import SAME_PLACE, Pose
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.mobile import Mobile
-from hmrsim.sim_time import stamp
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Mapping
 
     from simpy import Event
 
-    from hmrsim.environment import Environment
+    from hmrsim.engine.environment import Environment
+    from hmrsim.engine.subscriptions import Happenings
     from hmrsim.errors import GoalAborted
     from hmrsim.fixtures.docks import Berths
     from hmrsim.geometry import Point
     from hmrsim.graph import WaypointGraph
-    from hmrsim.interest import Happenings
     from hmrsim.items import Item
     from hmrsim.passage import Passage
     from hmrsim.plans import Plans

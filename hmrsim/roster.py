@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from hmrsim.dispatcher import Dispatcher
-    from hmrsim.environment import Environment
+    from hmrsim.engine.environment import Environment
+    from hmrsim.engine.subscriptions import Happenings
     from hmrsim.gate import Gate
     from hmrsim.geometry import Point, Pose
     from hmrsim.graph import WaypointGraph
-    from hmrsim.interest import Happenings
     from hmrsim.plans import Plans
     from hmrsim.protocol.gateway import Event
     from hmrsim.world.model import World

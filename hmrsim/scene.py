@@ -7,8 +7,8 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.detections import sensors_of
+from hmrsim.engine.sim_time import stamp
 from hmrsim.interfaces.builtin_interfaces import values_of
-from hmrsim.sim_time import stamp
 
 if TYPE_CHECKING:
     from hmrsim.action_servers import ServedGoal

@@ -23,7 +23,7 @@ from hmrsim.world.finding import shown
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence
 
-    from hmrsim.interest import Happenings
+    from hmrsim.engine.subscriptions import Happenings
     from hmrsim.protocol.gateway import Command, Event, Topic
     from hmrsim.world.model import World
 

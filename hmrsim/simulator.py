@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.actions import registry as all_actions
 from hmrsim.detections import Detections
 from hmrsim.dispatcher import Dispatcher
-from hmrsim.environment import Environment
+from hmrsim.engine.environment import Environment
+from hmrsim.engine.sampling import Telemetry
+from hmrsim.engine.sim_time import end_of_instant, stamp
+from hmrsim.engine.subscriptions import Happenings, Interest
 from hmrsim.gate import Gate
 from hmrsim.graph import WaypointGraph
-from hmrsim.interest import Happenings, Interest
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
 from hmrsim.mishaps import Mishaps
@@ -44,8 +46,6 @@ from hmrsim.readings import Readings
 from hmrsim.roster import Roster
 from hmrsim.scripts import Scripts
 from hmrsim.services import registry as all_services
-from hmrsim.sim_time import end_of_instant, stamp
-from hmrsim.telemetry import Telemetry
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

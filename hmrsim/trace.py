@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim import CONTRACT, __version__
+from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.protocol.gateway import (
@@ -37,7 +38,6 @@ from hmrsim.protocol.gateway import (
     Topic,
 )
 from hmrsim.services import registry as services
-from hmrsim.sim_time import stamp
 from hmrsim.world.loading import world_hash
 from hmrsim.world.writing import native_data
 

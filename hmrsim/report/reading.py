@@ -9,6 +9,7 @@ from pydantic_core import from_json
 
 from hmrsim import __version__
 from hmrsim.components.battery import voltage_at
+from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import TraceError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.replay import replay
@@ -18,7 +19,6 @@ from hmrsim.report.occurrence import LATEST, Misfit, Occurrence, number, occurre
 from hmrsim.report.story import Story
 from hmrsim.report.watching import Watcher
 from hmrsim.report.wording import times
-from hmrsim.sim_time import stamp
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping

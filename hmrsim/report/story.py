@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.engine.sim_time import JITTER
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report.book import Book
 from hmrsim.report.crew import Crew
@@ -15,7 +16,6 @@ from hmrsim.report.sites import Sites
 from hmrsim.report.track import Motion, Track
 from hmrsim.report.troubles import Trouble, Troubles, hit
 from hmrsim.report.waiting import Waiting
-from hmrsim.sim_time import JITTER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

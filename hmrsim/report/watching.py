@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.engine.sim_time import stamp
 from hmrsim.protocol.gateway import WATCHED, GoalChanged, Happened, Topic
 from hmrsim.report.occurrence import Occurrence
 from hmrsim.scene import scene
-from hmrsim.sim_time import stamp
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from hmrsim.engine.sim_time import nanoseconds
 from hmrsim.fixtures import Fixture
 from hmrsim.geometry import SAME_PLACE, Pose, yaw_of
 from hmrsim.interfaces.builtin_interfaces import Time
@@ -23,7 +24,6 @@ from hmrsim.items import Item
 from hmrsim.robot import Robot
 from hmrsim.services._pattern import PatternError, compiled
 from hmrsim.services._results import failed
-from hmrsim.sim_time import nanoseconds
 
 if TYPE_CHECKING:
     from collections.abc import Collection

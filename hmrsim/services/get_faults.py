@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hmrsim.engine.sim_time import nanoseconds
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.hmrsim_msgs import Fault, GetFaults
 from hmrsim.services import Service
 from hmrsim.services._results import OK
-from hmrsim.sim_time import nanoseconds
 
 if TYPE_CHECKING:
     from hmrsim.mishaps import Mishap

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.engine.sim_time import stamp
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.gateway import FeedbackSent, GoalChanged, Happened, Sampled, StatusChanged, Topic
 from hmrsim.scene import scene
-from hmrsim.sim_time import stamp
 from hmrsim.world.writing import native_data
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.description import Description
@@ -81,7 +81,7 @@ class RecordingSink:
         self._settle(due=self._recorder.scene_due)
 
     def _nearest_tick(self, now: int) -> int:
-        """Return when a sample of the clock is due, reckoned as `hmrsim.telemetry` does."""
+        """Return when a sample of the clock is due, reckoned as `hmrsim.engine.sampling` does."""
         return round(round(now / NANOSECONDS / self._period) * self._period * NANOSECONDS)
 
     def _settle(self, *, due: bool) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.engine.sim_time import JITTER
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time, values_of
-from hmrsim.sim_time import JITTER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

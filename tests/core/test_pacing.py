@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from hmrsim import wall as wall_module
+from hmrsim.engine import wall_clock as wall_module
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait

@@ -17,7 +17,7 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
 
-    from hmrsim.interest import Interest
+    from hmrsim.engine.subscriptions import Interest
     from hmrsim.protocol.gateway import Topic
 
 

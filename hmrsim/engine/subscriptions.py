@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.engine.sim_time import stamp
 from hmrsim.protocol.gateway import Happened, Sampled, Topic
-from hmrsim.sim_time import stamp
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
