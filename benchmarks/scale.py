@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence
     from multiprocessing.connection import Connection
 
-    from hmrsim.route import Route
+    from hmrsim.navigation.route import Route
 
 QUICK: dict[str, Any] = {"sizes": (1, 10, 100, 1000), "window": 0.3}
 

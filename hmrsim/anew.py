@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.graph import WaypointGraph
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, SimulationState
+from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.protocol.gateway import RosterChanged
 from hmrsim.protocol.goal import WORLD
 

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.geometry import Point
-    from hmrsim.graph import Lane, WaypointGraph
-    from hmrsim.route import Leg
+    from hmrsim.navigation.graph import Lane, WaypointGraph
+    from hmrsim.navigation.route import Leg
 
 
 class Closures:

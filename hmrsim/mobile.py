@@ -13,7 +13,7 @@ from simpy.events import NORMAL
 
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import Pose, distance, turn
-from hmrsim.motion import Piece, Progress, drive
+from hmrsim.navigation.motion import Piece, Progress, drive
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Generator, Sequence
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.errors import GoalAborted
     from hmrsim.geometry import Point
-    from hmrsim.graph import Lane, WaypointGraph
-    from hmrsim.motion import Drive
+    from hmrsim.navigation.graph import Lane, WaypointGraph
+    from hmrsim.navigation.motion import Drive
+    from hmrsim.navigation.route import Leg, Route
     from hmrsim.passage import Passage
-    from hmrsim.route import Leg, Route
     from hmrsim.world.model import Base
 
 _STANDS: Final = (-1.0, 0.0)

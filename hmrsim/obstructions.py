@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
 
     from hmrsim.geometry import Point
-    from hmrsim.graph import Lane
-    from hmrsim.lanes import Lanes
-    from hmrsim.route import Leg, Route
+    from hmrsim.navigation.graph import Lane
+    from hmrsim.navigation.lanes import Lanes
+    from hmrsim.navigation.route import Leg, Route
 
 
 class Obstructions:

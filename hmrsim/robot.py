@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from hmrsim.errors import GoalAborted
     from hmrsim.fixtures.docks import Berths
     from hmrsim.geometry import Point
-    from hmrsim.graph import WaypointGraph
     from hmrsim.items import Item
+    from hmrsim.navigation.external_planner import Plans
+    from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.passage import Passage
-    from hmrsim.plans import Plans
     from hmrsim.world.model import RobotSpec, World
 
 C = TypeVar("C")

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.gate import Gate
     from hmrsim.geometry import Point, Pose
-    from hmrsim.graph import WaypointGraph
-    from hmrsim.plans import Plans
+    from hmrsim.navigation.external_planner import Plans
+    from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.protocol.gateway import Event
     from hmrsim.world.model import World
 

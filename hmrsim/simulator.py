@@ -18,11 +18,11 @@ from hmrsim.engine.sampling import Telemetry
 from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.engine.subscriptions import Happenings, Interest
 from hmrsim.gate import Gate
-from hmrsim.graph import WaypointGraph
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
 from hmrsim.mishaps import Mishaps
-from hmrsim.plans import Plans
+from hmrsim.navigation.external_planner import Plans
+from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.protocol.gateway import (
     Answered,
     CallService,

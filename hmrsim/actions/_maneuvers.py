@@ -10,14 +10,14 @@ from hmrsim.errors import GoalAborted
 from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import BackUp, DriveOnHeading, Spin, Wait
-from hmrsim.motion import drive_of, straight
+from hmrsim.navigation.motion import drive_of, straight
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
     from hmrsim.actions import Report
     from hmrsim.geometry import Point
-    from hmrsim.motion import Piece
+    from hmrsim.navigation.motion import Piece
     from hmrsim.robot import Robot
     from hmrsim.world.model import World
 

@@ -13,7 +13,7 @@ from hmrsim.errors import GoalAborted
 from hmrsim.geometry import distance, yaw_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
-from hmrsim.route import Route
+from hmrsim.navigation.route import Route
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence

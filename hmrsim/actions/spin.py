@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from hmrsim import motion
 from hmrsim.actions import Action, Codes, Order, Report
 from hmrsim.actions._inputs import Input
 from hmrsim.actions._maneuvers import keep_time, perform
 from hmrsim.actions._places import numbers
 from hmrsim.interfaces.nav2_msgs import Spin
+from hmrsim.navigation import motion
 
 if TYPE_CHECKING:
     from collections.abc import Generator

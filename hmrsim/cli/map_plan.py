@@ -14,8 +14,8 @@ from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.command_line import ENVIRONMENT
 from hmrsim.errors import HmrsimError, NoRoute
 from hmrsim.geometry import Pose, heading
-from hmrsim.graph import WaypointGraph
-from hmrsim.motion import drive
+from hmrsim.navigation.graph import WaypointGraph
+from hmrsim.navigation.motion import drive
 from hmrsim.world.finding import instead
 from hmrsim.world.model import Base
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hmrsim.geometry import Point
-    from hmrsim.route import Leg, Route
+    from hmrsim.navigation.route import Leg, Route
     from hmrsim.world import World
 
 _EXAMPLES: Final = f"""\

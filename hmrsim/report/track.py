@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.geometry import distance
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.motion import Trapezoid
+from hmrsim.navigation.motion import Trapezoid
 from hmrsim.report.occurrence import Misfit, number, point
 from hmrsim.report.occurrence import lane as lane_of
 

@@ -11,7 +11,7 @@ from hmrsim.services._entities import BadPose
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
-    from hmrsim.graph import WaypointGraph
+    from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.simulator import Simulator
     from hmrsim.world.model import Base
 

@@ -1,8 +1,8 @@
 """Who may be where: one policy of traffic a file.
 
-Waypoints and lanes are *slots*, numbered as `hmrsim.lanes` does: first the waypoints, then the lanes whatever their
-direction. A robot occupies the slots of the leg that it drives, which are the lane and the waypoint at its end, and
-what it stands on where it stands. A policy says when it may have them.
+Waypoints and lanes are *slots*, numbered as `hmrsim.navigation.lanes` does: first the waypoints, then the lanes
+whatever their direction. A robot occupies the slots of the leg that it drives, which are the lane and the waypoint at
+its end, and what it stands on where it stands. A policy says when it may have them.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from hmrsim.mobile import Mobile
+    from hmrsim.navigation.route import Leg
     from hmrsim.passage import Passage
-    from hmrsim.route import Leg
 
 
 class Settings(BaseModel):

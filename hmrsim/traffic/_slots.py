@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from hmrsim.geometry import Point
     from hmrsim.mobile import Mobile
-    from hmrsim.route import Leg
+    from hmrsim.navigation.route import Leg
 
 
 class Slots:

@@ -11,8 +11,8 @@ from hmrsim.traffic.reserve import rank
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from hmrsim.lanes import Edge
     from hmrsim.mobile import Mobile
+    from hmrsim.navigation.lanes import Edge
     from hmrsim.traffic.priority import Priority
 
 _MOST_ROBOTS = 6

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hmrsim.mobile import Mobile
+    from hmrsim.navigation.route import Leg
     from hmrsim.passage import Passage
-    from hmrsim.route import Leg
 
     _Chain = list[tuple[Mobile, Exit]]
     """Who makes room, and by which way."""

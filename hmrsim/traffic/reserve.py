@@ -23,11 +23,11 @@ from hmrsim.traffic._slots import Slots
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from hmrsim.graph import Lane
-    from hmrsim.lanes import Lanes
     from hmrsim.mobile import Mobile
+    from hmrsim.navigation.graph import Lane
+    from hmrsim.navigation.lanes import Lanes
+    from hmrsim.navigation.route import Leg
     from hmrsim.passage import Passage
-    from hmrsim.route import Leg
     from hmrsim.world.model import World
 
 _Capacity = Annotated[int, Field(strict=True, ge=1)] | None

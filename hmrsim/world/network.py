@@ -1,7 +1,7 @@
 """The lanes and rides of a world in each direction, and the same as a graph of networkx.
 
-The simulator plans on lists of its own (`hmrsim.lanes`), which are made of the same ways. networkx is loaded when
-its graph is asked for: it takes a third of the time and of the memory that a simulator needs to start.
+The simulator plans on lists of its own (`hmrsim.navigation.lanes`), which are made of the same ways. networkx is loaded
+when its graph is asked for: it takes a third of the time and of the memory that a simulator needs to start.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ import random
 import pytest
 
 from hmrsim.geometry import Pose, distance, turn
-from hmrsim.motion import drive
-from hmrsim.route import Leg
+from hmrsim.navigation.motion import drive
+from hmrsim.navigation.route import Leg
 
 pytestmark = pytest.mark.browser
 

@@ -11,7 +11,7 @@ import pytest
 
 from bt_controller.behaviours.nav_to_pose import GoTo
 from bt_controller.hospital import mission
-from hmrsim.graph import WaypointGraph
+from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world import load_world
 
 

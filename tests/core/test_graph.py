@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.errors import NoRoute
-from hmrsim.graph import WaypointGraph
+from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world.model import World
 
 

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.actions import registry as actions
-from hmrsim.graph import WaypointGraph
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
+from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.protocol.gateway import CancelGoal, SendGoal, Topic
 from hmrsim.traffic import registry as policies
 from hmrsim.world.model import World

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.geometry import Pose
-from hmrsim.motion import Trapezoid, drive, spin, straight
-from hmrsim.route import Leg
+from hmrsim.navigation.motion import Trapezoid, drive, spin, straight
+from hmrsim.navigation.route import Leg
 
 
 def leg(start, end, limit=math.inf):

@@ -9,7 +9,7 @@ import pytest
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.motion import Trapezoid
+from hmrsim.navigation.motion import Trapezoid
 from hmrsim.protocol.gateway import WATCHED, Happened, SendGoal, Topic
 from hmrsim.scene import scene
 from hmrsim.simulator import Simulator

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from hmrsim.actions import registry
-from hmrsim.graph import WaypointGraph
+from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.protocol.gateway import SendGoal
 from hmrsim.resources import folder, shipped_maps
 from hmrsim.simulator import Simulator

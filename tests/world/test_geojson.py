@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.graph import WaypointGraph
+from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.route_graph import to_geojson
 from hmrsim.world import World, load_world
 from hmrsim.world.formats.geojson import FORMAT

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from hmrsim.errors import WorldError
-from hmrsim.graph import WaypointGraph
+from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.resources import shipped_maps
 from hmrsim.world import load_world
 from hmrsim.world.schema import world_schema

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.errors import WorldError
-from hmrsim.graph import WaypointGraph
+from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world import ReadOptions, load_world
 from hmrsim.world.formats import _grid, movingai
 

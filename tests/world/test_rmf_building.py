@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hmrsim.errors import WorldError
-from hmrsim.graph import WaypointGraph
+from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world import ReadOptions, load_world
 
 HERE = Path(__file__).parent

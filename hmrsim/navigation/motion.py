@@ -14,7 +14,7 @@ from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from hmrsim.geometry import Pose, between, distance, turn
-from hmrsim.route import Leg
+from hmrsim.navigation.route import Leg
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

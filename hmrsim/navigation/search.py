@@ -15,7 +15,7 @@ from hmrsim.geometry import Point, distance
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from hmrsim.lanes import Edge, Lanes
+    from hmrsim.navigation.lanes import Edge, Lanes
 
 _TIE = 1e-9
 """Trips whose times differ by less than this share take equally long."""

@@ -1,8 +1,8 @@
 """Routes on the waypoint graph, with the lanes that are closed now and the doors that are open.
 
-Planning works on plain lists (`hmrsim.lanes`, `hmrsim.search`), which are made of `World.ways`, as the graph for
-networkx is (`World.graph`): searches that keep a tree for each destination are faster than networkx's, and need
-none of its memory.
+Planning works on plain lists (`hmrsim.navigation.lanes`, `hmrsim.navigation.search`), which are made of `World.ways`,
+as the graph for networkx is (`World.graph`): searches that keep a tree for each destination are faster than networkx's,
+and need none of its memory.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Point, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.lanes import START, Lanes
-from hmrsim.planner import Planner
-from hmrsim.route import Leg, Route
+from hmrsim.navigation.lanes import START, Lanes
+from hmrsim.navigation.planner import Planner
+from hmrsim.navigation.route import Leg, Route
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Point, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.route import Leg, Route
-from hmrsim.search import Trees
+from hmrsim.navigation.route import Leg, Route
+from hmrsim.navigation.search import Trees
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from hmrsim.lanes import Edge, Lanes
-    from hmrsim.search import Tree
+    from hmrsim.navigation.lanes import Edge, Lanes
+    from hmrsim.navigation.search import Tree
 
 _KEPT_ROUTES = 4_096
 """Ways on to the lanes that are kept."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import FARTHEST, SAME_PLACE, Obstacles, Point, between, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.route import Leg, Route
+from hmrsim.navigation.route import Leg, Route
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
