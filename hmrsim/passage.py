@@ -15,7 +15,7 @@ from hmrsim.errors import GoalAborted, NoRoute
 from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
 from hmrsim.patience import Patience
-from hmrsim.traffic import registry as policies
+from hmrsim.traffic.policies import registry as policies
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hmrsim.mobile import Mobile
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.route import Leg, Route
-    from hmrsim.traffic import Rules
+    from hmrsim.traffic.policies import Rules
     from hmrsim.world.model import World
 
 

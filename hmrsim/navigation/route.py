@@ -18,8 +18,8 @@ class Leg:
         length: In the world's unit.
         lane: The waypoints of the lane that it runs on, in its direction; None off the lanes.
         speed_limit: Most that may be driven there; infinite without a limit.
-        slots: What a robot occupies that drives it, and then stands at its end, as `hmrsim.traffic` counts: the lane,
-            if it is one, and the waypoint at its end, if there is one.
+        slots: What a robot occupies that drives it, and then stands at its end, as `hmrsim.traffic.policies` counts:
+            the lane, if it is one, and the waypoint at its end, if there is one.
         ride: Seconds that it takes whoever is carried; 0 where one drives. One is at its start until one is at its end.
         shares_end: Whether more than one may stand at its end, off the lanes, by other rules than those of traffic.
         first: The pose of a robot that begins to drive it.

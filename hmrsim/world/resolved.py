@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.actions import registry as actions
 from hmrsim.faults import registry as faults
 from hmrsim.geometry import crosses, distance
-from hmrsim.traffic import registry as policies
+from hmrsim.traffic.policies import registry as policies
 from hmrsim.world.model import BUILT_IN_TYPES, Solid, Waypoint
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.components import registry as components
 from hmrsim.faults import registry as faults
-from hmrsim.traffic import registry as policies
+from hmrsim.traffic.policies import registry as policies
 from hmrsim.world import model
 from hmrsim.world.model import Traffic, World
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationError
 
 from hmrsim.geometry import SAME_PLACE, distance, foot
-from hmrsim.traffic import registry as policies
-from hmrsim.traffic._rooms import rooms_of_waypoints
-from hmrsim.traffic.reserve import ReserveSettings
+from hmrsim.traffic.policies import registry as policies
+from hmrsim.traffic.policies._clearance import rooms_of_waypoints
+from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world.explain import explain
 from hmrsim.world.finding import Finding, instead
 

@@ -12,7 +12,7 @@ from hmrsim.actions import registry as actions
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
 from hmrsim.protocol.gateway import CancelGoal, SendGoal
-from hmrsim.traffic import registry as policies
+from hmrsim.traffic.policies import registry as policies
 from tests.profiles import examples
 from tests.simulation import simulate
 

@@ -10,7 +10,7 @@ from hmrsim.actions import registry as actions
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.protocol.gateway import CancelGoal, SendGoal, Topic
-from hmrsim.traffic import registry as policies
+from hmrsim.traffic.policies import registry as policies
 from hmrsim.world.model import World
 from tests.profiles import examples
 from tests.simulation import simulate

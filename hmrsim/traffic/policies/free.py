@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from hmrsim.traffic import Policy, Settings
+from hmrsim.traffic.policies import Policy, Settings
 
 POLICY = Policy(name="free", settings=Settings, rule=None)

@@ -15,10 +15,10 @@ from pydantic import Field
 
 from hmrsim.errors import GoalAborted
 from hmrsim.interfaces.nav2_msgs import FollowPath
-from hmrsim.traffic import Policy, Settings
-from hmrsim.traffic._knots import circle_of
-from hmrsim.traffic._rooms import rooms_of_waypoints
-from hmrsim.traffic._slots import Slots
+from hmrsim.traffic.policies import Policy, Settings
+from hmrsim.traffic.policies._clearance import rooms_of_waypoints
+from hmrsim.traffic.policies._reservations import Slots
+from hmrsim.traffic.policies._waits_for import circle_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -1,4 +1,4 @@
-"""Reservations as in `hmrsim.traffic.reserve`, but whoever set out first has others make room for it.
+"""Reservations as in `hmrsim.traffic.policies.reserve`, but whoever set out first has others make room for it.
 
 That is priority inheritance with backtracking (PIBT; Okumura and others, 2019) where robots take their own time: one
 that stands in the way of another that set out earlier drives to a free waypoint beside it, or has whoever is there
@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from hmrsim.traffic import Policy
-from hmrsim.traffic._knots import circle_of
-from hmrsim.traffic._untying import Move, Untying, find_moves
-from hmrsim.traffic.reserve import Exit, Reserve, ReserveSettings, exits, rank
+from hmrsim.traffic.policies import Policy
+from hmrsim.traffic.policies._deadlock import Move, Untying, find_moves
+from hmrsim.traffic.policies._waits_for import circle_of
+from hmrsim.traffic.policies.reserve import Exit, Reserve, ReserveSettings, exits, rank
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

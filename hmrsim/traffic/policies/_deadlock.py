@@ -6,14 +6,14 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-from hmrsim.traffic.reserve import rank
+from hmrsim.traffic.policies.reserve import rank
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from hmrsim.mobile import Mobile
     from hmrsim.navigation.lanes import Edge
-    from hmrsim.traffic.priority import Priority
+    from hmrsim.traffic.policies.priority import Priority
 
 _MOST_ROBOTS = 6
 """Robots that are moved for one: each one more makes the search longer by as many times as there are waypoints."""
