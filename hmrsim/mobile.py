@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.motion import Drive
     from hmrsim.navigation.route import Leg, Route
-    from hmrsim.passage import Passage
+    from hmrsim.traffic.admission import Passage
     from hmrsim.world.model import Base
 
 _STANDS: Final = (-1.0, 0.0)

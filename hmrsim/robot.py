@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from hmrsim.items import Item
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
-    from hmrsim.passage import Passage
+    from hmrsim.traffic.admission import Passage
     from hmrsim.world.model import RobotSpec, World
 
 C = TypeVar("C")

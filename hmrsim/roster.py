@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from hmrsim.fixtures import Fixture, Site, install_all
 from hmrsim.fixtures.docks import Berths
 from hmrsim.items import Item
-from hmrsim.passage import Passage
 from hmrsim.protocol.gateway import RosterChanged
 from hmrsim.robot import Robot
+from hmrsim.traffic.admission import Passage
 from hmrsim.world.model import RobotSpec
 
 if TYPE_CHECKING:

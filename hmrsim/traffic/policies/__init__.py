@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from hmrsim.mobile import Mobile
     from hmrsim.navigation.route import Leg
-    from hmrsim.passage import Passage
+    from hmrsim.traffic.admission import Passage
 
 
 class Settings(BaseModel):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from hmrsim.mobile import Mobile
-    from hmrsim.passage import Passage
+    from hmrsim.traffic.admission import Passage
 
 
 def circle_of(passage: Passage, robot: Mobile) -> list[Mobile]:

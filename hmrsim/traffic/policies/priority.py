@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from hmrsim.mobile import Mobile
     from hmrsim.navigation.route import Leg
-    from hmrsim.passage import Passage
+    from hmrsim.traffic.admission import Passage
 
     _Chain = list[tuple[Mobile, Exit]]
     """Who makes room, and by which way."""

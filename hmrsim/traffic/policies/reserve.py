@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.lanes import Lanes
     from hmrsim.navigation.route import Leg
-    from hmrsim.passage import Passage
+    from hmrsim.traffic.admission import Passage
     from hmrsim.world.model import World
 
 _Capacity = Annotated[int, Field(strict=True, ge=1)] | None

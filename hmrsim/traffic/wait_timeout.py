@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from simpy import Timeout
 
     from hmrsim.engine.environment import Environment
-    from hmrsim.passage import Wait
+    from hmrsim.traffic.admission import Wait
 
 
 class Patience:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.obstructions import Obstructions
+from hmrsim.traffic.obstructions import Obstructions
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

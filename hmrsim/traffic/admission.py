@@ -10,12 +10,12 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from hmrsim.closures import Closures
 from hmrsim.errors import GoalAborted, NoRoute
 from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
-from hmrsim.patience import Patience
+from hmrsim.traffic.lane_closures import Closures
 from hmrsim.traffic.policies import registry as policies
+from hmrsim.traffic.wait_timeout import Patience
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
