@@ -5,16 +5,16 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from hmrsim.components._sensor import Sensor
 from hmrsim.geometry import Pose, distance, turn
 from hmrsim.interfaces.vision_msgs import Detection3DArray
-from hmrsim.items import Item
 from hmrsim.protocol.gateway import Sampled, Topic
-from hmrsim.sensing import Sensor
+from hmrsim.robots.items import Item
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
 
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
     from hmrsim.roster import Roster
 
 _SAME_YAW = 0.1

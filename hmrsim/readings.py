@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hmrsim.detections import Detections
     from hmrsim.dispatcher import Dispatcher
     from hmrsim.protocol.gateway import Published, Read
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
     from hmrsim.roster import Roster
 
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from hmrsim.fixtures import Fixture, Site, install_all
 from hmrsim.fixtures.docks import Berths
-from hmrsim.items import Item
 from hmrsim.protocol.gateway import RosterChanged
-from hmrsim.robot import Robot
+from hmrsim.robots.items import Item
+from hmrsim.robots.robot import Robot
 from hmrsim.traffic.admission import Passage
 from hmrsim.world.model import RobotSpec
 

@@ -12,7 +12,7 @@ from hmrsim.interfaces.builtin_interfaces import values_of
 
 if TYPE_CHECKING:
     from hmrsim.action_servers import ServedGoal
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
     from hmrsim.simulator import Simulator
 
 

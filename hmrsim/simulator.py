@@ -51,9 +51,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from hmrsim.actions import AnyAction
-    from hmrsim.items import Item
     from hmrsim.protocol.gateway import Command, Event, Sink
-    from hmrsim.robot import Robot
+    from hmrsim.robots.items import Item
+    from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 
 

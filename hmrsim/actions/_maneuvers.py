@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hmrsim.actions import Report
     from hmrsim.geometry import Point
     from hmrsim.navigation.motion import Piece
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 
 R = TypeVar("R", Wait.Result, Spin.Result, BackUp.Result, DriveOnHeading.Result)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from hmrsim.geometry import Point
     from hmrsim.interfaces.geometry_msgs import PoseStamped
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
 
     Way = Route | Sequence[Point]
     """Along the lanes; or straight from point to point."""

@@ -12,7 +12,7 @@ from hmrsim.interfaces.nav2_msgs import BackUp
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
 
 
 def _process(robot: Robot, goal: BackUp.Goal, report: Report[BackUp.Feedback]) -> Generator[Any, Any, BackUp.Result]:

@@ -14,7 +14,7 @@ from hmrsim.interfaces.nav_msgs import Path
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
 
 _PLANNERS = ("", "graph", "GridBased")
 """Names of the one planner that there is: none, that of world files, and the one that Nav2's own trees ask for."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
     from hmrsim.fixtures.docks import Berths
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 
 _RESULT, _STAGE = DockRobot.Result, DockRobot.Feedback

@@ -13,7 +13,7 @@ from hmrsim.interfaces.nav2_msgs import DriveOnHeading
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
 
 
 def _process(

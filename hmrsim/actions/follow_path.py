@@ -15,7 +15,7 @@ from hmrsim.interfaces.nav_msgs import Path
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
 
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from hmrsim.actions._navigation import Way
     from hmrsim.interfaces.geometry_msgs import PoseStamped
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 
 

@@ -14,7 +14,7 @@ from hmrsim.interfaces.nav2_msgs import NavigateToPose
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 
 

@@ -15,8 +15,8 @@ from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, Pickup
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from hmrsim.items import Item
-    from hmrsim.robot import Robot
+    from hmrsim.robots.items import Item
+    from hmrsim.robots.robot import Robot
 
 
 def _process(robot: Robot, goal: Pickup.Goal, report: Report[Pickup.Feedback]) -> Generator[Any, Any, Pickup.Result]:

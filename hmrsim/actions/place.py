@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
     from hmrsim.geometry import Point
-    from hmrsim.items import Item
-    from hmrsim.robot import Robot
+    from hmrsim.robots.items import Item
+    from hmrsim.robots.robot import Robot
 
 
 def _process(robot: Robot, goal: Place.Goal, report: Report[Place.Feedback]) -> Generator[Any, Any, Place.Result]:

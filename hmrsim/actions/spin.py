@@ -14,7 +14,7 @@ from hmrsim.navigation import motion
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 
 

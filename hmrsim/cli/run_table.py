@@ -12,7 +12,7 @@ from hmrsim.cli.robot_table import Column, RobotTable
 from hmrsim.errors import printable
 from hmrsim.protocol.gateway import GoalChanged, Topic
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.robot import Robot
+from hmrsim.robots.robot import Robot
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from hmrsim.components import Component
+from hmrsim.components._sensor import Sensor, SensorSettings
 from hmrsim.geometry import SAME_PLACE, distance, heading, turn
-from hmrsim.sensing import Sensor, SensorSettings
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point, Pose

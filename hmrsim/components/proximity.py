@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from hmrsim.components import Component
-from hmrsim.sensing import Sensor, SensorSettings
+from hmrsim.components._sensor import Sensor, SensorSettings
 
 
 class ProximitySettings(SensorSettings):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from hmrsim.components.claw import Claw
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
     from hmrsim.roster import Roster
 
 _MOST = 1e9

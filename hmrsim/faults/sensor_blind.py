@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
+from hmrsim.components._sensor import Sensor
 from hmrsim.faults import Case, Fault, Name, Spell
-from hmrsim.sensing import Sensor
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -17,7 +17,7 @@ from hmrsim.world.finding import instead
 
 if TYPE_CHECKING:
     from hmrsim.detections import Seen
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
     from hmrsim.simulator import Simulator
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from hmrsim.fixtures import Fixture
 from hmrsim.interfaces.geometry_msgs import Accel, Twist
 from hmrsim.interfaces.simulation_interfaces import SetEntityState, SimulatorFeatures
-from hmrsim.robot import Robot
+from hmrsim.robots.robot import Robot
 from hmrsim.services import Service
 from hmrsim.services._entities import BadPose, read_pose, unknown
 from hmrsim.services._placing import check, check_room

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.geometry import Point
-    from hmrsim.mobile import Mobile
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.route import Leg, Route
+    from hmrsim.robots.vehicle import Mobile
     from hmrsim.traffic.policies import Rules
     from hmrsim.world.model import World
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from hmrsim.components import registry as components
+from hmrsim.components._sensor import SensorSettings
 from hmrsim.components.battery import BatterySettings
 from hmrsim.faults import registry
-from hmrsim.sensing import SensorSettings
 from hmrsim.world.explain import explain
 from hmrsim.world.finding import Finding, instead
 from hmrsim.world.model import BUILT_IN_TYPES

@@ -126,7 +126,7 @@ def test_goals_are_logged_when_asked_for(simulate, rooms):
 INTERRUPTED = """
 import os, signal, sys
 from hmrsim.cli import main
-from hmrsim.robot import Robot
+from hmrsim.robots.robot import Robot
 
 Robot.plan_to = lambda *_: os.kill(os.getpid(), signal.SIGINT)
 sys.exit(main(["simulate", sys.argv[1]]))

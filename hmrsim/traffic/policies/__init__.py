@@ -19,8 +19,8 @@ from hmrsim.plugins import discover
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from hmrsim.mobile import Mobile
     from hmrsim.navigation.route import Leg
+    from hmrsim.robots.vehicle import Mobile
     from hmrsim.traffic.admission import Passage
 
 

@@ -11,8 +11,8 @@ from hmrsim.traffic.policies.reserve import rank
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from hmrsim.mobile import Mobile
     from hmrsim.navigation.lanes import Edge
+    from hmrsim.robots.vehicle import Mobile
     from hmrsim.traffic.policies.priority import Priority
 
 _MOST_ROBOTS = 6

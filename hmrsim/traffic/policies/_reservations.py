@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from hmrsim.geometry import Point
-    from hmrsim.mobile import Mobile
     from hmrsim.navigation.route import Leg
+    from hmrsim.robots.vehicle import Mobile
 
 
 class Slots:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from hmrsim.mobile import Mobile
+    from hmrsim.robots.vehicle import Mobile
     from hmrsim.traffic.admission import Passage
 
 

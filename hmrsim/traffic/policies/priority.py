@@ -26,8 +26,8 @@ from hmrsim.traffic.policies.reserve import Exit, Reserve, ReserveSettings, exit
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.mobile import Mobile
     from hmrsim.navigation.route import Leg
+    from hmrsim.robots.vehicle import Mobile
     from hmrsim.traffic.admission import Passage
 
     _Chain = list[tuple[Mobile, Exit]]

@@ -23,10 +23,10 @@ from hmrsim.traffic.policies._waits_for import circle_of
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from hmrsim.mobile import Mobile
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.lanes import Lanes
     from hmrsim.navigation.route import Leg
+    from hmrsim.robots.vehicle import Mobile
     from hmrsim.traffic.admission import Passage
     from hmrsim.world.model import World
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from hmrsim.components import registry as components
 from hmrsim.components.battery import Battery
-from hmrsim.energy import Energy
 from hmrsim.engine.sim_time import stamp
 from hmrsim.geometry import SAME_PLACE, Pose
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.geometry_msgs import PoseStamped
-from hmrsim.mobile import Mobile
+from hmrsim.robots.power import Energy
+from hmrsim.robots.vehicle import Mobile
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Mapping
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from hmrsim.errors import GoalAborted
     from hmrsim.fixtures.docks import Berths
     from hmrsim.geometry import Point
-    from hmrsim.items import Item
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
+    from hmrsim.robots.items import Item
     from hmrsim.traffic.admission import Passage
     from hmrsim.world.model import RobotSpec, World
 

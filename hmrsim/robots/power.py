@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from hmrsim.components.battery import Battery
     from hmrsim.engine.environment import Alarm, Environment
     from hmrsim.engine.subscriptions import Happenings
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
 
 _EMPTY = "battery_empty"
 _REVIVED = 0.01

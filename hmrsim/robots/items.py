@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
-    from hmrsim.robot import Robot
+    from hmrsim.robots.robot import Robot
 
 
 @dataclass
