@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.fixtures import Fixture, Site, install_all
-from hmrsim.fixtures.docks import Berths
+from hmrsim.facilities import Fixture, Site, install_all
+from hmrsim.facilities.docks import Berths
 from hmrsim.protocol.gateway import RosterChanged
 from hmrsim.robots.items import Item
 from hmrsim.robots.robot import Robot

@@ -18,7 +18,7 @@ from hmrsim.navigation.route import Route
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from hmrsim.fixtures.docks import Berths
+    from hmrsim.facilities.docks import Berths
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 

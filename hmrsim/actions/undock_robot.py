@@ -12,7 +12,7 @@ from hmrsim.interfaces.nav2_msgs import UndockRobot
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from hmrsim.fixtures.docks import Berths
+    from hmrsim.facilities.docks import Berths
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 

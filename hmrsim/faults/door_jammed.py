@@ -9,7 +9,7 @@ from hmrsim.faults import Case, Fault, Name, Spell
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.fixtures.doors import Door
+    from hmrsim.facilities.doors import Door
 
 
 class DoorJammed(Spell):

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.errors import GoalAborted
-    from hmrsim.fixtures.docks import Berths
+    from hmrsim.facilities.docks import Berths
     from hmrsim.geometry import Point
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph

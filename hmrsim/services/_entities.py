@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from hmrsim.engine.sim_time import nanoseconds
-from hmrsim.fixtures import Fixture
+from hmrsim.facilities import Fixture
 from hmrsim.geometry import SAME_PLACE, Pose, yaw_of
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.geometry_msgs import Point, Quaternion, Twist, Vector3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.fixtures.lifts import Lift
+from hmrsim.facilities.lifts import Lift
 from hmrsim.interfaces.hmrsim_msgs import CallLift
 from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim.services import Service

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.fixtures import Fixture
+from hmrsim.facilities import Fixture
 from hmrsim.interfaces.simulation_interfaces import DeleteEntity, SimulatorFeatures
 from hmrsim.services import Service
 from hmrsim.services._entities import unknown

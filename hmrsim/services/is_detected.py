@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.connections import no_connection
 from hmrsim.detections import sensors_of
-from hmrsim.fixtures import Fixture
+from hmrsim.facilities import Fixture
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.hmrsim_msgs import IsDetected
 from hmrsim.interfaces.simulation_interfaces import Result

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.fixtures.doors import ORDERS, Door
+from hmrsim.facilities.doors import ORDERS, Door
 from hmrsim.interfaces.hmrsim_msgs import SetDoorState
 from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim.services import Service

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.fixtures import Fixture
+from hmrsim.facilities import Fixture
 from hmrsim.interfaces.geometry_msgs import Accel, Twist
 from hmrsim.interfaces.simulation_interfaces import SetEntityState, SimulatorFeatures
 from hmrsim.robots.robot import Robot
