@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.connections import no_connection
 from hmrsim.detections import Surroundings, sensors_of
 from hmrsim.engine.sim_time import nanoseconds
 from hmrsim.errors import GoalRejected
+from hmrsim.goals.connectivity import no_connection
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import simpy
 
     from hmrsim.detections import Detections
-    from hmrsim.dispatcher import Dispatcher
+    from hmrsim.goals.dispatcher import Dispatcher
     from hmrsim.protocol.gateway import Published, Read
     from hmrsim.robots.robot import Robot
     from hmrsim.roster import Roster

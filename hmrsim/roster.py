@@ -15,11 +15,11 @@ from hmrsim.world.model import RobotSpec
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from hmrsim.dispatcher import Dispatcher
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.gate import Gate
     from hmrsim.geometry import Point, Pose
+    from hmrsim.goals.dispatcher import Dispatcher
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.protocol.gateway import Event

@@ -11,7 +11,7 @@ from hmrsim.engine.sim_time import stamp
 from hmrsim.interfaces.builtin_interfaces import values_of
 
 if TYPE_CHECKING:
-    from hmrsim.action_servers import ServedGoal
+    from hmrsim.goals.servers import ServedGoal
     from hmrsim.robots.robot import Robot
     from hmrsim.simulator import Simulator
 

@@ -15,7 +15,7 @@ import simpy
 
 from hmrsim.actions import error_of
 from hmrsim.errors import printable
-from hmrsim.orders import Order, read_order
+from hmrsim.goals.script_orders import Order, read_order
 from hmrsim.protocol.gateway import Answered, GetResult, GoalResponse, ResultResponse, SendGoal
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.world.finding import shown

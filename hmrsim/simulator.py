@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.detections import Detections
-from hmrsim.dispatcher import Dispatcher
 from hmrsim.engine.environment import Environment
 from hmrsim.engine.sampling import Telemetry
 from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.engine.subscriptions import Happenings, Interest
 from hmrsim.gate import Gate
+from hmrsim.goals.dispatcher import Dispatcher
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
 from hmrsim.mishaps import Mishaps

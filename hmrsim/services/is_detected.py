@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.connections import no_connection
 from hmrsim.detections import sensors_of
 from hmrsim.facilities import Fixture
+from hmrsim.goals.connectivity import no_connection
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.hmrsim_msgs import IsDetected
 from hmrsim.interfaces.simulation_interfaces import Result

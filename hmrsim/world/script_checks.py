@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.orders import read_order
+from hmrsim.goals.script_orders import read_order
 from hmrsim.world.finding import Finding, shown
 
 if TYPE_CHECKING:

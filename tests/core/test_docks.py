@@ -7,8 +7,8 @@ from functools import partial
 import pytest
 
 from hmrsim.actions import registry
+from hmrsim.goals.script_orders import read_order
 from hmrsim.interfaces.nav2_msgs import DockRobot
-from hmrsim.orders import read_order
 from hmrsim.protocol.gateway import CancelGoal, SendGoal, Topic
 from hmrsim.world.model import World
 from tests.simulation import simulate

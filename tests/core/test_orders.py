@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.orders import read_order
+from hmrsim.goals.script_orders import read_order
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from hmrsim.goals.script_orders import read_order
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.orders import read_order
 from hmrsim.protocol.gateway import CancelGoal, Happened, SendGoal
 from hmrsim.scripts import ScriptState
 from hmrsim.world.model import World

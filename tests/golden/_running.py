@@ -15,9 +15,9 @@ from py_trees.blackboard import Blackboard
 from bt_controller.cli import main as bt_controller
 from hmrsim.actions import registry as actions
 from hmrsim.cli import main as hmrsim
+from hmrsim.goals.script_orders import read_order
 from hmrsim.interfaces.message import Message
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.orders import read_order
 from hmrsim.protocol.gateway import (
     Answered,
     CallService,

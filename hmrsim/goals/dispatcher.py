@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 from simpy import Event as SimpyEvent
 from simpy import Interrupt
 
-from hmrsim.action_servers import ActionServers, ServedGoal, as_answered, selects
-from hmrsim.connections import CutOff, no_connection
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import GoalAborted, GoalRejected
+from hmrsim.goals.connectivity import CutOff, no_connection
+from hmrsim.goals.servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.protocol.gateway import (
     Answered,
@@ -38,10 +38,10 @@ if TYPE_CHECKING:
 
     import simpy
 
-    from hmrsim.action_servers import ActionServer, Owner
     from hmrsim.actions import AnyAction
     from hmrsim.engine.sampling import Telemetry
     from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.goals.servers import ActionServer, Owner
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.gateway import Event, Withdraw
 

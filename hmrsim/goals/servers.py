@@ -1,6 +1,6 @@
 """Who serves which action, the goals of each, and which requests make sense.
 
-All of it is bookkeeping: what becomes of a goal is decided in `hmrsim.dispatcher`.
+All of it is bookkeeping: what becomes of a goal is decided in `hmrsim.goals.dispatcher`.
 """
 
 from __future__ import annotations
