@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.gateway import Event, Topic
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 SIDE = 32
 """Waypoints along each side of the grid."""

@@ -16,7 +16,7 @@ from benchmarks._report import Row
 from benchmarks._timing import Variant, medians
 from benchmarks._wire import Served, served
 from hmrsim.cli.garbage import collect_rarely
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim_zenoh.host import HostSettings
 from hmrsim_zenoh.session import SessionOptions, open_client
 

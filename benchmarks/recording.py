@@ -11,7 +11,7 @@ from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._report import Row
 from hmrsim.cli.rosout import told
 from hmrsim.protocol.time import LOCKSTEP, TimeState
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.sink import RecordingSink
 from hmrsim_zenoh.recording.writing import RecordingFile

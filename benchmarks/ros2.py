@@ -21,7 +21,7 @@ from hmrsim.cli.garbage import collect_rarely
 from hmrsim.protocol.gateway import FeedbackSent, GoalEntry, StatusChanged
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.services import registry as all_services
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim_zenoh.host import HostSettings
 from hmrsim_zenoh.ros2.names import names_of
 from hmrsim_zenoh.ros2.publishing.publications import Publications

@@ -17,7 +17,7 @@ from benchmarks._fleet import LANE_SECONDS, SIDE, Wanderers, grid_world, plan_ev
 from benchmarks._processes import child, memory
 from benchmarks._report import Row
 from hmrsim.cli.garbage import collect_rarely
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence

@@ -12,7 +12,7 @@ from benchmarks._wire import BARE, BARE_PAYLOAD, GoalSender, answer, ask, served
 from hmrsim.actions import registry
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.protocol.gateway import Answered, GetResult, SendGoal
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.world import load_world
 from hmrsim_zenoh import Client
 from hmrsim_zenoh.host import HostSettings

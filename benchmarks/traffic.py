@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._report import Row
 from hmrsim.protocol.gateway import Happened, Topic
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.world import load_world
 from hmrsim.world.model import World
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     from hmrsim.participants import Participant
     from hmrsim.protocol.gateway import CancelGoal, Event, PlanAnswered
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 _log = logging.getLogger(__name__)
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from hmrsim.protocol.gateway import AnyCommand, Inbox
     from hmrsim.retention import Retention
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 _log = logging.getLogger(__name__)
 

@@ -23,7 +23,7 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.protocol.gateway import CallService, CancelGoal, Participation, PlanAnswered, PlannerPresent, SendGoal, Stop
 from hmrsim.services import registry as services
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.trace import Header, Trace
 from hmrsim.world.loading import world_of
 

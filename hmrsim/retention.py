@@ -10,7 +10,7 @@ from hmrsim.protocol.gateway import ForgetResult, GoalChanged, Topic
 
 if TYPE_CHECKING:
     from hmrsim.protocol.gateway import Event
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 
 class Retention:

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.gateway import Command, Event
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 _DIGITS: Final = 9
 _BATCH: Final = 512

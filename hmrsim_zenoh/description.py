@@ -10,8 +10,8 @@ from pydantic_core import to_json
 import hmrsim
 from hmrsim.protocol.goal import WORLD
 from hmrsim.route_graph import to_geojson
-from hmrsim.scene import scene
 from hmrsim.services import registry as all_services
+from hmrsim.simulation.snapshot import scene
 from hmrsim.world import world_hash
 from hmrsim.world.resolved import shown
 from hmrsim_zenoh import encoding
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hmrsim.protocol.time import TimeState
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 _TYPES = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH, "scene": encoding.SCENE, "view": encoding.VIEW}
 

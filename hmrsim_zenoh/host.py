@@ -17,7 +17,7 @@ from hmrsim.pacing import Pacing
 from hmrsim.protocol.time import REALTIME, TokenSeen
 from hmrsim.retention import Retention
 from hmrsim.services import registry as all_services
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim_zenoh import preparation
 from hmrsim_zenoh.description import Description
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD

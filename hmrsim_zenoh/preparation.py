@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 _ACCEPTED = b'{"accepted":true,"goal_id":"","stamp":{}}'
 _ENDED = b'{"status":0,"result":{}}'

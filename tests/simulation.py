@@ -10,7 +10,7 @@ from hmrsim.actions import registry
 from hmrsim.interfaces.message import Message
 from hmrsim.protocol.gateway import Answered, CallService, FeedbackSent, GoalChanged, Happened, Topic
 from hmrsim.services import registry as services
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import World
 
 if TYPE_CHECKING:

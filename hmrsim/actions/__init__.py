@@ -92,7 +92,8 @@ class Action(Generic[G, R, F]):
             can't be done. An interrupt means that the goal is canceled or preempted: leave the robot usable.
         failure: Makes the result of a goal that ended otherwise, from a code and a text.
         codes: The codes for that.
-        of_world: Whether the world serves it, and no robot: *process* is given its `hmrsim.gate.Gate` then.
+        of_world: Whether the world serves it, and no robot: *process* is given its `hmrsim.simulation.run_control.Gate`
+            then.
         component: The component that a robot needs; None if any robot serves the action.
         holds_base: Whether one such goal at a time has the robot's base for itself.
         frames: The frames that a goal refers to.

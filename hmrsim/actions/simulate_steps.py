@@ -11,7 +11,7 @@ from hmrsim.interfaces.simulation_interfaces import Result, SimulateSteps
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from hmrsim.gate import Gate
+    from hmrsim.simulation.run_control import Gate
 
 
 def _process(

@@ -19,15 +19,15 @@ from hmrsim.cli.tracing import traced
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.log_options import add_log_options, log_level, logging_to_stderr
 from hmrsim.protocol.gateway import GoalChanged
-from hmrsim.scripts import ScriptState
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.scripts import ScriptState
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.finding import shown
 
 if TYPE_CHECKING:
     import argparse
 
     from hmrsim.protocol.gateway import Event, Topic
-    from hmrsim.scripts import Script
+    from hmrsim.simulation.scripts import Script
     from hmrsim.world import LoadedWorld
 
 _EXAMPLES: Final = """\

@@ -1,7 +1,8 @@
 """What can go wrong on purpose: one kind of fault a file.
 
 A fault is data: a name, its settings, and a function that lets it begin and returns what ends it. The schedule of a
-world, the services and the tests are generic over it. Nothing here knows when faults begin: see `hmrsim.mishaps`.
+world, the services and the tests are generic over it. Nothing here knows when faults begin: see
+`hmrsim.simulation.fault_injector`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
     from hmrsim.components.claw import Claw
     from hmrsim.robots.robot import Robot
-    from hmrsim.roster import Roster
+    from hmrsim.simulation.entities import Roster
 
 _MOST = 1e9
 

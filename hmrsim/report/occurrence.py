@@ -21,7 +21,7 @@ class Misfit(ValueError):
 class Occurrence(NamedTuple):
     """Something happened, as `_world/events` tells it; besides there are three kinds that nobody is told.
 
-    ``scene`` is all that can be seen (`hmrsim.scene`), ``battery`` what is in a robot's battery: `robot`,
+    ``scene`` is all that can be seen (`hmrsim.simulation.snapshot`), ``battery`` what is in a robot's battery: `robot`,
     `percentage`, and `charge` in units of energy, if it is known; ``commanded`` says only when something came from
     outside, before which nothing else may have happened for long.
 

@@ -23,7 +23,7 @@ from hmrsim.report.wording import times
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 
 class Told(NamedTuple):

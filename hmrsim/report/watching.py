@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.engine.sim_time import stamp
 from hmrsim.protocol.gateway import WATCHED, GoalChanged, Happened, Topic
 from hmrsim.report.occurrence import Occurrence
-from hmrsim.scene import scene
+from hmrsim.simulation.snapshot import scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from hmrsim.protocol.gateway import Command, Event
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 _ANEW: Final = ("reset", "world_loaded")
 

@@ -17,7 +17,7 @@ from hmrsim.plugins import discover
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 Q = TypeVar("Q", bound=Message)
 A = TypeVar("A", bound=Message)

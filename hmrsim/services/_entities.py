@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection
 
     from hmrsim.interfaces.simulation_interfaces import EntityFilters
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 _FRAMES = ("", "map", "world")
 _CORNERS = 2

@@ -12,7 +12,7 @@ from hmrsim.services._entities import BadPose
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import WaypointGraph
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import Base
 
 

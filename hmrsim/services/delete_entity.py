@@ -11,7 +11,7 @@ from hmrsim.services._entities import unknown
 from hmrsim.services._results import OK, failed
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 
 def _serve(simulator: Simulator, request: DeleteEntity.Request) -> DeleteEntity.Response:

@@ -16,7 +16,7 @@ from hmrsim.services import Service
 from hmrsim.services._results import OK, failed
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 _Response = GetAvailableWorlds.Response
 

@@ -10,7 +10,7 @@ from hmrsim.services._results import OK
 from hmrsim.services._worlds import resource_of
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 
 def _serve(simulator: Simulator, _request: GetCurrentWorld.Request) -> GetCurrentWorld.Response:

@@ -10,7 +10,7 @@ from hmrsim.services._entities import state_of, unknown
 from hmrsim.services._results import OK
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 
 def _serve(simulator: Simulator, request: GetEntityState.Request) -> GetEntityState.Response:

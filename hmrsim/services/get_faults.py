@@ -11,8 +11,8 @@ from hmrsim.services import Service
 from hmrsim.services._results import OK
 
 if TYPE_CHECKING:
-    from hmrsim.mishaps import Mishap
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.fault_injector import Mishap
+    from hmrsim.simulation.simulator import Simulator
 
 
 def _serve(simulator: Simulator, _request: GetFaults.Request) -> GetFaults.Response:

@@ -10,7 +10,7 @@ from hmrsim.services._named_poses import named_poses
 from hmrsim.services._results import OK, failed
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 
 def _serve(simulator: Simulator, request: GetNamedPoseBounds.Request) -> GetNamedPoseBounds.Response:

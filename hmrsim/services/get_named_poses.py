@@ -11,7 +11,7 @@ from hmrsim.services._named_poses import named_poses
 from hmrsim.services._results import OK
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 
 def _serve(simulator: Simulator, request: GetNamedPoses.Request) -> GetNamedPoses.Response:

@@ -9,7 +9,7 @@ from hmrsim.services import Service
 from hmrsim.services._results import OK
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 
 def _serve(simulator: Simulator, _request: GetSimulationState.Request) -> GetSimulationState.Response:

@@ -8,7 +8,7 @@ from hmrsim.interfaces.simulation_interfaces import GetSimulatorFeatures, Simula
 from hmrsim.services import Service, registry
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 _ABOUT = "hmrsim: robots and items of a plane; what can be spawned is told by get_spawnables"
 

@@ -10,7 +10,7 @@ from hmrsim.services._results import OK
 from hmrsim.services._spawnables import kinds
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 
 def _serve(simulator: Simulator, request: GetSpawnables.Request) -> GetSpawnables.Response:

@@ -13,7 +13,7 @@ from hmrsim.world.fault_checks import read_fault
 from hmrsim.world.finding import dotted, shown
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.finding import Finding
 
 

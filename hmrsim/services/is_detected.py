@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.detections import sensors_of
 from hmrsim.facilities import Fixture
 from hmrsim.goals.connectivity import no_connection
 from hmrsim.interfaces.geometry_msgs import PoseStamped
@@ -13,12 +12,13 @@ from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim.services import Service
 from hmrsim.services._entities import unknown
 from hmrsim.services._results import OK, failed
+from hmrsim.simulation.detections import sensors_of
 from hmrsim.world.finding import instead
 
 if TYPE_CHECKING:
-    from hmrsim.detections import Seen
     from hmrsim.robots.robot import Robot
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.detections import Seen
+    from hmrsim.simulation.simulator import Simulator
 
 
 def _serve(simulator: Simulator, request: IsDetected.Request) -> IsDetected.Response:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.anew import load
 from hmrsim.errors import Problem, WorldError
 from hmrsim.interfaces.simulation_interfaces import LoadWorld, Result, SimulatorFeatures
 from hmrsim.services import Service
 from hmrsim.services._results import OK, failed
 from hmrsim.services._worlds import resource_of
+from hmrsim.simulation.reset import load
 from hmrsim.world.finding import dotted
 from hmrsim.world.formats.native import FORMAT
 from hmrsim.world.loading import load_world, world_of
@@ -17,7 +17,7 @@ from hmrsim.world.options import AS_IT_IS
 from hmrsim.world.writing import to_json
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
 
 _SOURCE: Final = "resource_string"

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.anew import reset
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result, SimulatorFeatures
 from hmrsim.services import Service
 from hmrsim.services._results import OK, failed
+from hmrsim.simulation.reset import reset
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 _Scopes = ResetSimulation.Request
 _KNOWN = (_Scopes.SCOPE_TIME, _Scopes.SCOPE_STATE, _Scopes.SCOPE_SPAWNED)

@@ -12,7 +12,7 @@ from hmrsim.services._results import OK, failed
 from hmrsim.world.finding import instead
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 
 def _serve(simulator: Simulator, request: SetDoorState.Request) -> SetDoorState.Response:

@@ -15,7 +15,7 @@ from hmrsim.services._results import OK, failed
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.simulation_interfaces import Result
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 _WHY = "moved by set_entity_state"
 

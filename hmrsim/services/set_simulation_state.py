@@ -5,13 +5,13 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.anew import set_state
 from hmrsim.interfaces.simulation_interfaces import Result, SetSimulationState, SimulationState, SimulatorFeatures
 from hmrsim.services import Service
 from hmrsim.services._results import OK, failed
+from hmrsim.simulation.reset import set_state
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 _VERBS: Final = MappingProxyType(
     {

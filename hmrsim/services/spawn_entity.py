@@ -15,7 +15,7 @@ from hmrsim.services._spawnables import LIKE, ROBOT, Kind, kinds
 from hmrsim.world.model import ROS_NAME, RobotSpec
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 _LONGEST: Final = 100
 _Response = SpawnEntity.Response

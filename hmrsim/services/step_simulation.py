@@ -11,7 +11,7 @@ from hmrsim.services._results import OK, failed, of_steps
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 _Response = StepSimulation.Response
 

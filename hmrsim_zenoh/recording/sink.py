@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.engine.sim_time import stamp
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.gateway import FeedbackSent, GoalChanged, Happened, Sampled, StatusChanged, Topic
-from hmrsim.scene import scene
+from hmrsim.simulation.snapshot import scene
 from hmrsim.world.writing import native_data
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.description import Description
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from hmrsim.protocol.gateway import Event
     from hmrsim.protocol.time import TimeState
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.recording.recorder import Recorder
 
 _HEARD: Final = frozenset(Topic) - {Topic.TIME}

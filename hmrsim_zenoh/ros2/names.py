@@ -7,15 +7,15 @@ from functools import cached_property, lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.detections import sensors_of
 from hmrsim.protocol.goal import WORLD
+from hmrsim.simulation.detections import sensors_of
 from hmrsim_zenoh.ros2.keys import Node
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.services import AnyService
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 NODES: Final = MappingProxyType(
     {

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.protocol.gateway import AnyCommand, Event, Sampled
     from hmrsim.services import AnyService
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.inbox import QueryInbox
     from hmrsim_zenoh.planner import Planner
     from hmrsim_zenoh.ros2.keys import Address

@@ -239,7 +239,8 @@ def test_a_controller_loads_nothing_of_the_engine():
     """It is an outside client, which could live on another machine."""
     program = (
         "import sys, bt_controller.cli, bt_controller.examples, bt_controller.running.runner\n"
-        "engine = {'simpy', 'networkx', 'hmrsim.simulator', 'hmrsim.goals.dispatcher', 'hmrsim.robots.robot'}\n"
+        "engine = {'simpy', 'networkx', 'hmrsim.simulation.simulator', 'hmrsim.goals.dispatcher', "
+        "'hmrsim.robots.robot'}\n"
         "print(sorted(engine & set(sys.modules)))"
     )
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

@@ -13,7 +13,7 @@ from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.protocol.gateway import GoalChanged, SendGoal, Topic
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.world import load_world
 
 MEDICINE_ROOM = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": 512.0, "y": 215.0}}}})

@@ -20,7 +20,7 @@ from hmrsim.protocol.goal import ZERO_ID, made_goal_id
 from hmrsim.protocol.time import KINDS, Advance, Granted, Join, Leave
 from hmrsim.replay import replay
 from hmrsim.retention import Retention
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.trace import Trace
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD

@@ -11,8 +11,8 @@ from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.navigation.motion import Trapezoid
 from hmrsim.protocol.gateway import WATCHED, Happened, SendGoal, Topic
-from hmrsim.scene import scene
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
+from hmrsim.simulation.snapshot import scene
 from hmrsim.trace import Trace
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD, Log, Run

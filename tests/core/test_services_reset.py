@@ -8,7 +8,7 @@ from hmrsim.actions import registry as actions
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
 from hmrsim.protocol.gateway import GetResult, RosterChanged, Sampled, SendGoal, Topic
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.scripts import ScriptState
+from hmrsim.simulation.scripts import ScriptState
 from tests.simulation import SMALL_WORLD, simulate
 
 TIME, STATE, SPAWNED, ALL = (

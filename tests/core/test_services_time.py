@@ -12,7 +12,7 @@ from hmrsim.interfaces.simulation_interfaces import Result, SetSimulationState, 
 from hmrsim.protocol.gateway import Answered, CallService, CancelGoal, GetResult, GoalChanged, SendGoal, Stop
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.services import registry
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD, simulate
 

@@ -32,9 +32,9 @@ from hmrsim.protocol.gateway import (
     Topic,
 )
 from hmrsim.replay import replay
-from hmrsim.scene import scene
 from hmrsim.services import registry as services
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
+from hmrsim.simulation.snapshot import scene
 from hmrsim.trace import Trace
 from hmrsim.world import load_world
 from hmrsim.world.loading import world_of

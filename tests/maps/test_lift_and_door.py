@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.protocol.gateway import Happened, Topic
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.world import load_world
 from tests.simulation import Log
 

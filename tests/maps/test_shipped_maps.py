@@ -12,7 +12,7 @@ from hmrsim.actions import registry
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.protocol.gateway import SendGoal
 from hmrsim.resources import folder, shipped_maps
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.world import load_world
 from hmrsim.world.model import Traffic
 from tests.simulation import Log

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from hmrsim.protocol.gateway import Happened, Topic
-from hmrsim.scripts import ScriptState
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.scripts import ScriptState
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.world import load_world
 from tests.simulation import Log
 

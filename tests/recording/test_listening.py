@@ -9,8 +9,8 @@ import pytest
 import zenoh
 
 from hmrsim.cli.rosout import told
-from hmrsim.scene import scene
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
+from hmrsim.simulation.snapshot import scene
 from hmrsim.world.model import World
 from hmrsim_zenoh.description import Description
 from hmrsim_zenoh.keys import Keys

@@ -13,7 +13,7 @@ from hmrsim.report.occurrence import Occurrence
 from hmrsim.report.story import Story
 from hmrsim.report.watching import Watcher
 from hmrsim.services import registry as services
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.loading import world_of
 from tests.report.worlds import ALONE, CHARGING, FAULTY, MEETING, goal_to
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.trace import Trace
 from hmrsim.world.loading import world_of
 

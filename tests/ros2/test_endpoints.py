@@ -9,7 +9,7 @@ from zenoh_ros2_sdk.discovery import _parse_liveliness_keyexpr
 
 from hmrsim.actions import registry as actions
 from hmrsim.services import registry as services
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import World
 from hmrsim_zenoh.ros2.keys import LATCHED_QOS, Kind, Node, endpoint_token
 from hmrsim_zenoh.ros2.names import Names, names_of

@@ -14,7 +14,7 @@ from hmrsim.actions import registry as actions
 from hmrsim.protocol.gateway import FeedbackSent, GoalEntry, Sampled, StatusChanged, Topic
 from hmrsim.protocol.goal import GoalStatus, made_goal_id
 from hmrsim.services import registry as services
-from hmrsim.simulator import Simulator
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import World
 from hmrsim_zenoh.ros2.attachment import read_attachment
 from hmrsim_zenoh.ros2.keys import gid, read_token

@@ -18,7 +18,7 @@ def running(serve):
 
     free = {**registry(), "wait": replace(registry()["wait"], holds_base=False)}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("hmrsim.simulator.all_actions", lambda: free)
+        patch.setattr("hmrsim.simulation.simulator.all_actions", lambda: free)
         tester = serve(real_time_factor=1.0)
     stamps = [tester.send(WAIT, {"time": {"sec": 1000}}, goal_id)["stamp"] for goal_id in (A, B, C)]
     return tester, stamps

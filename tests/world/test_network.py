@@ -122,7 +122,7 @@ def test_a_simulation_loads_no_networkx():
     """It costs start-up time that most runs have no use for."""
     program = (
         "import sys, hmrsim.cli, hmrsim_zenoh.host\n"
-        "from hmrsim.simulator import Simulator\n"
+        "from hmrsim.simulation.simulator import Simulator\n"
         "from hmrsim.world import load_world\n"
         "Simulator(load_world('hospital').world)\n"
         "print('networkx' in sys.modules)\n"

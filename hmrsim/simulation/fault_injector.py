@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hmrsim.engine.environment import Alarm, Environment
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.faults import AnyFault, Occurrence
-    from hmrsim.roster import Roster
+    from hmrsim.simulation.entities import Roster
     from hmrsim.world.finding import Finding
     from hmrsim.world.model import World
 

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.subscriptions import Happenings
-    from hmrsim.gate import Gate
     from hmrsim.geometry import Point, Pose
     from hmrsim.goals.dispatcher import Dispatcher
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.protocol.gateway import Event
+    from hmrsim.simulation.run_control import Gate
     from hmrsim.world.model import World
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.detections import Surroundings, sensors_of
 from hmrsim.engine.sim_time import nanoseconds
 from hmrsim.errors import GoalRejected
 from hmrsim.goals.connectivity import no_connection
@@ -12,15 +11,16 @@ from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.protocol.gateway import Refused, Sampled, Topic
+from hmrsim.simulation.detections import Surroundings, sensors_of
 
 if TYPE_CHECKING:
     import simpy
 
-    from hmrsim.detections import Detections
     from hmrsim.goals.dispatcher import Dispatcher
     from hmrsim.protocol.gateway import Published, Read
     from hmrsim.robots.robot import Robot
-    from hmrsim.roster import Roster
+    from hmrsim.simulation.detections import Detections
+    from hmrsim.simulation.entities import Roster
 
 
 class Readings:

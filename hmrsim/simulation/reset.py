@@ -14,7 +14,7 @@ from hmrsim.protocol.gateway import RosterChanged
 from hmrsim.protocol.goal import WORLD
 
 if TYPE_CHECKING:
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
 
 _RESET: Final = "the simulation was reset"

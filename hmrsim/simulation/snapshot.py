@@ -6,14 +6,14 @@ from collections import defaultdict
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.detections import sensors_of
 from hmrsim.engine.sim_time import stamp
 from hmrsim.interfaces.builtin_interfaces import values_of
+from hmrsim.simulation.detections import sensors_of
 
 if TYPE_CHECKING:
     from hmrsim.goals.servers import ServedGoal
     from hmrsim.robots.robot import Robot
-    from hmrsim.simulator import Simulator
+    from hmrsim.simulation.simulator import Simulator
 
 
 def scene(simulator: Simulator) -> dict[str, Any]:

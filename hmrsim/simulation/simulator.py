@@ -11,16 +11,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import registry as all_actions
-from hmrsim.detections import Detections
 from hmrsim.engine.environment import Environment
 from hmrsim.engine.sampling import Telemetry
 from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.engine.subscriptions import Happenings, Interest
-from hmrsim.gate import Gate
 from hmrsim.goals.dispatcher import Dispatcher
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
-from hmrsim.mishaps import Mishaps
 from hmrsim.navigation.external_planner import Plans
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.protocol.gateway import (
@@ -42,10 +39,13 @@ from hmrsim.protocol.gateway import (
     Topic,
     Withdraw,
 )
-from hmrsim.readings import Readings
-from hmrsim.roster import Roster
-from hmrsim.scripts import Scripts
 from hmrsim.services import registry as all_services
+from hmrsim.simulation.detections import Detections
+from hmrsim.simulation.entities import Roster
+from hmrsim.simulation.fault_injector import Mishaps
+from hmrsim.simulation.queries import Readings
+from hmrsim.simulation.run_control import Gate
+from hmrsim.simulation.scripts import Scripts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
 
     from hmrsim.robots.robot import Robot
-    from hmrsim.roster import Roster
+    from hmrsim.simulation.entities import Roster
 
 _SAME_YAW = 0.1
 """What turns by no more radians is not told anew."""
