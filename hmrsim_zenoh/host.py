@@ -13,11 +13,11 @@ import zenoh
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
-from hmrsim.pacing import Pacing
 from hmrsim.protocol.time import REALTIME, TokenSeen
-from hmrsim.retention import Retention
 from hmrsim.services import registry as all_services
 from hmrsim.simulation.simulator import Simulator
+from hmrsim.timing.pacing import Pacing
+from hmrsim.timing.result_retention import Retention
 from hmrsim_zenoh import preparation
 from hmrsim_zenoh.description import Description
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD

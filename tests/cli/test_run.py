@@ -11,7 +11,7 @@ import time
 import pytest
 
 from hmrsim.cli import main
-from hmrsim.pacing import Pacing
+from hmrsim.timing.pacing import Pacing
 
 pytestmark = pytest.mark.system
 

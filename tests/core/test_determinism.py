@@ -10,7 +10,6 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from hmrsim import pacing
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
@@ -19,8 +18,9 @@ from hmrsim.protocol.gateway import Answered, CancelGoal, Inbox, InterestChanged
 from hmrsim.protocol.goal import ZERO_ID, made_goal_id
 from hmrsim.protocol.time import KINDS, Advance, Granted, Join, Leave
 from hmrsim.replay import replay
-from hmrsim.retention import Retention
 from hmrsim.simulation.simulator import Simulator
+from hmrsim.timing import pacing
+from hmrsim.timing.result_retention import Retention
 from hmrsim.trace import Trace
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD

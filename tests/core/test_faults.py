@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.lockstep import Lockstep
 from hmrsim.protocol.gateway import (
     CancelGoal,
     GetResult,
@@ -26,6 +25,7 @@ from hmrsim.protocol.gateway import (
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.time import Advance, Join
 from hmrsim.replay import replay
+from hmrsim.timing.lockstep import Lockstep
 from hmrsim.trace import Trace
 from tests.profiles import examples
 from tests.simulation import SMALL_WORLD, simulate

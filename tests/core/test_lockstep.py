@@ -9,10 +9,10 @@ import pytest
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.lockstep import Lockstep
 from hmrsim.protocol.gateway import CancelGoal, FeedbackSent, GetResult, GoalChanged, Happened, Refused, SendGoal, Topic
 from hmrsim.protocol.goal import made_goal_id
 from hmrsim.protocol.time import Advance, Granted, HasLeft, Join, Joined, Leave
+from hmrsim.timing.lockstep import Lockstep
 from tests.simulation import simulate
 
 RESULT = frozenset({"result"})

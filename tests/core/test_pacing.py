@@ -10,10 +10,10 @@ from hmrsim.engine import wall_clock as wall_module
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.pacing import Pacing
 from hmrsim.protocol.gateway import GetResult, Happened, Inbox, SendGoal, Topic
 from hmrsim.protocol.time import Advance, Join
-from hmrsim.retention import Retention
+from hmrsim.timing.pacing import Pacing
+from hmrsim.timing.result_retention import Retention
 from tests.simulation import simulate
 
 A, B = "a" * 32, "b" * 32

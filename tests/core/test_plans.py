@@ -9,10 +9,10 @@ import pytest
 from hmrsim.actions import registry
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.interfaces.simulation_interfaces import SetSimulationState, SimulationState
-from hmrsim.lockstep import Lockstep
 from hmrsim.protocol.gateway import CallService, CancelGoal, PlanAnswered, PlannerPresent, PlanWanted, SendGoal, Topic
 from hmrsim.protocol.time import Advance, Join
 from hmrsim.replay import replay
+from hmrsim.timing.lockstep import Lockstep
 from hmrsim.trace import Trace
 from tests.simulation import simulate
 

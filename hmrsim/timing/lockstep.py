@@ -5,7 +5,7 @@ applied in order of (participant's name, index), then events are taken up to the
 through all of the first instant at which something happened that a participant wants to be woken for. So neither
 the network's order nor anybody's thinking time can matter.
 
-This module knows neither network nor wall clock: `hmrsim.pacing` tells it who came and went, and lets it work.
+This module knows neither network nor wall clock: `hmrsim.timing.pacing` tells it who came and went, and lets it work.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.engine.sim_time import end_of_instant, stamp
-from hmrsim.participants import Participants, Slot
 from hmrsim.protocol.gateway import (
     Answered,
     FeedbackSent,
@@ -30,13 +29,14 @@ from hmrsim.protocol.gateway import (
 )
 from hmrsim.protocol.goal import made_goal_id
 from hmrsim.protocol.time import Advance, Granted, HasLeft, Join, Joined, Leave
+from hmrsim.timing.participants import Participants, Slot
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
-    from hmrsim.participants import Participant
     from hmrsim.protocol.gateway import CancelGoal, Event, PlanAnswered
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.participants import Participant
 
 _log = logging.getLogger(__name__)
 

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.engine.wall_clock import wall_time
 from hmrsim.errors import SimulationStopped
-from hmrsim.lockstep import Lockstep
 from hmrsim.protocol.gateway import PlanAnswered, Refused, Topic
 from hmrsim.protocol.time import (
     LOCKSTEP,
@@ -31,13 +30,14 @@ from hmrsim.protocol.time import (
     TimeState,
     TokenSeen,
 )
+from hmrsim.timing.lockstep import Lockstep
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
 
     from hmrsim.protocol.gateway import AnyCommand, Inbox
-    from hmrsim.retention import Retention
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.result_retention import Retention
 
 _log = logging.getLogger(__name__)
 
