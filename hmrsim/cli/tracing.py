@@ -6,7 +6,7 @@ from contextlib import contextmanager, suppress
 from typing import IO, TYPE_CHECKING
 
 from hmrsim.errors import HmrsimError, TraceError
-from hmrsim.trace import Trace
+from hmrsim.trace.writer import Trace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -12,13 +12,13 @@ from hmrsim.components.battery import voltage_at
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import TraceError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.replay import replay
 from hmrsim.report.crew import Crew
 from hmrsim.report.model import Source
 from hmrsim.report.occurrence import LATEST, Misfit, Occurrence, number, occurrence_of, text, time_of
 from hmrsim.report.story import Story
 from hmrsim.report.watching import Watcher
 from hmrsim.report.wording import times
+from hmrsim.trace.replay import replay
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping

@@ -17,11 +17,11 @@ from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.gateway import Answered, CancelGoal, Inbox, InterestChanged, SendGoal, Topic
 from hmrsim.protocol.goal import ZERO_ID, made_goal_id
 from hmrsim.protocol.time import KINDS, Advance, Granted, Join, Leave
-from hmrsim.replay import replay
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.timing import pacing
 from hmrsim.timing.result_retention import Retention
-from hmrsim.trace import Trace
+from hmrsim.trace.replay import replay
+from hmrsim.trace.writer import Trace
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD
 

@@ -24,9 +24,9 @@ from hmrsim.protocol.gateway import (
 )
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.time import Advance, Join
-from hmrsim.replay import replay
 from hmrsim.timing.lockstep import Lockstep
-from hmrsim.trace import Trace
+from hmrsim.trace.replay import replay
+from hmrsim.trace.writer import Trace
 from tests.profiles import examples
 from tests.simulation import SMALL_WORLD, simulate
 

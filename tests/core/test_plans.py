@@ -11,9 +11,9 @@ from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.interfaces.simulation_interfaces import SetSimulationState, SimulationState
 from hmrsim.protocol.gateway import CallService, CancelGoal, PlanAnswered, PlannerPresent, PlanWanted, SendGoal, Topic
 from hmrsim.protocol.time import Advance, Join
-from hmrsim.replay import replay
 from hmrsim.timing.lockstep import Lockstep
-from hmrsim.trace import Trace
+from hmrsim.trace.replay import replay
+from hmrsim.trace.writer import Trace
 from tests.simulation import simulate
 
 A, B, C = (letter * 32 for letter in "abc")

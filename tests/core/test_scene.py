@@ -13,7 +13,7 @@ from hmrsim.navigation.motion import Trapezoid
 from hmrsim.protocol.gateway import WATCHED, Happened, SendGoal, Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.simulation.snapshot import scene
-from hmrsim.trace import Trace
+from hmrsim.trace.writer import Trace
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD, Log, Run
 

@@ -6,8 +6,8 @@ import pytest
 
 from hmrsim.actions import registry as actions
 from hmrsim.protocol.gateway import CancelGoal, SendGoal
-from hmrsim.replay import replay
-from hmrsim.trace import Trace
+from hmrsim.trace.replay import replay
+from hmrsim.trace.writer import Trace
 from tests.simulation import simulate
 
 WORLD = {

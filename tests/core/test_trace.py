@@ -13,8 +13,8 @@ from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, UndockRobot, Wait
 from hmrsim.interfaces.simulation_interfaces import LoadWorld
 from hmrsim.protocol.gateway import CallService, CancelGoal, GetResult, Participation, SendGoal, Topic
-from hmrsim.replay import replay
-from hmrsim.trace import Trace
+from hmrsim.trace.replay import replay
+from hmrsim.trace.writer import Trace
 from tests.simulation import SMALL_WORLD, simulate
 
 A, B = "a" * 32, "b" * 32

@@ -8,7 +8,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.gateway import GetResult, ResultResponse, SendGoal, Withdraw
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.trace import Trace
+from hmrsim.trace.writer import Trace
 from tests.simulation import simulate
 
 GOAL = "a" * 32

@@ -31,11 +31,11 @@ from hmrsim.protocol.gateway import (
     Stop,
     Topic,
 )
-from hmrsim.replay import replay
 from hmrsim.services import registry as services
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.simulation.snapshot import scene
-from hmrsim.trace import Trace
+from hmrsim.trace.replay import replay
+from hmrsim.trace.writer import Trace
 from hmrsim.world import load_world
 from hmrsim.world.loading import world_of
 from hmrsim_zenoh.encoding import happened

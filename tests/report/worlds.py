@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.trace import Trace
+from hmrsim.trace.writer import Trace
 from hmrsim.world.loading import world_of
 
 WAYS = {

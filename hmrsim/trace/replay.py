@@ -24,7 +24,7 @@ from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.protocol.gateway import CallService, CancelGoal, Participation, PlanAnswered, PlannerPresent, SendGoal, Stop
 from hmrsim.services import registry as services
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.trace import Header, Trace
+from hmrsim.trace.writer import Header, Trace
 from hmrsim.world.loading import world_of
 
 if TYPE_CHECKING:

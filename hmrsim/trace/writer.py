@@ -1,6 +1,6 @@
 """The story of a run as lines of JSON: what came from outside, and what happened, in order.
 
-A trace says enough to run it again (`hmrsim.replay`), and the same run has the same trace, byte for byte::
+A trace says enough to run it again (`hmrsim.trace.replay`), and the same run has the same trace, byte for byte::
 
     {"contract":1,"hmrsim":"…","kind":"header","seed":7,…,"world":{"definition":{…},"hash":"…","name":"…"}}
     {"after":0,"by":"nurses","command":"send_goal","goal":{…},…,"kind":"command","stamp":{"nanosec":1,"sec":0}}
