@@ -11,8 +11,8 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.gateway import Answered, GetResult, SendGoal
-from hmrsim.world import LoadedWorld
 from hmrsim.world.model import World
+from hmrsim.world_checks import LoadedWorld
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

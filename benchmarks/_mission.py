@@ -12,7 +12,7 @@ import zenoh
 
 from benchmarks._processes import HMRSIM, command, line_of
 from benchmarks._wire import ask
-from hmrsim.world import load_world
+from hmrsim.world_checks import load_world
 from hmrsim_zenoh.session import SessionOptions, open_client
 
 if TYPE_CHECKING:

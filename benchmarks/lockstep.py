@@ -18,7 +18,7 @@ from benchmarks._wire import BARE, BARE_PAYLOAD, ask, served
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.tracing import traced
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.world import load_world
+from hmrsim.world_checks import load_world
 from hmrsim_zenoh.host import HostSettings
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from hmrsim.actions import registry
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.protocol.gateway import Answered, GetResult, SendGoal
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.world import load_world
+from hmrsim.world_checks import load_world
 from hmrsim_zenoh import Client
 from hmrsim_zenoh.host import HostSettings
 

@@ -15,8 +15,8 @@ from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._report import Row
 from hmrsim.protocol.gateway import Happened, Topic
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.world import load_world
 from hmrsim.world.model import World
+from hmrsim.world_checks import load_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.diagnostics import instead
 from hmrsim.errors import HmrsimError
-from hmrsim.world.finding import instead
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

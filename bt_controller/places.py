@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
+from hmrsim.diagnostics import instead, shown
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
-from hmrsim.world.finding import instead, shown
 from hmrsim_zenoh.envelopes import plain, read
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, Self, TypeVar
 
 from py_trees.ports import PortInformation
 
+from hmrsim.diagnostics import shortened, shown
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.interfaces.std_msgs import Header
-from hmrsim.world.finding import shortened, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -13,7 +13,7 @@ from py_trees.blackboard import Blackboard
 
 from bt_controller.errors import TreeError
 from bt_controller.imports import described, imported
-from hmrsim.world.finding import instead, shown
+from hmrsim.diagnostics import instead, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

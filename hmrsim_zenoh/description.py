@@ -9,11 +9,11 @@ from pydantic_core import to_json
 
 import hmrsim
 from hmrsim.protocol.goal import WORLD
-from hmrsim.route_graph import to_geojson
 from hmrsim.services import registry as all_services
 from hmrsim.simulation.snapshot import scene
-from hmrsim.world import world_hash
 from hmrsim.world.resolved import shown
+from hmrsim.world.route_graph import to_geojson
+from hmrsim.world_checks import world_hash
 from hmrsim_zenoh import encoding
 from hmrsim_zenoh.envelopes import dump
 from hmrsim_zenoh.time_requests import SERVICE_TYPES

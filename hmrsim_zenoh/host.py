@@ -30,7 +30,7 @@ from hmrsim_zenoh.tokens import MOST_TOKENS, Tokens
 
 if TYPE_CHECKING:
     from hmrsim.protocol.gateway import Sink
-    from hmrsim.world import LoadedWorld
+    from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.ros2.server import Ros2Server
     from hmrsim_zenoh.ros2.wires import Wire
 

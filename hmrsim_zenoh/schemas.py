@@ -18,7 +18,7 @@ from pydantic.json_schema import JsonSchemaMode, models_json_schema
 from hmrsim.actions import registry
 from hmrsim.report.model import Report
 from hmrsim.services import registry as services
-from hmrsim.world.schema import world_schema
+from hmrsim.world_checks.schema import world_schema
 from hmrsim_zenoh import envelopes, time_requests
 from hmrsim_zenoh.tree_state import TreeState
 

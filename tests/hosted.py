@@ -6,7 +6,8 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.world import World, world_hash
+from hmrsim.world import World
+from hmrsim.world_checks import world_hash
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.session import SessionOptions
 from tests.simulation import SMALL_WORLD

@@ -44,7 +44,7 @@ def add_parser(commands: Any) -> None:
 
 def _nodes(args: argparse.Namespace) -> int:
     from bt_controller.nodes import registry
-    from hmrsim.world.finding import meant
+    from hmrsim.diagnostics import meant
 
     known = registry()
     for name in args.nodes:

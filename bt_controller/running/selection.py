@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from bt_controller.directory import Directory, NotServed
-from hmrsim.world.finding import instead, meant
+from hmrsim.diagnostics import instead, meant
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping

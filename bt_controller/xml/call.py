@@ -10,7 +10,7 @@ from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
 from bt_controller.xml.keys import is_key, reference
-from hmrsim.world.finding import shown
+from hmrsim.diagnostics import shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -11,7 +11,7 @@ from bt_controller.scripting.conditions import ATTRIBUTES, conditioned
 from bt_controller.scripting.parser import ScriptError, parse
 from bt_controller.xml.call import Call, children_of, connection, counted, is_a, shared
 from bt_controller.xml.keys import is_key, reference
-from hmrsim.world.finding import instead, meant, shown
+from hmrsim.diagnostics import instead, meant, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.world.finding import instead, meant, shown
+from hmrsim.diagnostics import instead, meant, shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

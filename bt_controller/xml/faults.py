@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from bt_controller.errors import TreeError
-from hmrsim.world.finding import shortened, shown
+from hmrsim.diagnostics import shortened, shown
 
 MOST_FAULTS: Final = 50
 """How many are told at once: more help nobody, and looking for what could be meant takes its time."""

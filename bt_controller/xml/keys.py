@@ -7,7 +7,7 @@ from typing import Final
 
 from py_trees.ports import CONST_PREFIX, DOT_REPLACEMENT
 
-from hmrsim.world.finding import shown
+from hmrsim.diagnostics import shown
 
 _KEY: Final = re.compile(r"@?[\w-]+")
 _TAKEN: Final = ("name", "ID", "@name", "@ID")

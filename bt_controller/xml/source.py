@@ -9,8 +9,8 @@ from xml.etree.ElementTree import Element as _Element
 
 from bt_controller.errors import TreeError
 from bt_controller.xml.faults import MOST_FAULTS, Origin
+from hmrsim.diagnostics import shown
 from hmrsim.safe_xml import Refused, parse
-from hmrsim.world.finding import shown
 
 LARGEST: Final = 1 << 20
 """Bytes of all files of a tree; a hand-written one has a few thousand."""

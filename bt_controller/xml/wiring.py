@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from py_trees.blackboard import Blackboard
 from py_trees.ports import PortsMixin
 
-from hmrsim.world.finding import meant
+from hmrsim.diagnostics import meant
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

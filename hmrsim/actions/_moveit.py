@@ -27,7 +27,7 @@ def item_ordered(text: str, world: World) -> str:
     """
     if text not in world.items:
         # Controllers read actions, too, but no orders: they need not load what worlds are made of.
-        from hmrsim.world.finding import instead  # noqa: PLC0415
+        from hmrsim.diagnostics import instead  # noqa: PLC0415
 
         raise ValueError(f"no item {text!r}{instead(text, world.items)}")
     return text

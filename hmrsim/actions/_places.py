@@ -51,7 +51,7 @@ def place(text: str, world: World) -> tuple[float, float]:
         x, y = numbers(words)
     except ValueError:
         # Controllers read actions, too, but no orders: they need not load what worlds are made of.
-        from hmrsim.world.finding import instead  # noqa: PLC0415
+        from hmrsim.diagnostics import instead  # noqa: PLC0415
 
         known = [*world.waypoints, *world.places, *world.docks]
         raise ValueError(f"no waypoint, place or dock {text!r}{instead(text, known)}") from None

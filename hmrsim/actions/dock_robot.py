@@ -140,7 +140,7 @@ def _nearest(robot: Robot, goal: DockRobot.Goal) -> Berths:
 def _ordered(text: str, world: World) -> DockRobot.Goal:
     if text not in world.docks:
         # Controllers read actions, too, but no orders: they need not load what worlds are made of.
-        from hmrsim.world.finding import instead  # noqa: PLC0415
+        from hmrsim.diagnostics import instead  # noqa: PLC0415
 
         raise ValueError(f"no dock {text!r}{instead(text, world.docks)}")
     return DockRobot.Goal(dock_id=text)

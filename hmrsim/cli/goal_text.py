@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 from pydantic import ValidationError
 
 from hmrsim.cli.exits import WrongUse
+from hmrsim.diagnostics import dotted, shown
 from hmrsim.world import yaml_text
-from hmrsim.world.finding import dotted, shown
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+    from hmrsim.diagnostics import Path
     from hmrsim.interfaces.message import Message
-    from hmrsim.world.finding import Path
     from hmrsim_zenoh.errors import RequestError
 
 # By pydantic's texts: they are what the simulator's error replies have, too.

@@ -13,9 +13,9 @@ from hmrsim.cli.problems import line_of
 from hmrsim.cli.targets import check_target, write_whole
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.command_line import ENVIRONMENT
-from hmrsim.route_graph import to_geojson
 from hmrsim.world import World
 from hmrsim.world.formats import choose
+from hmrsim.world.route_graph import to_geojson
 from hmrsim.world.writing import to_json, to_yaml
 
 if TYPE_CHECKING:

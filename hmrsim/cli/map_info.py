@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Iterable, Iterator
 
-    from hmrsim.world import LoadedWorld, World
+    from hmrsim.world import World
+    from hmrsim.world_checks import LoadedWorld
 
 _EXAMPLES: Final = f"""\
 examples:

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from hmrsim.cli.run_table import HostTable
     from hmrsim.cli.view_options import View
     from hmrsim.interfaces.message import Message
-    from hmrsim.world import LoadedWorld
+    from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.session import SessionOptions
 

@@ -15,8 +15,8 @@ from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
 from hmrsim.cli.goal_text import mistakes_in_reply, read_yaml
 from hmrsim.cli.output import show, show_json, yaml_text
 from hmrsim.cli.services import services
+from hmrsim.diagnostics import instead, shown
 from hmrsim.errors import HmrsimError
-from hmrsim.world.finding import instead, shown
 from hmrsim_zenoh.envelopes import CancelGoalRequest, GetResultRequest, SendGoalRequest
 from hmrsim_zenoh.errors import RequestError, Unreachable
 from hmrsim_zenoh.keys import Verb

@@ -17,18 +17,18 @@ from hmrsim.cli.run_log import GoalLog
 from hmrsim.cli.time_options import add_run_options
 from hmrsim.cli.tracing import traced
 from hmrsim.cli.world_options import add_world_options, read_world
+from hmrsim.diagnostics import shown
 from hmrsim.log_options import add_log_options, log_level, logging_to_stderr
 from hmrsim.protocol.gateway import GoalChanged
 from hmrsim.simulation.scripts import ScriptState
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.world.finding import shown
 
 if TYPE_CHECKING:
     import argparse
 
     from hmrsim.protocol.gateway import Event, Topic
     from hmrsim.simulation.scripts import Script
-    from hmrsim.world import LoadedWorld
+    from hmrsim.world_checks import LoadedWorld
 
 _EXAMPLES: Final = """\
 exit codes: 0 every script was carried out; 1 one failed, or was not done by --duration; 2 the world can't be read;

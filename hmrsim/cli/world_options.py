@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.world import ReadOptions, load_world
+from hmrsim.world import ReadOptions
 from hmrsim.world.options import renames
+from hmrsim.world_checks import load_world
 
 if TYPE_CHECKING:
     import argparse
 
-    from hmrsim.world import LoadedWorld
+    from hmrsim.world_checks import LoadedWorld
 
 
 def add_world_options(parser: argparse.ArgumentParser, *, argument: str = "world") -> None:

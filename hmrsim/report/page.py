@@ -18,7 +18,7 @@ from hmrsim.report.charts import MOST_BATTERIES, battery_curves, throughput_char
 from hmrsim.report.heat import STEPS, heat_map, most_drives
 from hmrsim.report.model import STATES
 from hmrsim.report.timeline import timeline_of
-from hmrsim.world.loading import world_of
+from hmrsim.world_checks.loading import world_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hmrsim.diagnostics import instead
 from hmrsim.facilities.lifts import Lift
 from hmrsim.interfaces.hmrsim_msgs import CallLift
 from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim.services import Service
 from hmrsim.services._results import OK, failed
-from hmrsim.world.finding import instead
 
 if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator

@@ -11,9 +11,9 @@ from hmrsim.interfaces.simulation_interfaces import (
     SimulatorFeatures,
     WorldResource,
 )
-from hmrsim.resources import shipped_maps
 from hmrsim.services import Service
 from hmrsim.services._results import OK, failed
+from hmrsim.world.shipped import shipped_maps
 
 if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator

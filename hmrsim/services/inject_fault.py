@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.diagnostics import dotted, shown
 from hmrsim.interfaces.hmrsim_msgs import InjectFault
 from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim.services import Service
 from hmrsim.services._results import OK, failed
-from hmrsim.world.fault_checks import read_fault
-from hmrsim.world.finding import dotted, shown
+from hmrsim.world_checks.faults import read_fault
 
 if TYPE_CHECKING:
+    from hmrsim.diagnostics import Finding
     from hmrsim.simulation.simulator import Simulator
-    from hmrsim.world.finding import Finding
 
 
 def _serve(simulator: Simulator, request: InjectFault.Request) -> InjectFault.Response:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hmrsim.diagnostics import instead
 from hmrsim.facilities import Fixture
 from hmrsim.goals.connectivity import no_connection
 from hmrsim.interfaces.geometry_msgs import PoseStamped
@@ -13,7 +14,6 @@ from hmrsim.services import Service
 from hmrsim.services._entities import unknown
 from hmrsim.services._results import OK, failed
 from hmrsim.simulation.detections import sensors_of
-from hmrsim.world.finding import instead
 
 if TYPE_CHECKING:
     from hmrsim.robots.robot import Robot

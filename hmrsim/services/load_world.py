@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.diagnostics import dotted
 from hmrsim.errors import Problem, WorldError
 from hmrsim.interfaces.simulation_interfaces import LoadWorld, Result, SimulatorFeatures
 from hmrsim.services import Service
 from hmrsim.services._results import OK, failed
 from hmrsim.services._worlds import resource_of
 from hmrsim.simulation.reset import load
-from hmrsim.world.finding import dotted
 from hmrsim.world.formats.native import FORMAT
-from hmrsim.world.loading import load_world, world_of
 from hmrsim.world.options import AS_IT_IS
 from hmrsim.world.writing import to_json
+from hmrsim.world_checks.loading import load_world, world_of
 
 if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator

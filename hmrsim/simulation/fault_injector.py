@@ -18,16 +18,16 @@ from simpy import Timeout
 from hmrsim.components.battery import Battery
 from hmrsim.faults import Case
 from hmrsim.faults import registry as faults
-from hmrsim.world.fault_checks import There, flaws
+from hmrsim.world_checks.faults import There, flaws
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from hmrsim.diagnostics import Finding
     from hmrsim.engine.environment import Alarm, Environment
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.faults import AnyFault, Occurrence
     from hmrsim.simulation.entities import Roster
-    from hmrsim.world.finding import Finding
     from hmrsim.world.model import World
 
 

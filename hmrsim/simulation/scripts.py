@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 import simpy
 
 from hmrsim.actions import error_of
+from hmrsim.diagnostics import shown
 from hmrsim.errors import printable
 from hmrsim.goals.script_orders import Order, read_order
 from hmrsim.protocol.gateway import Answered, GetResult, GoalResponse, ResultResponse, SendGoal
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.world.finding import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence

@@ -25,7 +25,7 @@ from hmrsim.protocol.gateway import CallService, CancelGoal, Participation, Plan
 from hmrsim.services import registry as services
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.trace.writer import Header, Trace
-from hmrsim.world.loading import world_of
+from hmrsim.world_checks.loading import world_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

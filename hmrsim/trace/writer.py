@@ -38,8 +38,8 @@ from hmrsim.protocol.gateway import (
     Topic,
 )
 from hmrsim.services import registry as services
-from hmrsim.world.loading import world_hash
 from hmrsim.world.writing import native_data
+from hmrsim.world_checks.loading import world_hash
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -1,10 +1,11 @@
-"""Worlds: reading them, checking them, and what they are made of."""
+"""What a world is made of, the formats that it is read from, and the files that are shipped.
+
+Everything that reads or writes worlds uses it; `hmrsim.world_checks` says whether a world can run.
+"""
 
 from __future__ import annotations
 
-from hmrsim.world.checks import check_world
-from hmrsim.world.loading import LoadedWorld, load_world, world_hash
 from hmrsim.world.model import World
 from hmrsim.world.options import ReadOptions
 
-__all__ = ["LoadedWorld", "ReadOptions", "World", "check_world", "load_world", "world_hash"]
+__all__ = ["ReadOptions", "World"]

@@ -6,9 +6,9 @@ import os
 import stat
 from pathlib import Path
 
+from hmrsim.diagnostics import instead
 from hmrsim.errors import Problem, WorldError
-from hmrsim.resources import shipped_maps
-from hmrsim.world.finding import instead
+from hmrsim.world.shipped import shipped_maps
 
 MOST_BYTES = 16 * 1024 * 1024
 """A file may be so large."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.diagnostics import Finding, dotted, shown
 from hmrsim.errors import Problem
-from hmrsim.world.finding import Finding, dotted, shown
 
 if TYPE_CHECKING:
-    from hmrsim.world.finding import Path
+    from hmrsim.diagnostics import Path
     from hmrsim.world.formats import Document
 
 _MAPS = ("waypoints", "places", "docks", "doors", "lifts", "items", "robot_types", "robots", "remap")

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import yaml
 
-from hmrsim.world.finding import Finding, Path, shown
+from hmrsim.diagnostics import Finding, Path, shown
 
 MOST_NODES = 500_000
 """Values in a file, aliases written out."""

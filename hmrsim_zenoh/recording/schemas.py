@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any, Final
 
-from hmrsim.world.schema import world_schema
+from hmrsim.world_checks.schema import world_schema
 from hmrsim_zenoh.recording.writing import Schema
 from hmrsim_zenoh.tree_state import TreeState
 

@@ -12,7 +12,7 @@ import pytest
 from bt_controller.behaviours.nav_to_pose import GoTo
 from bt_controller.hospital import mission
 from hmrsim.navigation.graph import WaypointGraph
-from hmrsim.world import load_world
+from hmrsim.world_checks import load_world
 
 
 @pytest.fixture(scope="module")

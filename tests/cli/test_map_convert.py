@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hmrsim.cli import main
-from hmrsim.world import load_world
+from hmrsim.world_checks import load_world
 
 DRAWING = "tests/world/data/ward.drawio"
 

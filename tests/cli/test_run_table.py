@@ -14,7 +14,7 @@ from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.protocol.gateway import GoalChanged, SendGoal, Topic
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.world import load_world
+from hmrsim.world_checks import load_world
 
 MEDICINE_ROOM = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": 512.0, "y": 215.0}}}})
 

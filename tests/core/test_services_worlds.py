@@ -9,8 +9,8 @@ import pytest
 from hmrsim.actions import registry as actions
 from hmrsim.protocol.gateway import GetResult, RosterChanged, SendGoal
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.resources import shipped_maps
-from hmrsim.world import load_world, world_hash
+from hmrsim.world.shipped import shipped_maps
+from hmrsim.world_checks import load_world, world_hash
 from tests.simulation import simulate
 
 GOAL = "a" * 32

@@ -11,7 +11,8 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from hmrsim.drawing import THEMES, Drawing, type_colours
-from hmrsim.world import World, load_world
+from hmrsim.world import World
+from hmrsim.world_checks import load_world
 
 MAPS = sorted(Path(__file__).parents[2].joinpath("maps").rglob("*.yaml"))
 SVG = "{http://www.w3.org/2000/svg}"

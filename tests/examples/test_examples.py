@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from hmrsim.world import load_world
+from hmrsim.world_checks import load_world
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.session import SessionOptions
 

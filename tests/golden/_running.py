@@ -36,8 +36,8 @@ from hmrsim.simulation.simulator import Simulator
 from hmrsim.simulation.snapshot import scene
 from hmrsim.trace.replay import replay
 from hmrsim.trace.writer import Trace
-from hmrsim.world import load_world
-from hmrsim.world.loading import world_of
+from hmrsim.world_checks import load_world
+from hmrsim.world_checks.loading import world_of
 from hmrsim_zenoh.encoding import happened
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.session import SessionOptions

@@ -6,7 +6,7 @@ import pytest
 
 from hmrsim.protocol.gateway import Happened, Topic
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.world import load_world
+from hmrsim.world_checks import load_world
 from tests.simulation import Log
 
 

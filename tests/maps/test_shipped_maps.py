@@ -11,10 +11,10 @@ import yaml
 from hmrsim.actions import registry
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.protocol.gateway import SendGoal
-from hmrsim.resources import folder, shipped_maps
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.world import load_world
 from hmrsim.world.model import Traffic
+from hmrsim.world.shipped import folder, shipped_maps
+from hmrsim.world_checks import load_world
 from tests.simulation import Log
 
 NAVIGATE = registry()["navigate_to_pose"]

@@ -13,7 +13,7 @@ import pytest
 from hmrsim.protocol.gateway import Happened, Topic
 from hmrsim.simulation.scripts import ScriptState
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.world import load_world
+from hmrsim.world_checks import load_world
 from tests.simulation import Log
 
 GENERATOR = Path(__file__).parents[2] / "tools" / "generate_warehouse.py"

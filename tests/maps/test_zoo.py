@@ -6,8 +6,8 @@ from functools import cache
 
 import pytest
 
-from hmrsim.resources import shipped_maps
-from hmrsim.world import load_world
+from hmrsim.world.shipped import shipped_maps
+from hmrsim.world_checks import load_world
 from tests.simulation import simulate
 
 ZOO = [name for name in shipped_maps() if name.startswith("zoo/")]

@@ -14,7 +14,7 @@ from hmrsim.report.story import Story
 from hmrsim.report.watching import Watcher
 from hmrsim.services import registry as services
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.world.loading import world_of
+from hmrsim.world_checks.loading import world_of
 from tests.report.worlds import ALONE, CHARGING, FAULTY, MEETING, goal_to
 
 RESET = CallService("reset_simulation", services()["reset_simulation"].request())

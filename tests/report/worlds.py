@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.trace.writer import Trace
-from hmrsim.world.loading import world_of
+from hmrsim.world_checks.loading import world_of
 
 WAYS = {
     "waypoints": {"home": [0, 0], "door": [4, 0]},

@@ -15,7 +15,8 @@ import zenoh
 
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.services import registry as all_services
-from hmrsim.world import World, world_hash
+from hmrsim.world import World
+from hmrsim.world_checks import world_hash
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.ros2.codec.types import service_type

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import zenoh
 
-from hmrsim.world import World, world_hash
+from hmrsim.world import World
+from hmrsim.world_checks import world_hash
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.session import SessionOptions
 

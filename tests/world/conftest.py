@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING
 import pytest
 
 from hmrsim.errors import WorldError
-from hmrsim.world import load_world
+from hmrsim.world_checks import load_world
 from tests.world.drawings import drawing
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from hmrsim.world import LoadedWorld, World
+    from hmrsim.world import World
+    from hmrsim.world_checks import LoadedWorld
 
 
 @pytest.fixture

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.world import World, check_world
+from hmrsim.world import World
+from hmrsim.world_checks import check_world
 
 MAP = {
     "bounds": [0, 0, 10, 10],

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from hmrsim.navigation.graph import WaypointGraph
-from hmrsim.world import ReadOptions, load_world
+from hmrsim.world import ReadOptions
+from hmrsim.world_checks import load_world
 
 HERE = Path(__file__).parent
 REFERENCE = HERE.parents[1].parent / "shared" / "data" / "drawio"

@@ -7,8 +7,9 @@ import time
 import pytest
 
 from hmrsim.errors import WorldError
-from hmrsim.world import ReadOptions, load_world
+from hmrsim.world import ReadOptions
 from hmrsim.world.formats import _xml
+from hmrsim.world_checks import load_world
 from tests.world.drawings import diagram, drawing, file, model, packed, road, robot, shape, typed
 
 LENIENT = ReadOptions(lenient=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.errors import WorldError
-from hmrsim.world import load_world
+from hmrsim.world_checks import load_world
 from tests.world.drawings import WALL, diagram, file, model, packed, road, robot, shape, typed
 
 CELLS = (

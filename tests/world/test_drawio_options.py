@@ -8,7 +8,8 @@ import pytest
 
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.errors import WorldError
-from hmrsim.world import ReadOptions, load_world
+from hmrsim.world import ReadOptions
+from hmrsim.world_checks import load_world
 from tests.world.drawings import diagram, drawing, file, line, model, packed, robot, typed
 
 PAGES = file(

@@ -7,8 +7,8 @@ import json
 import pytest
 
 from hmrsim.world import World
-from hmrsim.world.checks import check_world
-from hmrsim.world.loading import load_world
+from hmrsim.world_checks.checks import check_world
+from hmrsim.world_checks.loading import load_world
 from tests.simulation import SMALL_WORLD
 
 

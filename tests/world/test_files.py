@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.errors import WorldError
-from hmrsim.world import load_world
 from hmrsim.world.formats import choose
+from hmrsim.world_checks import load_world
 
 NOTHING = {
     "drawio": "<mxGraphModel><root/></mxGraphModel>",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.world.finding import instead, shown
+from hmrsim.diagnostics import instead, shown
 
 MANY = [f"robot{number}" for number in range(20)]
 

@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.navigation.graph import WaypointGraph
-from hmrsim.route_graph import to_geojson
-from hmrsim.world import World, load_world
+from hmrsim.world import World
 from hmrsim.world.formats.geojson import FORMAT
+from hmrsim.world.route_graph import to_geojson
+from hmrsim.world_checks import load_world
 from tests.profiles import examples
 
 HERE = Path(__file__).parent

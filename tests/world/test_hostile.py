@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.errors import WorldError
-from hmrsim.world import World, check_world, lane_checks, load_world
+from hmrsim.world import World
 from hmrsim.world.segments import SegmentGrid
+from hmrsim.world_checks import check_world, lanes, load_world
 
 
 def test_no_more_errors_than_anybody_reads(write):
@@ -56,7 +57,7 @@ def test_a_line_beside_all_walls_meets_none():
 
 def test_lanes_and_walls_are_compared_within_bounds(monkeypatch):
     """What was not looked at is said."""
-    monkeypatch.setattr(lane_checks, "_MOST_LOOKED", 0)
+    monkeypatch.setattr(lanes, "_MOST_LOOKED", 0)
     world = World.model_validate(
         {
             "waypoints": {"a": [0, 0], "b": [2, 0], "c": [4, 0]},

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.errors import WorldError
-from hmrsim.world import load_world
 from hmrsim.world.formats import _reading, registry
 from hmrsim.world.options import AS_IT_IS
-from hmrsim.world.validation import validate
 from hmrsim.world.yaml_text import read
+from hmrsim.world_checks import load_world
+from hmrsim.world_checks.validation import validate
 from tests.profiles import examples
 
 DATA = Path(__file__).parent / "data"

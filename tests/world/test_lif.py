@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from hmrsim.errors import WorldError
-from hmrsim.world import ReadOptions, load_world
+from hmrsim.world import ReadOptions
+from hmrsim.world_checks import load_world
 
 DEPOT = Path(__file__).parent / "data" / "depot.lif.json"
 

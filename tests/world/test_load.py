@@ -11,9 +11,9 @@ import yaml
 
 from hmrsim.errors import WorldError
 from hmrsim.navigation.graph import WaypointGraph
-from hmrsim.resources import shipped_maps
-from hmrsim.world import load_world
-from hmrsim.world.schema import world_schema
+from hmrsim.world.shipped import shipped_maps
+from hmrsim.world_checks import load_world
+from hmrsim.world_checks.schema import world_schema
 
 MANY = """\
 name: many

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from hmrsim.errors import WorldError
 from hmrsim.navigation.graph import WaypointGraph
-from hmrsim.world import ReadOptions, load_world
+from hmrsim.world import ReadOptions
 from hmrsim.world.formats import _grid, movingai
+from hmrsim.world_checks import load_world
 
 ARENA = Path(__file__).parent / "data" / "arena.map"
 

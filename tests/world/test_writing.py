@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from hmrsim.world import load_world
 from hmrsim.world.writing import native_data, to_json, to_yaml
+from hmrsim.world_checks import load_world
 
 TRICKY = """\
 name: "yes: # é \\U0001F600 \\u00a0\\x7f 1e3"

@@ -12,7 +12,7 @@ from hmrsim.plugins import discover
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.world.finding import Finding, Path
+    from hmrsim.diagnostics import Finding, Path
     from hmrsim.world.options import ReadOptions
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.world.finding import shown
+from hmrsim.diagnostics import shown
 from hmrsim.world.formats._cells import BadCell
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from hmrsim.world.finding import Finding, Path, shown
+from hmrsim.diagnostics import Finding, Path, shown
 from hmrsim.world.formats._cells import BadCell, Cell, read_cells
 from hmrsim.world.formats._groups import place
 

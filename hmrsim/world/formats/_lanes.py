@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.world.finding import Finding
+from hmrsim.diagnostics import Finding
 from hmrsim.world.formats._roads import connect
 from hmrsim.world.segments import SegmentGrid
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.world.finding import Path, shown
+from hmrsim.diagnostics import Path, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -6,8 +6,8 @@ import json
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
+from hmrsim.diagnostics import MOST_FINDINGS, Finding, Path, shown
 from hmrsim.errors import Problem, WorldError
-from hmrsim.world.finding import MOST_FINDINGS, Finding, Path, shown
 from hmrsim.world.formats import Document
 from hmrsim.world.formats._json_text import as_yaml
 from hmrsim.world.formats._part import BadPart, Part

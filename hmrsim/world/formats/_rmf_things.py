@@ -13,7 +13,7 @@ from hmrsim.world.formats._ways import Ways
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.world.finding import Path
+    from hmrsim.diagnostics import Path
     from hmrsim.world.formats._part import Part
     from hmrsim.world.formats._reading import Reading
     from hmrsim.world.formats._rmf_level import Level, Line, Vertex

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.world.finding import shown
+from hmrsim.diagnostics import shown
 from hmrsim.world.formats import _components
 from hmrsim.world.formats._cells import BadCell, read_number
 

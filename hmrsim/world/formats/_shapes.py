@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from hmrsim.world.finding import shown
+from hmrsim.diagnostics import shown
 from hmrsim.world.formats._cells import BadCell, style_number
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ import re
 from functools import partial
 from typing import TYPE_CHECKING
 
+from hmrsim.diagnostics import Finding, instead, shown
 from hmrsim.errors import Problem, WorldError
 from hmrsim.safe_xml import Refused
-from hmrsim.world.finding import Finding, instead, shown
 from hmrsim.world.formats import Document, Format, _lanes, _robots, _things
 from hmrsim.world.formats._cells import BadCell, Cell, number
 from hmrsim.world.formats._drawing import Drawing

@@ -8,8 +8,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.diagnostics import MOST_FINDINGS, Finding, shown, warning
 from hmrsim.errors import Problem, WorldError
-from hmrsim.world.finding import MOST_FINDINGS, Finding, shown, warning
 from hmrsim.world.formats import Document, Format
 from hmrsim.world.formats._grid import blocks, steps
 from hmrsim.world.options import AS_IT_IS, ReadOptions
@@ -17,7 +17,7 @@ from hmrsim.world.options import AS_IT_IS, ReadOptions
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.world.finding import Path
+    from hmrsim.diagnostics import Path
 
 _LOOKS = re.compile(r"\A\s*type[ \t]+\w+\s+(height|width)[ \t]+\d+\s+(height|width)[ \t]+\d+\s+map\b")
 

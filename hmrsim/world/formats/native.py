@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from functools import partial
 
+from hmrsim.diagnostics import shown
 from hmrsim.errors import Problem, WorldError
-from hmrsim.world.finding import shown
 from hmrsim.world.formats import Document, Format
 from hmrsim.world.formats._json_text import as_yaml
 from hmrsim.world.model import World

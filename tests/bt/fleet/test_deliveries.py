@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bt_controller.fleet.deliveries import TASKS
-from hmrsim.world import load_world
+from hmrsim.world_checks import load_world
 
 
 def test_the_map_has_what_is_to_be_brought_and_where():

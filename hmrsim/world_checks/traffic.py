@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
+from hmrsim.diagnostics import Finding, instead
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.policies._clearance import rooms_of_waypoints
 from hmrsim.traffic.policies.reserve import ReserveSettings
-from hmrsim.world.explain import explain
-from hmrsim.world.finding import Finding, instead
+from hmrsim.world_checks.explain import explain
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from hmrsim.world.explain import explain
-from hmrsim.world.finding import MOST_FINDINGS, Finding
+from hmrsim.diagnostics import MOST_FINDINGS, Finding
 from hmrsim.world.model import World
+from hmrsim.world_checks.explain import explain
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hmrsim.world.finding import Path
+    from hmrsim.diagnostics import Path
 
 _ROUNDS = 20
 """Leaving out a field can make another one wrong, but not for ever."""

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from hmrsim.world.finding import MOST_FINDINGS, Finding, Path, instead, shown
+from hmrsim.diagnostics import MOST_FINDINGS, Finding, Path, instead, shown
 from hmrsim.world.model import Base, Dock, Fault, Item, Lane, Place, RobotSpec, RobotType, Solid, World
 
 if TYPE_CHECKING:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hmrsim.diagnostics import Finding, shown
 from hmrsim.goals.script_orders import read_order
-from hmrsim.world.finding import Finding, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from hmrsim.world.finding import Path
+    from hmrsim.diagnostics import Path
     from hmrsim.world.model import World
-    from hmrsim.world.validation import Lost
+    from hmrsim.world_checks.validation import Lost
 
 _NAMED = frozenset(("waypoints", "places", "docks", "items", "robot_types"))
 """Top-level keys of what orders and robots name."""

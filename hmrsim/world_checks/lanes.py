@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from hmrsim.diagnostics import Finding, instead, warning
 from hmrsim.geometry import SAME_PLACE, distance
-from hmrsim.world.finding import Finding, instead, warning
 from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from hmrsim.geometry import Point
     from hmrsim.world.model import World
-    from hmrsim.world.validation import Lost
+    from hmrsim.world_checks.validation import Lost
 
 _MOST_LOOKED = 5_000_000
 """What comparing lanes with walls may cost: some seconds."""

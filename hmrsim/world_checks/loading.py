@@ -7,14 +7,14 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.diagnostics import MOST_FINDINGS, dotted
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world import additions
-from hmrsim.world.checks import check
 from hmrsim.world.files import find
-from hmrsim.world.finding import MOST_FINDINGS, dotted
 from hmrsim.world.includes import read_all
 from hmrsim.world.options import AS_IT_IS, ReadOptions
-from hmrsim.world.validation import Lost, validate
+from hmrsim.world_checks.checks import check
+from hmrsim.world_checks.validation import Lost, validate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

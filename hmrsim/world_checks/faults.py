@@ -10,17 +10,17 @@ from pydantic import ValidationError
 from hmrsim.components import registry as components
 from hmrsim.components._sensor import SensorSettings
 from hmrsim.components.battery import BatterySettings
+from hmrsim.diagnostics import Finding, instead
 from hmrsim.faults import registry
-from hmrsim.world.explain import explain
-from hmrsim.world.finding import Finding, instead
 from hmrsim.world.model import BUILT_IN_TYPES
+from hmrsim.world_checks.explain import explain
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
 
     from hmrsim.faults import AnyFault, Occurrence
     from hmrsim.world.model import World
-    from hmrsim.world.validation import Lost
+    from hmrsim.world_checks.validation import Lost
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,15 @@ from collections import Counter
 from itertools import combinations
 from typing import TYPE_CHECKING
 
+from hmrsim.diagnostics import Finding, Path, instead, warning
 from hmrsim.geometry import SAME_PLACE, crosses, distance, foot
-from hmrsim.world.finding import Finding, Path, instead, warning
 from hmrsim.world.model import BUILT_IN_TYPES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from hmrsim.world.model import Door, Lift, World
-    from hmrsim.world.validation import Lost
+    from hmrsim.world_checks.validation import Lost
 
 
 def check_fixtures(world: World, lost: Lost) -> Iterator[Finding]:

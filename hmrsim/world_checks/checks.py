@@ -10,18 +10,18 @@ from pydantic import ValidationError
 
 from hmrsim.actions import registry
 from hmrsim.components import registry as components
+from hmrsim.diagnostics import MOST_FINDINGS, Finding, Path, dotted, instead, warning
 from hmrsim.errors import Problem
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
-from hmrsim.world.dock_checks import check_docks, check_drains
-from hmrsim.world.explain import explain
-from hmrsim.world.fault_checks import check_faults
-from hmrsim.world.finding import MOST_FINDINGS, Finding, Path, dotted, instead, warning
-from hmrsim.world.fixture_checks import check_fixtures
-from hmrsim.world.lane_checks import check_lanes
 from hmrsim.world.model import BUILT_IN_TYPES
-from hmrsim.world.script_checks import check_scripts
-from hmrsim.world.traffic_checks import check_traffic
-from hmrsim.world.validation import Lost
+from hmrsim.world_checks.docks import check_docks, check_drains
+from hmrsim.world_checks.explain import explain
+from hmrsim.world_checks.facilities import check_fixtures
+from hmrsim.world_checks.faults import check_faults
+from hmrsim.world_checks.lanes import check_lanes
+from hmrsim.world_checks.scripts import check_scripts
+from hmrsim.world_checks.traffic import check_traffic
+from hmrsim.world_checks.validation import Lost
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

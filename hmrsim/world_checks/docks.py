@@ -5,17 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hmrsim.actions import registry
+from hmrsim.diagnostics import Finding, instead, warning
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
-from hmrsim.world.finding import Finding, instead, warning
 from hmrsim.world.model import BUILT_IN_TYPES
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
+    from hmrsim.diagnostics import Path
     from hmrsim.geometry import Point
-    from hmrsim.world.finding import Path
     from hmrsim.world.model import Dock, RobotSpec, World
-    from hmrsim.world.validation import Lost
+    from hmrsim.world_checks.validation import Lost
 
 
 def check_docks(world: World, lost: Lost) -> Iterator[Finding]:
