@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from hmrsim.signals import INTERRUPTED, leave
+from hmrsim.program.signals import INTERRUPTED, leave
 
 
 def main() -> int:

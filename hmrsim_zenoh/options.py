@@ -1,6 +1,6 @@
 """The options of every command that opens a session.
 
-On a :class:`~hmrsim.command_line.CommandParser` ``HMRSIM_CONNECT`` and its like stand for them, too.
+On a :class:`~hmrsim.program.command_line.CommandParser` ``HMRSIM_CONNECT`` and its like stand for them, too.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.command_line import ENVIRONMENT
+from hmrsim.program.command_line import ENVIRONMENT
 from hmrsim_zenoh.endpoints import check_endpoint
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.keys import DEFAULT_PREFIX, Keys

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 from bt_controller.cli import check, nodes, run
 from bt_controller.cli._codes import EXIT_CODES, FAILED, NOBODY, WRONG_USE
-from hmrsim.command_line import CommandParser, autocomplete, run_program
+from hmrsim.program.command_line import CommandParser, autocomplete, run_program
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from hmrsim.command_line import Completer
+    from hmrsim.program.command_line import Completer
 
 # What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
 # ruff: noqa: PLC0415

@@ -23,8 +23,8 @@ from bt_controller.cli._watching import (
     watching,
     why_failed,
 )
-from hmrsim.log_options import add_log_options, logging_to_stderr
-from hmrsim.signals import exit_code_of
+from hmrsim.program.log_options import add_log_options, logging_to_stderr
+from hmrsim.program.signals import exit_code_of
 from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import threading
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.signals import SIGNALS, exit_code_of, on_signals
+from hmrsim.program.signals import SIGNALS, exit_code_of, on_signals
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

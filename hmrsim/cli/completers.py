@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Iterable, Mapping
 
-    from hmrsim.command_line import Completer
+    from hmrsim.program.command_line import Completer
 
 
 _WITH_WORLD: Final = ("run", "simulate", "map validate", "map info", "map plan", "map convert", "map render")

@@ -7,7 +7,7 @@ import time
 from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.log_options import add_log_options, logging_to_stderr
+from hmrsim.program.log_options import add_log_options, logging_to_stderr
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.errors import SimulatorGone
 from hmrsim_zenoh.options import add_session_options, session_options

@@ -22,8 +22,8 @@ from hmrsim.cli.time_options import add_clock_options, add_run_options
 from hmrsim.cli.tracing import check_writable
 from hmrsim.cli.view_options import add_view_options, check_port
 from hmrsim.errors import HmrsimError
-from hmrsim.log_options import add_log_options, log_level
-from hmrsim.signals import exit_code_of, on_signals
+from hmrsim.program.log_options import add_log_options, log_level
+from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.session import SessionOptions
 

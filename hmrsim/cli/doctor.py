@@ -10,7 +10,7 @@ from hmrsim.cli.connection import add_connection_options
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.ros2_options import VARIABLE, domain_id
-from hmrsim.log_options import logging_to_stderr
+from hmrsim.program.log_options import logging_to_stderr
 from hmrsim_zenoh.errors import NobodyThere
 from hmrsim_zenoh.options import ENVIRONMENT, session_options
 

@@ -8,14 +8,14 @@ import sys
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim import __version__
-from hmrsim.command_line import ENVIRONMENT, CommandParser, autocomplete, run_program
 from hmrsim.errors import HmrsimError
+from hmrsim.program.command_line import ENVIRONMENT, CommandParser, autocomplete, run_program
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Mapping, Sequence
 
-    from hmrsim.command_line import Completer
+    from hmrsim.program.command_line import Completer
 
 _COMMANDS: Final = {
     "run": "serve a world over Zenoh until Ctrl-C",

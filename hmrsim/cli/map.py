@@ -10,8 +10,8 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.world_options import add_world_options, read_world
-from hmrsim.command_line import ENVIRONMENT
 from hmrsim.errors import WorldError
+from hmrsim.program.command_line import ENVIRONMENT
 from hmrsim.world.files import find
 from hmrsim.world.includes import read_document
 from hmrsim.world.options import ReadOptions

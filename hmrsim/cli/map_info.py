@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.world_options import add_world_options, read_world
-from hmrsim.command_line import ENVIRONMENT
 from hmrsim.drawing import extent
 from hmrsim.errors import printable
 from hmrsim.geometry import distance
+from hmrsim.program.command_line import ENVIRONMENT
 from hmrsim.topology import parts
 from hmrsim.world.files import read_text
 from hmrsim.world.formats import choose

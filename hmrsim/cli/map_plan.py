@@ -11,12 +11,12 @@ from hmrsim.cli import numbers
 from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.world_options import add_world_options, read_world
-from hmrsim.command_line import ENVIRONMENT
 from hmrsim.diagnostics import instead
 from hmrsim.errors import HmrsimError, NoRoute
 from hmrsim.geometry import Pose, heading
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.navigation.motion import drive
+from hmrsim.program.command_line import ENVIRONMENT
 from hmrsim.world.model import Base
 
 if TYPE_CHECKING:

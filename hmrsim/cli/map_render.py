@@ -11,8 +11,8 @@ from hmrsim.cli.output import show, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.targets import check_target, write_whole
 from hmrsim.cli.world_options import add_world_options, read_world
-from hmrsim.command_line import ENVIRONMENT
 from hmrsim.drawing import THEMES, Drawing
+from hmrsim.program.command_line import ENVIRONMENT
 
 _EXAMPLES: Final = f"""\
 OUT's suffix says the format: .svg, or .png, which needs the extra `png` (pip install 'hmrsim[png]'). Without -o the

@@ -15,7 +15,7 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show_json, warn
 from hmrsim.cli.recording import account
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.signals import on_signals
+from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.errors import Unreachable
 from hmrsim_zenoh.options import ENVIRONMENT
 

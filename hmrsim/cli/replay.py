@@ -12,7 +12,7 @@ from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.tracing import told_of
 from hmrsim.errors import printable
-from hmrsim.log_options import add_log_options, logging_to_stderr
+from hmrsim.program.log_options import add_log_options, logging_to_stderr
 from hmrsim.trace.replay import Difference, Outcome, replay
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from hmrsim.cli.output import show, warn
 from hmrsim.cli.report_text import show_summary
 from hmrsim.cli.tracing import told_of
 from hmrsim.errors import printable
-from hmrsim.log_options import add_log_options, logging_to_stderr
+from hmrsim.program.log_options import add_log_options, logging_to_stderr
 from hmrsim.report import of_recording, of_trace, report_of
 
 if TYPE_CHECKING:

@@ -26,9 +26,9 @@ from hmrsim.cli.tracing import traced
 from hmrsim.cli.view_options import add_view_options, check_port, viewed
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.errors import HmrsimError, printable
-from hmrsim.log_options import add_log_options, log_level
+from hmrsim.program.log_options import add_log_options, log_level
+from hmrsim.program.signals import on_signals
 from hmrsim.protocol.time import REALTIME
-from hmrsim.signals import on_signals
 from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options

@@ -13,7 +13,7 @@ from hmrsim.actions import error_of
 from hmrsim.cli.goal_summary import summary
 from hmrsim.errors import printable
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.log_options import PACKAGES
+from hmrsim.program.log_options import PACKAGES
 from hmrsim.protocol.gateway import GoalChanged, Topic
 from hmrsim.protocol.goal import GoalStatus
 

@@ -18,7 +18,7 @@ from hmrsim.cli.time_options import add_run_options
 from hmrsim.cli.tracing import traced
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.diagnostics import shown
-from hmrsim.log_options import add_log_options, log_level, logging_to_stderr
+from hmrsim.program.log_options import add_log_options, log_level, logging_to_stderr
 from hmrsim.protocol.gateway import GoalChanged
 from hmrsim.simulation.scripts import ScriptState
 from hmrsim.simulation.simulator import Simulator

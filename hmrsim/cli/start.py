@@ -7,7 +7,7 @@ import sys
 from contextlib import nullcontext
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.signals import INTERRUPTED, leave, on_signals
+from hmrsim.program.signals import INTERRUPTED, leave, on_signals
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -12,7 +12,7 @@ from hmrsim.cli.connection import add_connection_options, connected, look_for_si
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, yaml_text
 from hmrsim.cli.topics import find_topic, topics
-from hmrsim.signals import on_signals
+from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.errors import Unreachable
 from hmrsim_zenoh.options import ENVIRONMENT, session_options
 

@@ -14,7 +14,7 @@ from hmrsim.cli.connection import add_connection_options, connected, look_for_si
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.topics import find_topic
-from hmrsim.signals import on_signals
+from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.options import ENVIRONMENT
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.view_options import port
-from hmrsim.log_options import add_log_options, logging_to_stderr
-from hmrsim.signals import on_signals
+from hmrsim.program.log_options import add_log_options, logging_to_stderr
+from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
 from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
 

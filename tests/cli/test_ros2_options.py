@@ -6,7 +6,7 @@ import pytest
 
 from hmrsim.cli import main
 from hmrsim.cli.ros2_options import add_ros2_options, ros2_wires
-from hmrsim.command_line import CommandParser
+from hmrsim.program.command_line import CommandParser
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 

@@ -6,7 +6,7 @@ import argparse
 
 import pytest
 
-from hmrsim.command_line import CommandParser, variable_of
+from hmrsim.program.command_line import CommandParser, variable_of
 
 
 @pytest.fixture

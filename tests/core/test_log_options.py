@@ -6,8 +6,8 @@ import logging
 
 import pytest
 
-from hmrsim.command_line import CommandParser
-from hmrsim.log_options import add_log_options, log_level, logging_to_stderr
+from hmrsim.program.command_line import CommandParser
+from hmrsim.program.log_options import add_log_options, log_level, logging_to_stderr
 
 
 @pytest.fixture
