@@ -15,7 +15,7 @@ from benchmarks._processes import Child, child, wait_for_end
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.tracing import traced
 from hmrsim_zenoh.host import Host, HostSettings
-from hmrsim_zenoh.session import SessionOptions, open_client
+from hmrsim_zenoh.wire.session import SessionOptions, open_client
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

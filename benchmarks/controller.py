@@ -27,7 +27,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.host import HostSettings
-from hmrsim_zenoh.session import SessionOptions
+from hmrsim_zenoh.wire.session import SessionOptions
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

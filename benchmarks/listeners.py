@@ -18,7 +18,7 @@ from benchmarks._wire import Served, served
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.simulation.simulator import Simulator
 from hmrsim_zenoh.host import HostSettings
-from hmrsim_zenoh.session import SessionOptions, open_client
+from hmrsim_zenoh.wire.session import SessionOptions, open_client
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -26,7 +26,7 @@ from hmrsim_zenoh.host import HostSettings
 from hmrsim_zenoh.ros2.names import names_of
 from hmrsim_zenoh.ros2.publishing.publications import Publications
 from hmrsim_zenoh.ros2.wires import RmwZenoh
-from hmrsim_zenoh.session import SessionOptions, open_server
+from hmrsim_zenoh.wire.session import SessionOptions, open_server
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from hmrsim.diagnostics import instead, shown
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
-from hmrsim_zenoh.envelopes import plain, read
+from hmrsim_zenoh.wire.envelopes import plain, read
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

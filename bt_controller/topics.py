@@ -17,8 +17,8 @@ from bt_controller.directory import NotServed
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.vision_msgs import Detection3DArray
-from hmrsim_zenoh.envelopes import plain, read
 from hmrsim_zenoh.errors import RequestError
+from hmrsim_zenoh.wire.envelopes import plain, read
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

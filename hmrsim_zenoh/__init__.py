@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     )
     from hmrsim_zenoh.goal_handle import GoalHandle
     from hmrsim_zenoh.lockstep import Lockstep
-    from hmrsim_zenoh.session import SessionOptions
     from hmrsim_zenoh.subscription import Subscription
+    from hmrsim_zenoh.wire.session import SessionOptions
 
 __all__ = [
     "ActionClient",
@@ -64,7 +64,7 @@ _HOMES = MappingProxyType(
         "Commander": "commander",
         "GoalHandle": "goal_handle",
         "Lockstep": "lockstep",
-        "SessionOptions": "session",
+        "SessionOptions": "wire.session",
         "Subscription": "subscription",
     }
 )

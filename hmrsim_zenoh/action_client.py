@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Generic
 
 from hmrsim.actions import F, G, R
 from hmrsim.protocol.goal import parse_goal_id
-from hmrsim_zenoh.envelopes import CancelGoalRequest, FeedbackMessage, UnreadableError, around, read
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
 from hmrsim_zenoh.goal_exchange import ActionPorts, GoalExchange
-from hmrsim_zenoh.keys import Verb
+from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, FeedbackMessage, UnreadableError, around, read
+from hmrsim_zenoh.wire.keys import Verb
 
 if TYPE_CHECKING:
     from collections.abc import Callable

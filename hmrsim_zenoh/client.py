@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Self
 import zenoh
 
 from hmrsim_zenoh.action_client import ActionClient
-from hmrsim_zenoh.envelopes import UnreadableError
 from hmrsim_zenoh.errors import (
     BadOptions,
     ClientClosed,
@@ -29,13 +28,14 @@ from hmrsim_zenoh.errors import (
     SimulatorGone,
     Unreachable,
 )
-from hmrsim_zenoh.keys import Keys
 from hmrsim_zenoh.link import Answer, Link, Port
 from hmrsim_zenoh.lockstep import Lockstep
 from hmrsim_zenoh.participant import check_name
-from hmrsim_zenoh.session import DEFAULT_OPTIONS, SessionOptions, open_client
 from hmrsim_zenoh.sim_clock import SimClock, read_clock
 from hmrsim_zenoh.subscription import Subscription
+from hmrsim_zenoh.wire.envelopes import UnreadableError
+from hmrsim_zenoh.wire.keys import Keys
+from hmrsim_zenoh.wire.session import DEFAULT_OPTIONS, SessionOptions, open_client
 
 if TYPE_CHECKING:
     from collections.abc import Callable

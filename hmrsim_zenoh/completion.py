@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.client import Client
-from hmrsim_zenoh.options import session_options
+from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:
     import argparse

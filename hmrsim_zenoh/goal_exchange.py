@@ -15,7 +15,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Generic
 
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim_zenoh.envelopes import (
+from hmrsim_zenoh.errors import GoalRejectedError, GoalTimeout, RequestError, ResultExpired, SimulatorGone
+from hmrsim_zenoh.goal_handle import F, GoalHandle, R
+from hmrsim_zenoh.link import Answer, Link, Port, Wire
+from hmrsim_zenoh.wire.envelopes import (
     CancelGoalRequest,
     CancelGoalResponse,
     GetResultRequest,
@@ -28,17 +31,14 @@ from hmrsim_zenoh.envelopes import (
     plain,
     read,
 )
-from hmrsim_zenoh.errors import GoalRejectedError, GoalTimeout, RequestError, ResultExpired, SimulatorGone
-from hmrsim_zenoh.goal_handle import F, GoalHandle, R
-from hmrsim_zenoh.keys import Verb
-from hmrsim_zenoh.link import Answer, Link, Port, Wire
+from hmrsim_zenoh.wire.keys import Verb
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from hmrsim.actions import Action
     from hmrsim.interfaces.message import Message
-    from hmrsim_zenoh.keys import Keys
+    from hmrsim_zenoh.wire.keys import Keys
 
 _log = logging.getLogger(__name__)
 

@@ -20,13 +20,13 @@ from hmrsim.timing.pacing import Pacing
 from hmrsim.timing.result_retention import Retention
 from hmrsim_zenoh import preparation
 from hmrsim_zenoh.description import Description
-from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.errors import BadOptions, PrefixTaken
-from hmrsim_zenoh.keys import Keys
 from hmrsim_zenoh.planner import Planner
 from hmrsim_zenoh.server import Server
-from hmrsim_zenoh.session import SessionOptions, open_server
 from hmrsim_zenoh.tokens import MOST_TOKENS, Tokens
+from hmrsim_zenoh.wire.envelopes import MAX_PAYLOAD
+from hmrsim_zenoh.wire.keys import Keys
+from hmrsim_zenoh.wire.session import SessionOptions, open_server
 
 if TYPE_CHECKING:
     from hmrsim.protocol.gateway import Sink

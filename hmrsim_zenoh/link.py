@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from hmrsim.errors import HmrsimError
-    from hmrsim_zenoh.keys import Keys
+    from hmrsim_zenoh.wire.keys import Keys
 
 Answer = bytes | RequestError | None
 """The reply; or the error that was replied; or None: nothing came back, and what became of it is not known."""

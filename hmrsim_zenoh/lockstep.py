@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError
 from hmrsim.protocol.goal import made_goal_id
-from hmrsim_zenoh.envelopes import dump
 from hmrsim_zenoh.errors import Dropped, Idle, NobodyThere, RequestError, SimulatorGone
-from hmrsim_zenoh.keys import ActionKey, Verb
 from hmrsim_zenoh.participant import Participant, Wish
 from hmrsim_zenoh.turns import Turns
+from hmrsim_zenoh.wire.envelopes import dump
+from hmrsim_zenoh.wire.keys import ActionKey, Verb
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

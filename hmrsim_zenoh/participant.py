@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 import zenoh
 from pydantic import BaseModel, ValidationError
 
-from hmrsim_zenoh.envelopes import dump, unreadable
 from hmrsim_zenoh.errors import ClientClosed, Dropped, NameTaken, RequestError
 from hmrsim_zenoh.link import Call, Link, Port
+from hmrsim_zenoh.wire.envelopes import dump, unreadable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -14,14 +14,14 @@ import zenoh
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.protocol.gateway import PlanAnswered, PlannerPresent
-from hmrsim_zenoh import encoding
-from hmrsim_zenoh.envelopes import MAX_PAYLOAD, UnreadableError, plain, read
+from hmrsim_zenoh.wire import encoding
+from hmrsim_zenoh.wire.envelopes import MAX_PAYLOAD, UnreadableError, plain, read
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from hmrsim.protocol.gateway import AnyCommand, PlanWanted
-    from hmrsim_zenoh.keys import Keys
+    from hmrsim_zenoh.wire.keys import Keys
 
 _LONGEST = 1e9
 """Wall seconds that Zenoh is told to wait where there is no end to it."""

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from hmrsim.actions import registry as actions
 from hmrsim.errors import NoRoute
 from hmrsim.protocol.goal import WORLD
-from hmrsim_zenoh import encoding
-from hmrsim_zenoh.envelopes import GetResultResponse, SendGoalRequest, SendGoalResponse, around, plain, read
+from hmrsim_zenoh.wire import encoding
+from hmrsim_zenoh.wire.envelopes import GetResultResponse, SendGoalRequest, SendGoalResponse, around, plain, read
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

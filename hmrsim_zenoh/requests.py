@@ -17,8 +17,9 @@ from pydantic import TypeAdapter
 from hmrsim.protocol.gateway import CallService, CancelGoal, GetResult, GoalResponse, Read, SendGoal, Topic
 from hmrsim.protocol.goal import WORLD, parse_goal_id
 from hmrsim.protocol.time import ReadTime
-from hmrsim_zenoh import encoding
-from hmrsim_zenoh.envelopes import (
+from hmrsim_zenoh.time_requests import ReadRequest, TimeRequests
+from hmrsim_zenoh.wire import encoding
+from hmrsim_zenoh.wire.envelopes import (
     MAX_PAYLOAD,
     CancelGoalRequest,
     GetResultRequest,
@@ -28,8 +29,7 @@ from hmrsim_zenoh.envelopes import (
     plain,
     read,
 )
-from hmrsim_zenoh.keys import ActionKey, TopicKey, Verb
-from hmrsim_zenoh.time_requests import ReadRequest, TimeRequests
+from hmrsim_zenoh.wire.keys import ActionKey, TopicKey, Verb
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.gateway import AnyCommand
     from hmrsim.services import AnyService
-    from hmrsim_zenoh.keys import Keys
+    from hmrsim_zenoh.wire.keys import Keys
 
 _log = logging.getLogger(__name__)
 

@@ -19,8 +19,9 @@ from hmrsim.actions import registry
 from hmrsim.report.model import Report
 from hmrsim.services import registry as services
 from hmrsim.world_checks.schema import world_schema
-from hmrsim_zenoh import envelopes, time_requests
-from hmrsim_zenoh.tree_state import TreeState
+from hmrsim_zenoh import time_requests
+from hmrsim_zenoh.wire import envelopes
+from hmrsim_zenoh.wire.tree_state import TreeState
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

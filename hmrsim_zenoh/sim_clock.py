@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.rosgraph_msgs import Clock
-from hmrsim_zenoh.envelopes import UnreadableError, plain, read
+from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
 
 if TYPE_CHECKING:
     from collections.abc import Callable

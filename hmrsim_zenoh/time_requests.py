@@ -24,8 +24,8 @@ from hmrsim.protocol.time import (
     TimeAnswer,
     TimeState,
 )
-from hmrsim_zenoh import encoding
-from hmrsim_zenoh.envelopes import Envelope, UnreadableError, dump, plain, read, unreadable_at
+from hmrsim_zenoh.wire import encoding
+from hmrsim_zenoh.wire.envelopes import Envelope, UnreadableError, dump, plain, read, unreadable_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.gateway import Refused
     from hmrsim.protocol.time import TimeCommand
-    from hmrsim_zenoh.keys import Keys
+    from hmrsim_zenoh.wire.keys import Keys
 
 _FOLDER: Final = "time/"
 

@@ -10,7 +10,7 @@ import zenoh
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from hmrsim_zenoh.keys import Keys
+    from hmrsim_zenoh.wire.keys import Keys
 
 MOST_TOKENS = 1000
 """Robots up to which each has a token: declaring them takes time that grows with their number squared."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.world import World
 from hmrsim.world_checks import world_hash
 from hmrsim_zenoh.host import Host, HostSettings
-from hmrsim_zenoh.session import SessionOptions
+from hmrsim_zenoh.wire.session import SessionOptions
 from tests.simulation import SMALL_WORLD
 
 if TYPE_CHECKING:

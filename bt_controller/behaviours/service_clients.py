@@ -14,8 +14,8 @@ from py_trees.common import Access, Status
 
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.simulation_interfaces import Result
-from hmrsim_zenoh.envelopes import UnreadableError, plain, read
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
+from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
 
 if TYPE_CHECKING:
     from collections.abc import Callable

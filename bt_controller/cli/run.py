@@ -25,7 +25,7 @@ from bt_controller.cli._watching import (
 )
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 from hmrsim.program.signals import exit_code_of
-from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
+from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options, session_options
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from bt_controller.running.mission import Mission
     from bt_controller.watching.snapshot import Snapshot
-    from hmrsim_zenoh.keys import Keys
+    from hmrsim_zenoh.wire.keys import Keys
 
 _log = logging.getLogger(__name__)
 

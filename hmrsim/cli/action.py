@@ -9,7 +9,7 @@ from hmrsim.cli.connection import add_connection_options, connected
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, yaml_flow
 from hmrsim.interfaces.message import Primitive
-from hmrsim_zenoh.options import ENVIRONMENT
+from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     import argparse

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.errors import SimulatorGone
-from hmrsim_zenoh.options import add_session_options, session_options
+from hmrsim_zenoh.wire.options import add_session_options, session_options
 
 if TYPE_CHECKING:
     import argparse

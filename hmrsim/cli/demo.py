@@ -25,7 +25,7 @@ from hmrsim.errors import HmrsimError
 from hmrsim.program.log_options import add_log_options, log_level
 from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim_zenoh.client import Client
-from hmrsim_zenoh.session import SessionOptions
+from hmrsim_zenoh.wire.session import SessionOptions
 
 if TYPE_CHECKING:
     import argparse

@@ -12,7 +12,7 @@ from hmrsim.cli.output import show, show_json
 from hmrsim.cli.ros2_options import VARIABLE, domain_id
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim_zenoh.errors import NobodyThere
-from hmrsim_zenoh.options import ENVIRONMENT, session_options
+from hmrsim_zenoh.wire.options import ENVIRONMENT, session_options
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -17,7 +17,7 @@ from hmrsim.cli.recording import account
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.errors import Unreachable
-from hmrsim_zenoh.options import ENVIRONMENT
+from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     import argparse

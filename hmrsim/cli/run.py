@@ -29,9 +29,9 @@ from hmrsim.errors import HmrsimError, printable
 from hmrsim.program.log_options import add_log_options, log_level
 from hmrsim.program.signals import on_signals
 from hmrsim.protocol.time import REALTIME
-from hmrsim_zenoh.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.host import Host, HostSettings
-from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
+from hmrsim_zenoh.wire.envelopes import MAX_PAYLOAD
+from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options, session_options
 
 if TYPE_CHECKING:
     import argparse
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.ros2.wires import Wire
-    from hmrsim_zenoh.session import SessionOptions
+    from hmrsim_zenoh.wire.session import SessionOptions
 
 _EXAMPLES: Final = f"""\
 examples:

@@ -17,7 +17,7 @@ from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim.protocol.goal import GoalStatus, parse_goal_id
 from hmrsim.protocol.time import LOCKSTEP
 from hmrsim_zenoh.errors import GoalRejectedError, RequestError
-from hmrsim_zenoh.options import ENVIRONMENT
+from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     import argparse

@@ -17,10 +17,10 @@ from hmrsim.cli.output import show, show_json, yaml_text
 from hmrsim.cli.services import services
 from hmrsim.diagnostics import instead, shown
 from hmrsim.errors import HmrsimError
-from hmrsim_zenoh.envelopes import CancelGoalRequest, GetResultRequest, SendGoalRequest
 from hmrsim_zenoh.errors import RequestError, Unreachable
-from hmrsim_zenoh.keys import Verb
-from hmrsim_zenoh.options import ENVIRONMENT
+from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, GetResultRequest, SendGoalRequest
+from hmrsim_zenoh.wire.keys import Verb
+from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     import argparse

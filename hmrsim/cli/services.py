@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.names import actions
 from hmrsim.protocol.goal import WORLD
-from hmrsim_zenoh.keys import Verb
+from hmrsim_zenoh.wire.keys import Verb
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

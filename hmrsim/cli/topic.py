@@ -14,7 +14,7 @@ from hmrsim.cli.output import show, show_json, yaml_text
 from hmrsim.cli.topics import find_topic, topics
 from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.errors import Unreachable
-from hmrsim_zenoh.options import ENVIRONMENT, session_options
+from hmrsim_zenoh.wire.options import ENVIRONMENT, session_options
 
 if TYPE_CHECKING:
     import argparse

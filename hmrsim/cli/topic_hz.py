@@ -15,7 +15,7 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.topics import find_topic
 from hmrsim.program.signals import on_signals
-from hmrsim_zenoh.options import ENVIRONMENT
+from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     import argparse

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.cli.exits import UnknownName
 from hmrsim.cli.names import ActionName, aliases, robots
 from hmrsim.protocol.goal import WORLD
-from hmrsim_zenoh.keys import TREE, Verb
+from hmrsim_zenoh.wire.keys import TREE, Verb
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from hmrsim.cli.names import Info
-    from hmrsim_zenoh.keys import Keys
+    from hmrsim_zenoh.wire.keys import Keys
 
 _OF_THE_WORLD: Final = {
     "clock": ("rosgraph_msgs/msg/Clock", True),

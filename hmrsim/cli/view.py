@@ -13,8 +13,8 @@ from hmrsim.cli.output import show, show_json
 from hmrsim.cli.view_options import port
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 from hmrsim.program.signals import on_signals
-from hmrsim_zenoh.options import ENVIRONMENT, add_session_options, session_options
 from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
+from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options, session_options
 
 if TYPE_CHECKING:
     import argparse

@@ -13,15 +13,15 @@ import zenoh
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
-from hmrsim_zenoh.envelopes import UnreadableError
 from hmrsim_zenoh.errors import NobodyThere, RequestTimeout
 from hmrsim_zenoh.ros2.keys import DOMAINS, read_token
+from hmrsim_zenoh.wire.envelopes import UnreadableError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim_zenoh.ros2.keys import Token
-    from hmrsim_zenoh.session import SessionOptions
+    from hmrsim_zenoh.wire.session import SessionOptions
 
 _WATCH: Final = 0.5
 """Wall seconds from one look at the clock to the next."""

@@ -8,10 +8,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.protocol.goal import WORLD
-from hmrsim_zenoh.endpoints import DEFAULT_ENDPOINT
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.names import Names
 from hmrsim_zenoh.tokens import MOST_TOKENS
+from hmrsim_zenoh.wire.endpoints import DEFAULT_ENDPOINT
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping

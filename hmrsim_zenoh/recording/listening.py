@@ -18,10 +18,10 @@ from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.vision_msgs import Detection3DArray
 from hmrsim.protocol.gateway import FeedbackSent, GoalEntry, Sampled, StatusChanged, Topic
 from hmrsim.protocol.goal import WORLD, GoalStatus
-from hmrsim_zenoh.envelopes import dump
 from hmrsim_zenoh.errors import RequestError
-from hmrsim_zenoh.keys import TREE, ActionKey, Keys, TopicKey, Verb
 from hmrsim_zenoh.recording.timeline import nanoseconds_of
+from hmrsim_zenoh.wire.envelopes import dump
+from hmrsim_zenoh.wire.keys import TREE, ActionKey, Keys, TopicKey, Verb
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

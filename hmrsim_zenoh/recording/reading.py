@@ -10,11 +10,11 @@ from mcap.records import Channel, Chunk, Footer, Message, Metadata, Schema
 from hmrsim.errors import RecordingError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.sensor_msgs import BatteryState
-from hmrsim_zenoh.keys import TREE
 from hmrsim_zenoh.recording.chunks import Piece, records, unpacked
 from hmrsim_zenoh.recording.recorder import ABOUT, EVENTS, INFO, SCENE, WORLD_TOPIC
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
 from hmrsim_zenoh.ros2.codec.types import message_type
+from hmrsim_zenoh.wire.keys import TREE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -13,7 +13,6 @@ from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rcl_interfaces import Log
 from hmrsim.interfaces.tf2_msgs import TFMessage
 from hmrsim.interfaces.visualization_msgs import MarkerArray
-from hmrsim_zenoh.envelopes import dump
 from hmrsim_zenoh.recording import schemas
 from hmrsim_zenoh.recording.pictures import Pictures, looked_at_from_above
 from hmrsim_zenoh.recording.timeline import Timeline, nanoseconds_of
@@ -21,6 +20,7 @@ from hmrsim_zenoh.recording.writing import Schema
 from hmrsim_zenoh.ros2.codec.definitions import definition
 from hmrsim_zenoh.ros2.codec.types import action_types, message_type
 from hmrsim_zenoh.ros2.publishing.statuses import Statuses
+from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from hmrsim.world_checks.schema import world_schema
 from hmrsim_zenoh.recording.writing import Schema
-from hmrsim_zenoh.tree_state import TreeState
+from hmrsim_zenoh.wire.tree_state import TreeState
 
 _STAMP: Final = {
     "type": "object",

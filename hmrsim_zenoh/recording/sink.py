@@ -10,8 +10,8 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.gateway import FeedbackSent, GoalChanged, Happened, Sampled, StatusChanged, Topic
 from hmrsim.simulation.snapshot import scene
 from hmrsim.world.writing import native_data
-from hmrsim_zenoh import encoding
 from hmrsim_zenoh.description import Description
+from hmrsim_zenoh.wire import encoding
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from starlette.routing import BaseRoute
     from starlette.websockets import WebSocket
 
-    from hmrsim_zenoh.keys import Keys
+    from hmrsim_zenoh.wire.keys import Keys
 
 MOST_PAGES: Final = 64
 _LOOK_AGAIN: Final = 1.0

@@ -17,7 +17,7 @@ import pytest
 
 from benchmarks import _browser
 from hmrsim_zenoh import Client, SessionOptions
-from hmrsim_zenoh.keys import Verb
+from hmrsim_zenoh.wire.keys import Verb
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 30.0

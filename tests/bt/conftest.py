@@ -12,7 +12,7 @@ from py_trees.blackboard import Blackboard
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import GoalRejectedError, ResultExpired
 from hmrsim_zenoh.goal_handle import GoalHandle
-from hmrsim_zenoh.keys import Keys
+from hmrsim_zenoh.wire.keys import Keys
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

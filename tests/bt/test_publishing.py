@@ -13,7 +13,7 @@ from py_trees.common import Status
 from bt_controller.running.mission import Mission
 from bt_controller.trees import Plan
 from bt_controller.watching.publishing import Publisher
-from hmrsim_zenoh.keys import Keys
+from hmrsim_zenoh.wire.keys import Keys
 from tests.wire.conftest import Heard, Served
 
 TREE = "wall_e/_tree"

@@ -18,7 +18,7 @@ from bt_controller.trees import Plan
 from bt_controller.watching.json_values import board_values
 from bt_controller.watching.snapshot import nodes_of, reasons, tip
 from hmrsim.interfaces.geometry_msgs import Point
-from hmrsim_zenoh.tree_state import TreeState
+from hmrsim_zenoh.wire.tree_state import TreeState
 
 
 def ticked(root):

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from bt_controller.cli import main
-from hmrsim_zenoh.session import open_client
+from hmrsim_zenoh.wire.session import open_client
 from tests.hosted import hosted
 
 FILE = """\

@@ -13,7 +13,7 @@ from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.ros2 import keys
 from hmrsim_zenoh.ros2.keys import Endpoint, Kind, Node
 from hmrsim_zenoh.ros2.wires import RmwZenoh
-from hmrsim_zenoh.session import SessionOptions, open_client, open_server
+from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
 from tests.hosted import hosted
 from tests.simulation import SMALL_WORLD
 

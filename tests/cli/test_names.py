@@ -7,7 +7,7 @@ import pytest
 from hmrsim.cli.exits import UnknownName, WrongUse
 from hmrsim.cli.names import actions, find_action
 from hmrsim.cli.topics import find_topic, topics
-from hmrsim_zenoh.keys import Keys
+from hmrsim_zenoh.wire.keys import Keys
 
 INFO = {
     "robots": [{"name": "wall_e", "actions": ["pickup", "wait"]}, {"name": "eve", "actions": ["dance"]}],

@@ -8,7 +8,7 @@ import signal
 import pytest
 
 from hmrsim.cli import connection, main, topic
-from hmrsim_zenoh.session import SessionOptions, open_client
+from hmrsim_zenoh.wire.session import SessionOptions, open_client
 
 pytestmark = pytest.mark.system
 

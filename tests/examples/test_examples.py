@@ -12,7 +12,7 @@ import pytest
 
 from hmrsim.world_checks import load_world
 from hmrsim_zenoh.host import Host, HostSettings
-from hmrsim_zenoh.session import SessionOptions
+from hmrsim_zenoh.wire.session import SessionOptions
 
 pytestmark = pytest.mark.system
 

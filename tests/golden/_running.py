@@ -38,9 +38,9 @@ from hmrsim.trace.replay import replay
 from hmrsim.trace.writer import Trace
 from hmrsim.world_checks import load_world
 from hmrsim.world_checks.loading import world_of
-from hmrsim_zenoh.encoding import happened
 from hmrsim_zenoh.host import Host, HostSettings
-from hmrsim_zenoh.session import SessionOptions
+from hmrsim_zenoh.wire.encoding import happened
+from hmrsim_zenoh.wire.session import SessionOptions
 
 ROOT = Path(__file__).parents[2]
 _PROGRAM_SECONDS = 100

@@ -17,7 +17,7 @@ from hmrsim.actions import registry
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.recording import open_recording
-from hmrsim_zenoh.session import SessionOptions
+from hmrsim_zenoh.wire.session import SessionOptions
 
 PATIENCE = 60.0
 FREE_PORT = ("--listen", "tcp/127.0.0.1:0")

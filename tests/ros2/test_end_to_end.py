@@ -23,10 +23,10 @@ from hmrsim.services import registry as services
 from hmrsim.world import World
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.host import Host, HostSettings
-from hmrsim_zenoh.keys import Verb
 from hmrsim_zenoh.ros2.codec.types import message_type, service_type
 from hmrsim_zenoh.ros2.wires import RmwZenoh
-from hmrsim_zenoh.session import SessionOptions
+from hmrsim_zenoh.wire.keys import Verb
+from hmrsim_zenoh.wire.session import SessionOptions
 from tests.ros2.client import (
     ABORTED,
     CANCELED,

@@ -23,7 +23,7 @@ from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
 from hmrsim_zenoh.ros2.publishing.outlets import Latched
 from hmrsim_zenoh.ros2.publishing.publications import Publications
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
-from hmrsim_zenoh.session import SessionOptions, open_client, open_server
+from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
 
 from tests.simulation import SMALL_WORLD  # isort: skip
 

@@ -14,7 +14,7 @@ from hmrsim.interfaces.tf2_msgs import TFMessage
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.ros2.codec.types import message_type
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
-from hmrsim_zenoh.session import open_client
+from hmrsim_zenoh.wire.session import open_client
 from tests.hosted import hosted
 from tests.ros2.client import (
     ABORTED,

@@ -17,7 +17,7 @@ import zenoh
 
 from hmrsim_zenoh.errors import PortTaken, PrefixTaken
 from hmrsim_zenoh.ros2.wires import RmwZenoh
-from hmrsim_zenoh.session import SessionOptions, open_client, open_server
+from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
 from tests.hosted import hosted
 from tests.ros2.client import SUCCEEDED, RosClient, goal_to, open_session, statuses
 from tests.ros2.processes import HMRSIM

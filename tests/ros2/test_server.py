@@ -21,7 +21,7 @@ from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.ros2.codec.types import service_type
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
-from hmrsim_zenoh.session import SessionOptions
+from hmrsim_zenoh.wire.session import SessionOptions
 from tests.hosted import hosted
 from tests.ros2.client import (
     ABORTED,

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from hmrsim_zenoh.session import open_client
+from hmrsim_zenoh.wire.session import open_client
 from tests.hosted import hosted
 from tests.view.pages import PATIENCE, opened, viewed
 

@@ -10,7 +10,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from hmrsim import __version__
-from hmrsim_zenoh.session import SessionOptions
+from hmrsim_zenoh.wire.session import SessionOptions
 from tests.hosted import hosted
 from tests.view.pages import fetched, opened, viewed
 

@@ -8,7 +8,7 @@ import pytest
 import zenoh
 
 from hmrsim_zenoh.errors import PortTaken, PrefixTaken
-from hmrsim_zenoh.session import SessionOptions
+from hmrsim_zenoh.wire.session import SessionOptions
 from tests.wire.conftest import Heard
 
 TOKENS = {"hmrsim/_world/alive", "hmrsim/wall_e/alive", "hmrsim/eve/alive", "hmrsim/cart/alive"}

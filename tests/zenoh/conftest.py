@@ -11,8 +11,8 @@ import pytest
 import zenoh
 
 from hmrsim_zenoh.client import Client
-from hmrsim_zenoh.keys import Keys, Verb
-from hmrsim_zenoh.session import SessionOptions, open_server
+from hmrsim_zenoh.wire.keys import Keys, Verb
+from hmrsim_zenoh.wire.session import SessionOptions, open_server
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

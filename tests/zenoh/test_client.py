@@ -16,7 +16,6 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client import Client
-from hmrsim_zenoh.envelopes import UnreadableError
 from hmrsim_zenoh.errors import (
     BadOptions,
     ClientClosed,
@@ -28,8 +27,9 @@ from hmrsim_zenoh.errors import (
     SimulatorGone,
     Unreachable,
 )
-from hmrsim_zenoh.keys import Verb
-from hmrsim_zenoh.session import SessionOptions, open_client
+from hmrsim_zenoh.wire.envelopes import UnreadableError
+from hmrsim_zenoh.wire.keys import Verb
+from hmrsim_zenoh.wire.session import SessionOptions, open_client
 
 GOAL = Wait.Goal(time=Duration(sec=2))
 ID = "0123456789abcdef0123456789abcdef"

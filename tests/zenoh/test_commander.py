@@ -9,7 +9,7 @@ import pytest
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.commander import Commander
 from hmrsim_zenoh.errors import GoalFailed, GoalRejectedError, GoalTimeout
-from hmrsim_zenoh.keys import Verb
+from hmrsim_zenoh.wire.keys import Verb
 
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 

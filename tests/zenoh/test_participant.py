@@ -11,7 +11,7 @@ import zenoh
 from hmrsim_zenoh.client import Client
 from hmrsim_zenoh.errors import ClientClosed, Dropped, RequestError, SimulatorGone
 from hmrsim_zenoh.participant import Grant, Participant, Wish, check_name
-from hmrsim_zenoh.session import SessionOptions
+from hmrsim_zenoh.wire.session import SessionOptions
 
 PATIENCE = 10.0
 NOTHING = {"accepted": [], "events": []}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from hmrsim_zenoh.errors import BadOptions, NobodyThere, PortTaken
-from hmrsim_zenoh.session import SessionOptions, open_client, open_server
+from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,8 +7,8 @@ import logging
 
 import pytest
 
-from hmrsim_zenoh.keys import Keys
 from hmrsim_zenoh.sim_clock import SimClock
+from hmrsim_zenoh.wire.keys import Keys
 
 
 class FakeClient:

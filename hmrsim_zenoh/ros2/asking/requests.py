@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationError
 
 from hmrsim.protocol.gateway import GetResult
-from hmrsim_zenoh.envelopes import unreadable
 from hmrsim_zenoh.ros2.asking.asked import NOBODY, Asked, attached_to
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
+from hmrsim_zenoh.wire.envelopes import unreadable
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,7 +12,7 @@ from bt_controller.nodes.controls.sequence import ReactiveSequence
 from bt_controller.ports import pose_stamped
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim_zenoh.errors import RequestTimeout
-from hmrsim_zenoh.keys import Keys
+from hmrsim_zenoh.wire.keys import Keys
 
 A, B, C, D = (0.0, 0.0), (4.0, 0.0), (8.0, 0.0), (8.0, 4.0)
 LANES = [(A, B), (B, A), (B, C), (C, B), (C, D)]

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.program.command_line import ENVIRONMENT
-from hmrsim_zenoh.endpoints import check_endpoint
 from hmrsim_zenoh.errors import BadOptions
-from hmrsim_zenoh.keys import DEFAULT_PREFIX, Keys
+from hmrsim_zenoh.wire.endpoints import check_endpoint
+from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX, Keys
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.session import SessionOptions
+    from hmrsim_zenoh.wire.session import SessionOptions
 
 __all__ = ["ENVIRONMENT", "add_session_options", "session_options"]
 
@@ -67,7 +67,7 @@ def add_session_options(parser: argparse.ArgumentParser) -> None:
 def session_options(args: argparse.Namespace) -> SessionOptions:
     """Return what the command line and the environment say."""
     # Zenoh takes longer to load than --help may.
-    from hmrsim_zenoh.session import SessionOptions  # noqa: PLC0415
+    from hmrsim_zenoh.wire.session import SessionOptions  # noqa: PLC0415
 
     return SessionOptions(
         connect=tuple(args.connect or ()),

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import zenoh
 
-from hmrsim_zenoh.endpoints import DEFAULT_ENDPOINT, check_endpoint, with_port
 from hmrsim_zenoh.errors import BadOptions, NobodyThere, PortTaken
-from hmrsim_zenoh.keys import DEFAULT_PREFIX
+from hmrsim_zenoh.wire.endpoints import DEFAULT_ENDPOINT, check_endpoint, with_port
+from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,7 +13,7 @@ from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
 from hmrsim.protocol.gateway import GoalChanged, Happened
-from hmrsim_zenoh.envelopes import dump
+from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
