@@ -25,7 +25,7 @@ from bt_controller.running.runner import Runner
 from bt_controller.trees import Plan
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.host import HostSettings
 from hmrsim_zenoh.wire.session import SessionOptions
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from bt_controller.running.clocks import Clock
     from hmrsim.world.model import World
-    from hmrsim_zenoh.goal_handle import GoalHandle
+    from hmrsim_zenoh.client.goal_handle import GoalHandle
 
 QUICK: dict[str, Any] = {"sizes": (1, 10, 100), "results": 120, "polled": 20, "runs": 1}
 

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.interfaces.message import Message
-    from hmrsim_zenoh.action_client import ActionClient
-    from hmrsim_zenoh.goal_handle import GoalHandle
+    from hmrsim_zenoh.client.action_client import ActionClient
+    from hmrsim_zenoh.client.goal_handle import GoalHandle
 
 T = TypeVar("T")
 
@@ -106,7 +106,7 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         """Look the action up.
 
         Args:
-            **kwargs: *client*, a `hmrsim_zenoh.client.Client`; *robot*, whom the tree is run for; *directory*,
+            **kwargs: *client*, a `hmrsim_zenoh.client.client.Client`; *robot*, whom the tree is run for; *directory*,
                 what the simulator serves (asked for if left out); *wake*, called from any thread when the leaf
                 should be ticked; *resume*, under which name goals are found again in the next life of the controller
                 (not at all if left out).

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from bt_controller.ports import Port
     from hmrsim.interfaces.message import Message
-    from hmrsim_zenoh.goal_handle import GoalHandle
+    from hmrsim_zenoh.client.goal_handle import GoalHandle
 
 ACTION_INPUTS: Final[Mapping[str, Port]] = MappingProxyType(
     {

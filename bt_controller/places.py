@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.interfaces.geometry_msgs import Pose
-    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.client.client import Client
 
 
 class NamedPlaces:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
-    from hmrsim_zenoh.goal_handle import GoalHandle
+    from hmrsim_zenoh.client.goal_handle import GoalHandle
 
 _PREEMPTED: Final = "preempted by goal "
 

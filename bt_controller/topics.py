@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hmrsim.interfaces.message import Message
-    from hmrsim_zenoh.client import Client
-    from hmrsim_zenoh.subscription import Subscription
+    from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.client.subscription import Subscription
 
 TOPICS: Final[Mapping[str, type[Message]]] = MappingProxyType(
     {"battery_state": BatteryState, "detections": Detection3DArray, "odom": Odometry}

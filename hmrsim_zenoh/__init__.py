@@ -11,9 +11,12 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.action_client import ActionClient
-    from hmrsim_zenoh.client import Client
-    from hmrsim_zenoh.commander import Commander
+    from hmrsim_zenoh.client.action_client import ActionClient
+    from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.client.commander import Commander
+    from hmrsim_zenoh.client.goal_handle import GoalHandle
+    from hmrsim_zenoh.client.lockstep import Lockstep
+    from hmrsim_zenoh.client.subscription import Subscription
     from hmrsim_zenoh.errors import (
         BadOptions,
         ClientClosed,
@@ -29,9 +32,6 @@ if TYPE_CHECKING:
         SimulatorGone,
         Unreachable,
     )
-    from hmrsim_zenoh.goal_handle import GoalHandle
-    from hmrsim_zenoh.lockstep import Lockstep
-    from hmrsim_zenoh.subscription import Subscription
     from hmrsim_zenoh.wire.session import SessionOptions
 
 __all__ = [
@@ -59,13 +59,13 @@ __all__ = [
 
 _HOMES = MappingProxyType(
     {
-        "ActionClient": "action_client",
-        "Client": "client",
-        "Commander": "commander",
-        "GoalHandle": "goal_handle",
-        "Lockstep": "lockstep",
+        "ActionClient": "client.action_client",
+        "Client": "client.client",
+        "Commander": "client.commander",
+        "GoalHandle": "client.goal_handle",
+        "Lockstep": "client.lockstep",
         "SessionOptions": "wire.session",
-        "Subscription": "subscription",
+        "Subscription": "client.subscription",
     }
 )
 """The modules of what is no error."""

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
     from bt_controller.topics import Topics
     from hmrsim.interfaces.message import Message
-    from hmrsim_zenoh.client import Client
-    from hmrsim_zenoh.link import Answer
+    from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.client.link import Answer
 
 _TIMEOUT: Final = 10.0
 """Wall seconds that an answer may take."""

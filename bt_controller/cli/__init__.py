@@ -47,7 +47,7 @@ def _main(argv: Sequence[str] | None) -> int:
 def _completers() -> Mapping[str, Completer]:
     from bt_controller.directory import Directory
     from bt_controller.running.selection import completions
-    from hmrsim_zenoh.completion import robots, running
+    from hmrsim_zenoh.client.completion import robots, running
 
     def selectors(parsed_args: argparse.Namespace, **_unused: object) -> list[str]:
         return completions(Directory.from_info(running(parsed_args)))

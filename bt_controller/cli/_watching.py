@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from bt_controller.running.mission import Mission
     from bt_controller.watching.display import Watcher
     from bt_controller.watching.snapshot import Node
-    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.client.client import Client
 
 # What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
 # ruff: noqa: PLC0415

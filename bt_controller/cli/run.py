@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from bt_controller.running.runner import Outcome
     from bt_controller.trees import Plan
-    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.client.client import Client
 
 # What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
 # ruff: noqa: PLC0415
@@ -132,7 +132,7 @@ def add_parser(commands: Any) -> None:
 
 
 def _participant(text: str) -> str:
-    from hmrsim_zenoh.participant import check_name
+    from hmrsim_zenoh.client.participant import check_name
 
     try:
         check_name(text)
@@ -192,7 +192,7 @@ def _run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
     from bt_controller.running.mission import missions_for, prepare
     from bt_controller.running.runner import Runner
     from bt_controller.watching.snapshot import nodes_of
-    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.client.client import Client
 
     if not (args.robot or args.robots):
         parser.error("the following arguments are required: --robot or --robots")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from hmrsim.interfaces.nav_msgs import Path
-    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.client.client import Client
 
 Way = tuple[Point, Point]
 """A lane in the direction in which it is driven."""

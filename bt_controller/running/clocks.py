@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 from bt_controller.running.mailbox import CLOCK, RESET, STOP
 from hmrsim.errors import HmrsimError
+from hmrsim_zenoh.client.sim_clock import SimClock
 from hmrsim_zenoh.errors import SimulatorGone
-from hmrsim_zenoh.sim_clock import SimClock
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from bt_controller.running.mailbox import Mailbox
-    from hmrsim_zenoh.client import Client
-    from hmrsim_zenoh.lockstep import Lockstep
-    from hmrsim_zenoh.participant import Kind
+    from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.client.lockstep import Lockstep
+    from hmrsim_zenoh.client.participant import Kind
 
 _LOOK_AROUND: Final = 0.5
 """Wall seconds after which a runner looks around when nothing wakes it."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from bt_controller.trees import Plan
     from hmrsim.actions import AnyAction
-    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.client.client import Client
 
 _log = logging.getLogger(__name__)
 

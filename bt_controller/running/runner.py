@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from bt_controller.running.clocks import Clock
     from bt_controller.running.mailbox import Mailbox
     from bt_controller.running.mission import Mission
-    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.client.client import Client
 
 _PERIOD: Final = 1.0
 """Simulated seconds between looks at what nobody tells us."""

@@ -15,7 +15,7 @@ from hmrsim.world.files import find
 from hmrsim.world.formats import registry as formats
 from hmrsim.world.includes import read_document
 from hmrsim.world.shipped import shipped_maps
-from hmrsim_zenoh.completion import running
+from hmrsim_zenoh.client.completion import running
 
 if TYPE_CHECKING:
     import argparse

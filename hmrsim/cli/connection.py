@@ -8,7 +8,7 @@ from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.errors import SimulatorGone
 from hmrsim_zenoh.wire.options import add_session_options, session_options
 

@@ -24,7 +24,7 @@ from hmrsim.cli.view_options import add_view_options, check_port
 from hmrsim.errors import HmrsimError
 from hmrsim.program.log_options import add_log_options, log_level
 from hmrsim.program.signals import exit_code_of, on_signals
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.wire.session import SessionOptions
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ from hmrsim_zenoh.wire.options import ENVIRONMENT
 if TYPE_CHECKING:
     import argparse
 
-    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.recording.listening import Listener
     from hmrsim_zenoh.recording.recorder import Recorder
 

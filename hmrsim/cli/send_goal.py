@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     import argparse
 
     from hmrsim.interfaces.message import Message
-    from hmrsim_zenoh.client import Client
-    from hmrsim_zenoh.goal_handle import GoalHandle
+    from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.client.goal_handle import GoalHandle
 
 _EXAMPLES: Final = f"""\
 examples:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from hmrsim.cli.names import Info
-    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.client.client import Client
 
 _EXAMPLES: Final = f"""\
 examples:

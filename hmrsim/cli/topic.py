@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from hmrsim.cli.names import Info
     from hmrsim.cli.topics import Topic
-    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.client.client import Client
 
 _EXAMPLES: Final = f"""\
 examples:

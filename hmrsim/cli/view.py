@@ -85,7 +85,7 @@ def _simulator(args: argparse.Namespace, stack: ExitStack) -> Source:
     Raises:
         NobodyThere: None is.
     """
-    from hmrsim_zenoh.client import Client  # noqa: PLC0415
+    from hmrsim_zenoh.client.client import Client  # noqa: PLC0415
     from hmrsim_zenoh.view.live import Live  # noqa: PLC0415
 
     options = session_options(args)

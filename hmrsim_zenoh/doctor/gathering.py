@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import zenoh
 
 from hmrsim.protocol.goal import WORLD
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
 from hmrsim_zenoh.errors import NobodyThere, RequestTimeout
 from hmrsim_zenoh.ros2.keys import DOMAINS, read_token

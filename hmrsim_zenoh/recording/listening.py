@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from typing import Self
 
     from hmrsim.interfaces.message import Message
-    from hmrsim_zenoh.client import Client
-    from hmrsim_zenoh.link import Answer
+    from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.client.link import Answer
     from hmrsim_zenoh.recording.recorder import Recorder
 
 _log = logging.getLogger(__name__)

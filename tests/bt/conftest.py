@@ -10,8 +10,8 @@ import pytest
 from py_trees.blackboard import Blackboard
 
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim_zenoh.client.goal_handle import GoalHandle
 from hmrsim_zenoh.errors import GoalRejectedError, ResultExpired
-from hmrsim_zenoh.goal_handle import GoalHandle
 from hmrsim_zenoh.wire.keys import Keys
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from bt_controller.cli import main
-from hmrsim_zenoh import client as client_module
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client import client as client_module
+from hmrsim_zenoh.client.client import Client
 from tests.hosted import hosted
 
 GO = "bt_controller.examples:go_to_pose"

@@ -17,7 +17,7 @@ from bt_controller.running.mission import missions_for
 from bt_controller.running.runner import Runner
 from bt_controller.tree_time import now, reached
 from bt_controller.trees import Plan
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from tests.hosted import hosted
 
 FAST = 200

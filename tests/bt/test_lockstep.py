@@ -20,7 +20,7 @@ from bt_controller.running.runner import Runner
 from bt_controller.trees import Plan
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.errors import Dropped, Idle
 from tests.hosted import hosted
 

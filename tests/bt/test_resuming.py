@@ -7,7 +7,7 @@ from py_trees.common import Status
 
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from tests.hosted import hosted
 
 NEAR, FAR = pose_goal(1.0, 0.0), pose_goal(5.0, 0.0)

@@ -10,7 +10,7 @@ import pytest
 
 from bt_controller.directory import NotServed
 from bt_controller.topics import Topics
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from tests.hosted import hosted
 
 NAMES = [f"r{number}" for number in range(20)]

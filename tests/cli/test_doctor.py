@@ -9,7 +9,7 @@ import time
 import pytest
 
 from hmrsim.cli import main
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.ros2 import keys
 from hmrsim_zenoh.ros2.keys import Endpoint, Kind, Node
 from hmrsim_zenoh.ros2.wires import RmwZenoh

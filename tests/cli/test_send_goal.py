@@ -14,8 +14,8 @@ from hmrsim.cli import main, send_goal
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim_zenoh.client.goal_handle import GoalHandle
 from hmrsim_zenoh.errors import GoalRejectedError, NobodyThere, RequestError, SimulatorGone
-from hmrsim_zenoh.goal_handle import GoalHandle
 
 INFO = {"robots": [{"name": "wall_e", "actions": ["wait"]}], "aliases": {"wall_e/rest": "wall_e/wait"}}
 GOAL_ID = "0123456789abcdef" * 2

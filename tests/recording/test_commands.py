@@ -15,7 +15,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 
 from hmrsim.actions import registry
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.wire.session import SessionOptions
 

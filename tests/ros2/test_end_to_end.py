@@ -21,7 +21,7 @@ from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.services import registry as services
 from hmrsim.world import World
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.ros2.codec.types import message_type, service_type
 from hmrsim_zenoh.ros2.wires import RmwZenoh

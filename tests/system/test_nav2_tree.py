@@ -15,7 +15,7 @@ from bt_controller.running.mailbox import Mailbox
 from bt_controller.running.mission import Mission
 from bt_controller.running.runner import Runner
 from bt_controller.trees import load
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from tests.hosted import hosted
 
 pytestmark = pytest.mark.system

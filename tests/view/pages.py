@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 from websockets.sync.client import connect
 
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.view.live import Live
 from hmrsim_zenoh.view.server import ViewServer
 

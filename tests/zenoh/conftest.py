@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import zenoh
 
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.wire.keys import Keys, Verb
 from hmrsim_zenoh.wire.session import SessionOptions, open_server
 

@@ -8,7 +8,7 @@ from hmrsim.actions.wait import ACTION
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.errors import GoalRejectedError, ResultExpired
 from tests.hosted import hosted
 

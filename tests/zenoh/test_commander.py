@@ -7,7 +7,7 @@ import math
 import pytest
 
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim_zenoh.commander import Commander
+from hmrsim_zenoh.client.commander import Commander
 from hmrsim_zenoh.errors import GoalFailed, GoalRejectedError, GoalTimeout
 from hmrsim_zenoh.wire.keys import Verb
 

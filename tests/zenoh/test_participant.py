@@ -8,9 +8,9 @@ import threading
 import pytest
 import zenoh
 
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.client.participant import Grant, Participant, Wish, check_name
 from hmrsim_zenoh.errors import ClientClosed, Dropped, RequestError, SimulatorGone
-from hmrsim_zenoh.participant import Grant, Participant, Wish, check_name
 from hmrsim_zenoh.wire.session import SessionOptions
 
 PATIENCE = 10.0

@@ -14,7 +14,7 @@ from hmrsim.actions import registry
 from hmrsim.errors import HmrsimError
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.action_client import ActionClient
+    from hmrsim_zenoh.client.action_client import ActionClient
 
 
 class _Cancel(Leaf):

@@ -18,7 +18,7 @@ from bt_controller.running.mission import Mission
 from bt_controller.running.runner import Runner
 from bt_controller.trees import Plan, load
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from tests.hosted import hosted
 
 STEPS = ["Go to shelf", "Pick up parcel", "Go to bed", "Wait 4 s", "Place parcel"]

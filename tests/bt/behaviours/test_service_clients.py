@@ -23,7 +23,7 @@ from hmrsim.interfaces.simulation_interfaces import (
     SetSimulationState,
     StepSimulation,
 )
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from tests.hosted import hosted
 
 CLOCKS = {"realtime": {}, "lockstep": {"clock": "lockstep"}}

@@ -14,7 +14,7 @@ from bt_controller.running.mailbox import Mailbox
 from bt_controller.running.mission import missions_for
 from bt_controller.running.runner import Runner
 from bt_controller.trees import Plan
-from hmrsim_zenoh.client import Client
+from hmrsim_zenoh.client.client import Client
 from tests.hosted import hosted
 
 WORLD = {

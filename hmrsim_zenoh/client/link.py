@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Protocol
 import zenoh
 
 from hmrsim.protocol.goal import made_goal_id
+from hmrsim_zenoh.client.liveliness import Presence
+from hmrsim_zenoh.client.worker import Worker
 from hmrsim_zenoh.errors import ClientClosed, NobodyThere, RequestError, SimulatorGone
-from hmrsim_zenoh.presence import Presence
-from hmrsim_zenoh.worker import Worker
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -15,9 +15,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Generic
 
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim_zenoh.client.goal_handle import F, GoalHandle, R
+from hmrsim_zenoh.client.link import Answer, Link, Port, Wire
 from hmrsim_zenoh.errors import GoalRejectedError, GoalTimeout, RequestError, ResultExpired, SimulatorGone
-from hmrsim_zenoh.goal_handle import F, GoalHandle, R
-from hmrsim_zenoh.link import Answer, Link, Port, Wire
 from hmrsim_zenoh.wire.envelopes import (
     CancelGoalRequest,
     CancelGoalResponse,

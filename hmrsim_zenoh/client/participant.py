@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 import zenoh
 from pydantic import BaseModel, ValidationError
 
+from hmrsim_zenoh.client.link import Call, Link, Port
 from hmrsim_zenoh.errors import ClientClosed, Dropped, NameTaken, RequestError
-from hmrsim_zenoh.link import Call, Link, Port
 from hmrsim_zenoh.wire.envelopes import dump, unreadable
 
 if TYPE_CHECKING:

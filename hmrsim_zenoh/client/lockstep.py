@@ -19,17 +19,17 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError
 from hmrsim.protocol.goal import made_goal_id
+from hmrsim_zenoh.client.participant import Participant, Wish
+from hmrsim_zenoh.client.single_flight import Turns
 from hmrsim_zenoh.errors import Dropped, Idle, NobodyThere, RequestError, SimulatorGone
-from hmrsim_zenoh.participant import Participant, Wish
-from hmrsim_zenoh.turns import Turns
 from hmrsim_zenoh.wire.envelopes import dump
 from hmrsim_zenoh.wire.keys import ActionKey, Verb
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from hmrsim_zenoh.link import Answer, Link, Port
-    from hmrsim_zenoh.participant import Grant, Happening, Kind
+    from hmrsim_zenoh.client.link import Answer, Link, Port
+    from hmrsim_zenoh.client.participant import Grant, Happening, Kind
 
 _LAST_WORDS: Final = 1.0
 _LONGEST_LOOK: Final = 3.0

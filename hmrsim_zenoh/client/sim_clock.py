@@ -12,7 +12,7 @@ from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.client.client import Client
 
 _log = logging.getLogger(__name__)
 

@@ -14,7 +14,7 @@ from hmrsim_zenoh.errors import ClientClosed
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim_zenoh.worker import Worker
+    from hmrsim_zenoh.client.worker import Worker
 
 
 class Presence:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Generic
 
 from hmrsim.actions import F, G, R
 from hmrsim.protocol.goal import parse_goal_id
+from hmrsim_zenoh.client.goal_exchange import ActionPorts, GoalExchange
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
-from hmrsim_zenoh.goal_exchange import ActionPorts, GoalExchange
 from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, FeedbackMessage, UnreadableError, around, read
 from hmrsim_zenoh.wire.keys import Verb
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from hmrsim.actions import Action
-    from hmrsim_zenoh.goal_handle import GoalHandle
-    from hmrsim_zenoh.link import Answer, Link, Wire
-    from hmrsim_zenoh.lockstep import Lockstep
+    from hmrsim_zenoh.client.goal_handle import GoalHandle
+    from hmrsim_zenoh.client.link import Answer, Link, Wire
+    from hmrsim_zenoh.client.lockstep import Lockstep
 
 _log = logging.getLogger(__name__)
 

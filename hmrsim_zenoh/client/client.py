@@ -18,7 +18,12 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Self
 
 import zenoh
 
-from hmrsim_zenoh.action_client import ActionClient
+from hmrsim_zenoh.client.action_client import ActionClient
+from hmrsim_zenoh.client.link import Answer, Link, Port
+from hmrsim_zenoh.client.lockstep import Lockstep
+from hmrsim_zenoh.client.participant import check_name
+from hmrsim_zenoh.client.sim_clock import SimClock, read_clock
+from hmrsim_zenoh.client.subscription import Subscription
 from hmrsim_zenoh.errors import (
     BadOptions,
     ClientClosed,
@@ -28,11 +33,6 @@ from hmrsim_zenoh.errors import (
     SimulatorGone,
     Unreachable,
 )
-from hmrsim_zenoh.link import Answer, Link, Port
-from hmrsim_zenoh.lockstep import Lockstep
-from hmrsim_zenoh.participant import check_name
-from hmrsim_zenoh.sim_clock import SimClock, read_clock
-from hmrsim_zenoh.subscription import Subscription
 from hmrsim_zenoh.wire.envelopes import UnreadableError
 from hmrsim_zenoh.wire.keys import Keys
 from hmrsim_zenoh.wire.session import DEFAULT_OPTIONS, SessionOptions, open_client

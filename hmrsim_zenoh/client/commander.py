@@ -25,8 +25,8 @@ from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import GoalFailed
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.action_client import ActionClient
-    from hmrsim_zenoh.client import Client
+    from hmrsim_zenoh.client.action_client import ActionClient
+    from hmrsim_zenoh.client.client import Client
 
 R = TypeVar("R", bound=Message)
 
