@@ -18,12 +18,12 @@ from hmrsim.services import registry as all_services
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.timing.pacing import Pacing
 from hmrsim.timing.result_retention import Retention
-from hmrsim_zenoh import preparation
-from hmrsim_zenoh.description import Description
 from hmrsim_zenoh.errors import BadOptions, PrefixTaken
-from hmrsim_zenoh.planner import Planner
-from hmrsim_zenoh.server import Server
-from hmrsim_zenoh.tokens import MOST_TOKENS, Tokens
+from hmrsim_zenoh.server import warm_up
+from hmrsim_zenoh.server.external_planner import Planner
+from hmrsim_zenoh.server.liveliness import MOST_TOKENS, Tokens
+from hmrsim_zenoh.server.server import Server
+from hmrsim_zenoh.server.world_info import Description
 from hmrsim_zenoh.wire.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.wire.keys import Keys
 from hmrsim_zenoh.wire.session import SessionOptions, open_server
@@ -164,7 +164,7 @@ class Host:
             participant_timeout=settings.participant_timeout,
             end_on_loss=settings.end_on_loss,
             on_lag=_warn_of_lag,
-            preparations=preparation.of(self.simulator),
+            preparations=warm_up.of(self.simulator),
         )
         self._server.submit = self.pacing.submit
         self._server.planner = Planner(

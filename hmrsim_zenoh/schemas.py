@@ -19,7 +19,7 @@ from hmrsim.actions import registry
 from hmrsim.report.model import Report
 from hmrsim.services import registry as services
 from hmrsim.world_checks.schema import world_schema
-from hmrsim_zenoh import time_requests
+from hmrsim_zenoh.server import decode_time
 from hmrsim_zenoh.wire import envelopes
 from hmrsim_zenoh.wire.tree_state import TreeState
 
@@ -74,10 +74,10 @@ def envelope_schema() -> dict[str, Any]:
 def time_schema() -> dict[str, Any]:
     """Return the schema of the requests about time, by the last chunk of their keys."""
     parts: _Parts = {
-        "join": (time_requests.JoinRequest, "validation"),
-        "advance": (time_requests.AdvanceRequest, "validation"),
-        "leave": (time_requests.LeaveRequest, "validation"),
-        "set": (time_requests.SetRequest, "validation"),
+        "join": (decode_time.JoinRequest, "validation"),
+        "advance": (decode_time.AdvanceRequest, "validation"),
+        "leave": (decode_time.LeaveRequest, "validation"),
+        "set": (decode_time.SetRequest, "validation"),
     }
     return _together("What is asked below _world/time", parts)
 

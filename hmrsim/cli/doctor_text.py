@@ -12,7 +12,7 @@ from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions
 from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints
 from hmrsim_zenoh.ros2.hashes import distros_of, ros_name
 from hmrsim_zenoh.ros2.keys import Kind
-from hmrsim_zenoh.tokens import MOST_TOKENS
+from hmrsim_zenoh.server.liveliness import MOST_TOKENS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence

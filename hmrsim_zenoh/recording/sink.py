@@ -10,7 +10,7 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.gateway import FeedbackSent, GoalChanged, Happened, Sampled, StatusChanged, Topic
 from hmrsim.simulation.snapshot import scene
 from hmrsim.world.writing import native_data
-from hmrsim_zenoh.description import Description
+from hmrsim_zenoh.server.world_info import Description
 from hmrsim_zenoh.wire import encoding
 
 if TYPE_CHECKING:

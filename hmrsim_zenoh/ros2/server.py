@@ -34,11 +34,11 @@ if TYPE_CHECKING:
     from hmrsim.protocol.gateway import AnyCommand, Event, Sampled
     from hmrsim.services import AnyService
     from hmrsim.simulation.simulator import Simulator
-    from hmrsim_zenoh.inbox import QueryInbox
-    from hmrsim_zenoh.planner import Planner
     from hmrsim_zenoh.ros2.keys import Address
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.wires import Wire
+    from hmrsim_zenoh.server.external_planner import Planner
+    from hmrsim_zenoh.server.inbox import QueryInbox
 
 _log = logging.getLogger(__name__)
 

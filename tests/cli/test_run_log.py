@@ -106,7 +106,7 @@ def test_log_lines_have_at_least_the_level_asked_for(level, written):
 
     with LogLines(lines.append, level):
         for name in ("debug", "info", "error"):
-            getattr(logging.getLogger("hmrsim_zenoh.server"), name)(name)
+            getattr(logging.getLogger("hmrsim_zenoh.server.server"), name)(name)
 
     assert written == [line.rpartition("| ")[2] for line in lines]
 

@@ -12,10 +12,10 @@ from hmrsim.cli.rosout import told
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.simulation.snapshot import scene
 from hmrsim.world.model import World
-from hmrsim_zenoh.description import Description
 from hmrsim_zenoh.recording import listening, open_recording
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.writing import RecordingFile
+from hmrsim_zenoh.server.world_info import Description
 from hmrsim_zenoh.wire.keys import Keys
 from tests.recording.conftest import STATE
 from tests.simulation import SMALL_WORLD

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.protocol.gateway import FeedbackSent
-from hmrsim_zenoh import thinning
-from hmrsim_zenoh.thinning import Thinning
+from hmrsim_zenoh.server import rate_limit
+from hmrsim_zenoh.server.rate_limit import Thinning
 
 
 @pytest.fixture
@@ -16,7 +16,7 @@ def passed(monkeypatch: pytest.MonkeyPatch) -> object:
     def play(*sent: tuple[float, str, bool]) -> list[bool]:
         thinned, found = Thinning(), []
         for time, goal_id, last in sent:
-            monkeypatch.setattr(thinning.time, "monotonic", lambda time=time: time)
+            monkeypatch.setattr(rate_limit.time, "monotonic", lambda time=time: time)
             found.append(thinned.passes(FeedbackSent("wall_e", "wait", goal_id, {}, last)))
         return found
 

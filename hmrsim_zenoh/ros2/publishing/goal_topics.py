@@ -8,18 +8,18 @@ from hmrsim.protocol.gateway import Topic
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, Endpoint, Kind
 from hmrsim_zenoh.ros2.publishing.statuses import Statuses
-from hmrsim_zenoh.thinning import Thinning
+from hmrsim_zenoh.server.rate_limit import Thinning
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from hmrsim.protocol.gateway import FeedbackSent, StatusChanged
-    from hmrsim_zenoh.interest import Interest
     from hmrsim_zenoh.ros2.codec.types import MessageType
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
     from hmrsim_zenoh.ros2.publishing.outlets import Outlet, Outlets
     from hmrsim_zenoh.ros2.wires import Wire
+    from hmrsim_zenoh.server.interest import Interest
 
 _OF_ROBOTS, _OF_WORLD = "/*/*/_action/feedback", "/*/_action/feedback"
 """The names of all feedback."""

@@ -9,7 +9,6 @@ import zenoh
 
 from hmrsim.protocol.gateway import FeedbackSent, GoalChanged, Sampled, StatusChanged, Topic
 from hmrsim.protocol.goal import WORLD
-from hmrsim_zenoh.interest import Interest
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
 from hmrsim_zenoh.ros2.publishing import goal_topics, topics
 from hmrsim_zenoh.ros2.publishing.declarations import Declarations
@@ -17,6 +16,7 @@ from hmrsim_zenoh.ros2.publishing.endpoints import AMCL_POSE, Endpoints, parts
 from hmrsim_zenoh.ros2.publishing.goal_topics import GoalTopics
 from hmrsim_zenoh.ros2.publishing.outlets import Outlets
 from hmrsim_zenoh.ros2.publishing.topics import Topics
+from hmrsim_zenoh.server.interest import Interest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence

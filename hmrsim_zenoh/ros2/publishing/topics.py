@@ -21,10 +21,10 @@ from hmrsim_zenoh.ros2.publishing.endpoints import AMCL_POSE, BATTERY_STATE, CLO
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.gateway import Sampled
-    from hmrsim_zenoh.interest import Interest
     from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
     from hmrsim_zenoh.ros2.publishing.outlets import Outlet, Outlets
     from hmrsim_zenoh.ros2.wires import Wire
+    from hmrsim_zenoh.server.interest import Interest
 
 ROBOT_TF: Final = "robot's tf"
 """A robot's own transforms, as Nav2 has them where there are several robots; `TF` is those of all of them."""

@@ -14,7 +14,7 @@ from hmrsim.simulation.snapshot import scene
 from hmrsim.world.resolved import shown
 from hmrsim.world.route_graph import to_geojson
 from hmrsim.world_checks import world_hash
-from hmrsim_zenoh.time_requests import SERVICE_TYPES
+from hmrsim_zenoh.server.decode_time import SERVICE_TYPES
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import dump
 

@@ -17,7 +17,7 @@ from pydantic import TypeAdapter
 from hmrsim.protocol.gateway import CallService, CancelGoal, GetResult, GoalResponse, Read, SendGoal, Topic
 from hmrsim.protocol.goal import WORLD, parse_goal_id
 from hmrsim.protocol.time import ReadTime
-from hmrsim_zenoh.time_requests import ReadRequest, TimeRequests
+from hmrsim_zenoh.server.decode_time import ReadRequest, TimeRequests
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
     MAX_PAYLOAD,

@@ -37,11 +37,11 @@ from hmrsim.protocol.gateway import (
 )
 from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.time import Advance, Granted, HasLeft, Joined, TimeState
-from hmrsim_zenoh.inbox import QueryInbox
-from hmrsim_zenoh.interest import Interest
-from hmrsim_zenoh.requests import Asked, Requests
-from hmrsim_zenoh.thinning import Thinning
-from hmrsim_zenoh.time_requests import TIME_STATE, encoded
+from hmrsim_zenoh.server.decode import Asked, Requests
+from hmrsim_zenoh.server.decode_time import TIME_STATE, encoded
+from hmrsim_zenoh.server.inbox import QueryInbox
+from hmrsim_zenoh.server.interest import Interest
+from hmrsim_zenoh.server.rate_limit import Thinning
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.wire.keys import Verb
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.protocol.gateway import AnyCommand, Event
     from hmrsim.services import AnyService
-    from hmrsim_zenoh.planner import Planner
+    from hmrsim_zenoh.server.external_planner import Planner
     from hmrsim_zenoh.wire.keys import Keys
 
 _log = logging.getLogger(__name__)
