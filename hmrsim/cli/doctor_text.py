@@ -10,8 +10,8 @@ from hmrsim.errors import printable
 from hmrsim_zenoh.doctor.problem import some
 from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions
 from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints
-from hmrsim_zenoh.ros2.hashes import distros_of, ros_name
 from hmrsim_zenoh.ros2.keys import Kind
+from hmrsim_zenoh.ros2.type_compat import distros_of, ros_name
 from hmrsim_zenoh.server.liveliness import MOST_TOKENS
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim_zenoh.doctor.problem import Problem, some
 from hmrsim_zenoh.doctor.snapshot import WANT, endpoints, whole
-from hmrsim_zenoh.ros2.hashes import difference
 from hmrsim_zenoh.ros2.keys import Kind
+from hmrsim_zenoh.ros2.type_compat import difference
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

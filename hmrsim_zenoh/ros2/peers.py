@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Final
 import zenoh
 
 from hmrsim_zenoh.ros2 import keys
-from hmrsim_zenoh.ros2.hashes import difference
 from hmrsim_zenoh.ros2.keys import Address, Kind
+from hmrsim_zenoh.ros2.type_compat import difference
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from hmrsim_zenoh.ros2.asking.complaints import Complaints
     from hmrsim_zenoh.ros2.keys import Endpoint, Token, TypeHash
+    from hmrsim_zenoh.ros2.requests.rejection_log import Complaints
 
 _log = logging.getLogger(__name__)
 

@@ -15,14 +15,14 @@ from hmrsim.errors import SimulationStopped
 from hmrsim.protocol.gateway import Answered, CallService, CancelGoal, GoalResponse, InterestChanged, SendGoal, Topic
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.errors import BadOptions
-from hmrsim_zenoh.ros2.asking.asked import Asked
-from hmrsim_zenoh.ros2.asking.catalog import Catalog
-from hmrsim_zenoh.ros2.asking.complaints import Complaints
-from hmrsim_zenoh.ros2.asking.requests import Requests
-from hmrsim_zenoh.ros2.asking.waiting import Waiting
 from hmrsim_zenoh.ros2.names import names_of
 from hmrsim_zenoh.ros2.peers import Peers, numbered
 from hmrsim_zenoh.ros2.publishing.publications import Publications
+from hmrsim_zenoh.ros2.requests.catalog import Catalog
+from hmrsim_zenoh.ros2.requests.pending import Asked
+from hmrsim_zenoh.ros2.requests.rejection_log import Complaints
+from hmrsim_zenoh.ros2.requests.requests import Requests
+from hmrsim_zenoh.ros2.requests.waiting import Waiting
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 
 if TYPE_CHECKING:

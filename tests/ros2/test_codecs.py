@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 
-from hmrsim_zenoh.ros2.codec import careful
+from hmrsim_zenoh.ros2.codec import checked
 from hmrsim_zenoh.ros2.codec.cdr import CdrError, decoder, encoder
 from hmrsim_zenoh.ros2.codec.distros import DISTROS
 from hmrsim_zenoh.ros2.codec.rihs01 import PADDING, Field, Kind, Structure
@@ -195,10 +195,10 @@ def test_quick_and_careful_agree(seed: int) -> None:
     for own, described in each_type(seed):
         with case(own):
             sent = encoder(as_it_is(described))(Values(own).of(described))
-            read = careful.read(described, sent, "<")
+            read = checked.read(described, sent, "<")
 
             assert read == decoder(described)(sent)
-            assert careful.write(described, read) == encoder(described)(read)
+            assert checked.write(described, read) == encoder(described)(read)
 
 
 @a_few
@@ -228,7 +228,7 @@ def test_broken_bytes_are_read_or_refused(seed: int) -> None:
             made_up = b"\0\1\0\0" + chance.randbytes(chance.randrange(99))
 
             for broken in map(bytes, (sent, cut, made_up)):
-                assert outcome(careful.read, described, broken, "<") == outcome(decoder(described), broken)
+                assert outcome(checked.read, described, broken, "<") == outcome(decoder(described), broken)
 
 
 @pytest.mark.parametrize(
@@ -244,7 +244,7 @@ def test_a_boolean_is_one_or_zero(distro: str, name: str) -> None:
     sent = encoder(as_it_is(described))(Values("500").of(described))
     for value in range(256):
         changed = sent[:-1] + bytes((value,))
-        read = [outcome(careful.read, described, changed, "<"), outcome(decoder(described), changed)]
+        read = [outcome(checked.read, described, changed, "<"), outcome(decoder(described), changed)]
 
         assert [value > 1] * 2 == ["refused" == one for one in read], value
 

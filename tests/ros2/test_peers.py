@@ -8,10 +8,10 @@ import queue
 import pytest
 
 from hmrsim_zenoh.ros2 import keys
-from hmrsim_zenoh.ros2.asking.complaints import Complaints
-from hmrsim_zenoh.ros2.hashes import difference, distros_of, known, ros_name
 from hmrsim_zenoh.ros2.keys import NO_HASH, Address, Endpoint, Kind, Node
 from hmrsim_zenoh.ros2.peers import Peers
+from hmrsim_zenoh.ros2.requests.rejection_log import Complaints
+from hmrsim_zenoh.ros2.type_compat import difference, distros_of, known, ros_name
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
 
 PATIENCE = 10.0

@@ -20,8 +20,8 @@ from hmrsim_zenoh.ros2.attachment import read_attachment
 from hmrsim_zenoh.ros2.keys import gid, read_token
 from hmrsim_zenoh.ros2.names import names_of
 from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
-from hmrsim_zenoh.ros2.publishing.outlets import Latched
 from hmrsim_zenoh.ros2.publishing.publications import Publications
+from hmrsim_zenoh.ros2.publishing.publishers import Latched
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
 

@@ -29,15 +29,15 @@ from hmrsim.protocol.gateway import (
 )
 from hmrsim.protocol.goal import WORLD, GoalStatus
 from hmrsim.services import registry as all_services
-from hmrsim_zenoh.ros2.asking import catalog as catalog_module
-from hmrsim_zenoh.ros2.asking import waiting as waiting_module
-from hmrsim_zenoh.ros2.asking.catalog import Catalog
-from hmrsim_zenoh.ros2.asking.complaints import Complaints
-from hmrsim_zenoh.ros2.asking.requests import Requests
-from hmrsim_zenoh.ros2.asking.waiting import Waiting
 from hmrsim_zenoh.ros2.codec.distros import DISTROS
 from hmrsim_zenoh.ros2.codec.types import action_type, service_type
 from hmrsim_zenoh.ros2.names import Names
+from hmrsim_zenoh.ros2.requests import catalog as catalog_module
+from hmrsim_zenoh.ros2.requests import waiting as waiting_module
+from hmrsim_zenoh.ros2.requests.catalog import Catalog
+from hmrsim_zenoh.ros2.requests.rejection_log import Complaints
+from hmrsim_zenoh.ros2.requests.requests import Requests
+from hmrsim_zenoh.ros2.requests.waiting import Waiting
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 
 ID = bytes(range(16))
@@ -562,7 +562,7 @@ class TestAnswers:
     def test_a_bug_while_reading(self, monkeypatch):
         """It is answered, too."""
         asked = query(key("send_goal"), SEND)
-        monkeypatch.setattr("hmrsim_zenoh.ros2.asking.offers._goal_id", lambda _request: 1 / 0)
+        monkeypatch.setattr("hmrsim_zenoh.ros2.requests.handlers._goal_id", lambda _request: 1 / 0)
         found = Desk().requests.decode(asked)
 
         assert [] == found

@@ -9,8 +9,8 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim_zenoh.ros2.codec import careful, decoders, encoders
-from hmrsim_zenoh.ros2.codec.careful import CdrError
+from hmrsim_zenoh.ros2.codec import checked, decoders, encoders
+from hmrsim_zenoh.ros2.codec.checked import CdrError
 from hmrsim_zenoh.ros2.codec.layout import HEADER
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def encoder(described: Structure) -> Callable[[Message | Mapping[str, Any]], byt
         try:
             return quick(values)
         except _ANYTHING:
-            return careful.write(described, values)
+            return checked.write(described, values)
 
     return encode
 
@@ -75,4 +75,4 @@ def _careful(described: Structure, data: bytes) -> dict[str, Any]:
         raise CdrError(f"{described.name}: {len(data)} bytes are more than the {MOST_BYTES} that are read at once")
     if len(data) > _MOST_CAREFUL:
         raise CdrError(f"{described.name}: {len(data)} bytes, broken or big-endian, are too many to find out where")
-    return careful.read(described, data, "<" if data[:2] == _CDR_LE else ">")
+    return checked.read(described, data, "<" if data[:2] == _CDR_LE else ">")

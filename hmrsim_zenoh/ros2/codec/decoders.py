@@ -10,8 +10,8 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from hmrsim_zenoh.ros2.codec.careful import CdrError
-from hmrsim_zenoh.ros2.codec.code import Code
+from hmrsim_zenoh.ros2.codec.checked import CdrError
+from hmrsim_zenoh.ros2.codec.codegen import Code
 from hmrsim_zenoh.ros2.codec.layout import (
     FORMATS,
     HEADER,

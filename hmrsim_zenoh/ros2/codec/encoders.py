@@ -9,7 +9,7 @@ import struct
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from hmrsim_zenoh.ros2.codec.code import Code
+from hmrsim_zenoh.ros2.codec.codegen import Code
 from hmrsim_zenoh.ros2.codec.layout import FORMATS, HEADER, LITTLE_ENDIAN, Leaf, leaves, size_of
 from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure
 

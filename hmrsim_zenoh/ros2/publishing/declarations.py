@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from hmrsim_zenoh.ros2.keys import Endpoint, Node
     from hmrsim_zenoh.ros2.publishing.endpoints import Owned, Part
-    from hmrsim_zenoh.ros2.publishing.outlets import Outlets
+    from hmrsim_zenoh.ros2.publishing.publishers import Outlets
     from hmrsim_zenoh.ros2.wires import Wire
 
 _log = logging.getLogger(__name__)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.codec.types import MessageType
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
-    from hmrsim_zenoh.ros2.publishing.outlets import Outlet, Outlets
+    from hmrsim_zenoh.ros2.publishing.publishers import Outlet, Outlets
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.interest import Interest
 

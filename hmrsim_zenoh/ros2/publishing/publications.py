@@ -14,7 +14,7 @@ from hmrsim_zenoh.ros2.publishing import goal_topics, topics
 from hmrsim_zenoh.ros2.publishing.declarations import Declarations
 from hmrsim_zenoh.ros2.publishing.endpoints import AMCL_POSE, Endpoints, parts
 from hmrsim_zenoh.ros2.publishing.goal_topics import GoalTopics
-from hmrsim_zenoh.ros2.publishing.outlets import Outlets
+from hmrsim_zenoh.ros2.publishing.publishers import Outlets
 from hmrsim_zenoh.ros2.publishing.topics import Topics
 from hmrsim_zenoh.server.interest import Interest
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.keys import TypeHash
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.publishing.endpoints import Part
-    from hmrsim_zenoh.ros2.publishing.outlets import Outlet
+    from hmrsim_zenoh.ros2.publishing.publishers import Outlet
     from hmrsim_zenoh.ros2.wires import Wire
 
 _log = logging.getLogger(__name__)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.gateway import Sampled
     from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
-    from hmrsim_zenoh.ros2.publishing.outlets import Outlet, Outlets
+    from hmrsim_zenoh.ros2.publishing.publishers import Outlet, Outlets
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.interest import Interest
 

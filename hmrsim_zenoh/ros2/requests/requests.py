@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationError
 
 from hmrsim.protocol.gateway import GetResult
-from hmrsim_zenoh.ros2.asking.asked import NOBODY, Asked, attached_to
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
+from hmrsim_zenoh.ros2.requests.pending import NOBODY, Asked, attached_to
 from hmrsim_zenoh.wire.envelopes import unreadable
 
 if TYPE_CHECKING:
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     import zenoh
 
     from hmrsim.protocol.gateway import AnyCommand
-    from hmrsim_zenoh.ros2.asking.catalog import Catalog
-    from hmrsim_zenoh.ros2.asking.complaints import Complaints
-    from hmrsim_zenoh.ros2.asking.waiting import Waiting
     from hmrsim_zenoh.ros2.keys import Address
+    from hmrsim_zenoh.ros2.requests.catalog import Catalog
+    from hmrsim_zenoh.ros2.requests.rejection_log import Complaints
+    from hmrsim_zenoh.ros2.requests.waiting import Waiting
     from hmrsim_zenoh.ros2.wires import Wire
 
 _log = logging.getLogger(__name__)

@@ -10,7 +10,7 @@ from hmrsim.protocol.gateway import GetResult, Withdraw
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hmrsim_zenoh.ros2.asking.asked import Asked
+    from hmrsim_zenoh.ros2.requests.pending import Asked
 
 MOST: Final = 16_384
 """Requests for results that may wait."""

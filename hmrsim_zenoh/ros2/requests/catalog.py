@@ -7,18 +7,18 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from hmrsim.interfaces.lifecycle_msgs import GetState
-from hmrsim_zenoh.ros2.asking.offers import Cancels, Goals, Layouts, OfWorld, Results, States
 from hmrsim_zenoh.ros2.codec.types import action_types, service_type
 from hmrsim_zenoh.ros2.names import ros_services
+from hmrsim_zenoh.ros2.requests.handlers import Cancels, Goals, Layouts, OfWorld, Results, States
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.actions import AnyAction
     from hmrsim.services import AnyService
-    from hmrsim_zenoh.ros2.asking.offers import Offer
     from hmrsim_zenoh.ros2.keys import Node
     from hmrsim_zenoh.ros2.names import Names
+    from hmrsim_zenoh.ros2.requests.handlers import Offer
 
 _Of = TypeVar("_Of")
 

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.interfaces.message import Message
-    from hmrsim_zenoh.ros2.asking.offers import Offer
     from hmrsim_zenoh.ros2.codec.types import ServiceType
+    from hmrsim_zenoh.ros2.requests.handlers import Offer
     from hmrsim_zenoh.ros2.wires import Wire
 
 _log = logging.getLogger(__name__)
