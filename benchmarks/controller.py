@@ -16,8 +16,8 @@ from benchmarks._fleet import SIDE, grid_world
 from benchmarks._processes import child
 from benchmarks._report import Row
 from benchmarks._wire import served
-from bt_controller.action_leaf import ActionLeaf
 from bt_controller.behaviours.nav_to_pose import pose_goal
+from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.running.clocks import clock_for
 from bt_controller.running.mailbox import STOP, Mailbox
 from bt_controller.running.mission import missions_for, prepare

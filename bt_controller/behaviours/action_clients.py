@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bt_controller.action_leaf import ActionLeaf
+from bt_controller.core.action_leaf import ActionLeaf
 from hmrsim.actions import F, G, R
 
 if TYPE_CHECKING:

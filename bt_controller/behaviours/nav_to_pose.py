@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from bt_controller.action_leaf import ActionLeaf
-from bt_controller.directory import NotServed
-from bt_controller.ports import pose_stamped
+from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.ports import pose_stamped
+from bt_controller.world.directory import NotServed
 from hmrsim.actions.navigate_to_pose import ACTION
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from bt_controller.action_leaf import GoalSource
+    from bt_controller.core.action_leaf import GoalSource
 
 
 class NavToPoseActionClient(ActionLeaf[NavigateToPose.Goal, NavigateToPose.Result, NavigateToPose.Feedback]):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Access, Status
 
-from bt_controller.directory import NotServed
+from bt_controller.world.directory import NotServed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

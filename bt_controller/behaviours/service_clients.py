@@ -20,7 +20,7 @@ from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from bt_controller.topics import Topics
+    from bt_controller.core.topics import Topics
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.link import Answer

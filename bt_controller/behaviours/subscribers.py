@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Access, ClearingPolicy, Status
 
-from bt_controller.topics import TOPICS
+from bt_controller.core.topics import TOPICS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from bt_controller.topics import Topics
+    from bt_controller.core.topics import Topics
     from hmrsim.interfaces.message import Message
 
 

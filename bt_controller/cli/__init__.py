@@ -45,8 +45,8 @@ def _main(argv: Sequence[str] | None) -> int:
 
 
 def _completers() -> Mapping[str, Completer]:
-    from bt_controller.directory import Directory
     from bt_controller.running.selection import completions
+    from bt_controller.world.directory import Directory
     from hmrsim_zenoh.client.completion import robots, running
 
     def selectors(parsed_args: argparse.Namespace, **_unused: object) -> list[str]:
@@ -57,8 +57,8 @@ def _completers() -> Mapping[str, Completer]:
 
 def _exit_code(error: Exception) -> int | None:
     """Return the exit code of an error whose text is fit to be shown; None for a bug."""
+    from bt_controller.core.node import PortError
     from bt_controller.errors import TreeError
-    from bt_controller.node import PortError
     from hmrsim.errors import HmrsimError
     from hmrsim_zenoh.errors import (
         BadOptions,

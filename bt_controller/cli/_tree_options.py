@@ -25,7 +25,8 @@ def add_tree_options(parser: Any) -> None:
         nargs="+",
         default=[],
         metavar="MODULE",
-        help="modules with further nodes for FILE.xml: each public subclass of bt_controller.node.Node, by its name",
+        help="modules with further nodes for FILE.xml: each public subclass of"
+        " bt_controller.core.node.Node, by its name",
     )
     parser.add_argument(
         "--set",
@@ -46,7 +47,7 @@ def tree_of(args: argparse.Namespace) -> Plan:
         TreeError: There is none, or something is wrong with it.
     """
     # --help is quick.
-    from bt_controller.ports import Given  # noqa: PLC0415
+    from bt_controller.core.ports import Given  # noqa: PLC0415
     from bt_controller.trees import load  # noqa: PLC0415
 
     values = {key: Given(text, key) for key, text in args.values}

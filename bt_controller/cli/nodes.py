@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 from bt_controller.cli._codes import DONE, EXIT_CODES, WRONG_USE
 
 if TYPE_CHECKING:
-    from bt_controller.node import Node
+    from bt_controller.core.node import Node
 
 # What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
 # ruff: noqa: PLC0415
@@ -72,7 +72,7 @@ def _nodes(args: argparse.Namespace) -> int:
 
 def _kind(node: type[Node]) -> str:
     """Return what BehaviorTree.CPP calls a node of this kind."""
-    from bt_controller.node import Condition, Control, Decoration
+    from bt_controller.core.node import Condition, Control, Decoration
 
     for base, kind in ((Control, "control"), (Decoration, "decorator"), (Condition, "condition")):
         if issubclass(node, base):

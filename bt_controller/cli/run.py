@@ -169,8 +169,8 @@ def _period(text: str) -> float:
 
 def _chosen(args: argparse.Namespace, client: Client) -> list[str]:
     """Return the robots that are named, and after them those that are selected."""
-    from bt_controller.directory import Directory
     from bt_controller.running.selection import selected
+    from bt_controller.world.directory import Directory
 
     found = selected(Directory.from_info(client.info()), args.robots) if args.robots else []
     return list(dict.fromkeys([*args.robot, *found]))

@@ -9,10 +9,10 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 from py_trees.timers import Timer
 
-from bt_controller.action_leaf import ActionLeaf
-from bt_controller.directory import NotServed
-from bt_controller.node import Control, Leaf
-from bt_controller.tree_time import now
+from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.node import Control, Leaf
+from bt_controller.core.sim_time import now
+from bt_controller.world.directory import NotServed
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import DockRobot, NavigateToPose, Wait
 

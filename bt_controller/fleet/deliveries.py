@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Final
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Sequence
 
+from bt_controller.core.node import Leaf
 from bt_controller.fleet.crew import Worker
 from bt_controller.fleet.office import Office
 from bt_controller.fleet.tasks import Task
-from bt_controller.node import Leaf
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour

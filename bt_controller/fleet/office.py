@@ -8,23 +8,23 @@ from typing import TYPE_CHECKING, Any
 from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
+from bt_controller.core.node import Leaf
+from bt_controller.core.sim_time import now, reached
 from bt_controller.errors import TreeError
 from bt_controller.fleet.allocation import Robot, Waiting
 from bt_controller.fleet.desk import Desk
 from bt_controller.fleet.tasks import arrivals
-from bt_controller.node import Leaf
-from bt_controller.tree_time import now, reached
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from bt_controller.directory import Directory
+    from bt_controller.core.topics import Topics
     from bt_controller.fleet.allocation import Assignment
     from bt_controller.fleet.desk import Given
     from bt_controller.fleet.tasks import Arrival, Task
-    from bt_controller.places import NamedPlaces
-    from bt_controller.topics import Topics
+    from bt_controller.world.directory import Directory
+    from bt_controller.world.places import NamedPlaces
     from hmrsim.interfaces.nav_msgs import Odometry
 
 _SEED = "seed"

@@ -17,7 +17,7 @@ from hmrsim.plugins import discover
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from bt_controller.node import Node
+    from bt_controller.core.node import Node
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from py_trees.blackboard import Blackboard
 
-from bt_controller.node import Node
+from bt_controller.core.node import Node
 
 
 class Watching(Node):

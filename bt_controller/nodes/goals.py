@@ -8,13 +8,13 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from bt_controller.ports import POSE, POSES, wants
+from bt_controller.core.ports import POSE, POSES, wants
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from bt_controller.node import Node
-    from bt_controller.ports import Port
+    from bt_controller.core.node import Node
+    from bt_controller.core.ports import Port
 
 GOAL_PORTS: Final[Mapping[str, Port]] = MappingProxyType(
     {

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from bt_controller.node import EACH_PERIOD, Node
-from bt_controller.ports import STRING, wants
+from bt_controller.core.node import EACH_PERIOD, Node
+from bt_controller.core.ports import STRING, wants
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 
 if TYPE_CHECKING:
-    from bt_controller.ports import Port
-    from bt_controller.topics import Topics
+    from bt_controller.core.ports import Port
+    from bt_controller.core.topics import Topics
     from hmrsim.interfaces.nav_msgs import Odometry
 
 GLOBAL_FRAME: Final[Port] = wants(STRING, "Read and not needed: all poses are of the map", required=False)

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Condition
+from bt_controller.core.node import Condition
+from bt_controller.core.ports import BOOL, DOUBLE, INT, PATH, POSES, STRING, gives, wants
 from bt_controller.nodes.open_lanes import OpenLanes
-from bt_controller.ports import BOOL, DOUBLE, INT, PATH, POSES, STRING, gives, wants
 from hmrsim.errors import HmrsimError
 
 if TYPE_CHECKING:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bt_controller.node import PortError
+from bt_controller.core.node import PortError
 
 if TYPE_CHECKING:
-    from bt_controller.node import Node
+    from bt_controller.core.node import Node
 
 
 def period_of(node: Node, port: str) -> float:

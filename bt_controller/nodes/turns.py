@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from bt_controller.tree_time import now
+from bt_controller.core.sim_time import now
 
 MOST: Final = 1000
 """Turns in one tick, and at one instant."""

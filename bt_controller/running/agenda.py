@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from heapq import heappop, heappush
 
-from bt_controller.tree_time import NANOSECONDS, nanoseconds
+from bt_controller.core.sim_time import NANOSECONDS, nanoseconds
 
 
 class Agenda:

@@ -10,9 +10,9 @@ from py_trees.common import Status
 from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.timers import Timer
 
-from bt_controller.action_leaf import ActionLeaf
-from bt_controller.node import EACH_PERIOD, Node
-from bt_controller.tree_time import NANOSECONDS, nanoseconds
+from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.node import EACH_PERIOD, Node
+from bt_controller.core.sim_time import NANOSECONDS, nanoseconds
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour

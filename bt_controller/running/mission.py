@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from py_trees.common import Status
 
-from bt_controller.action_leaf import ActionLeaf
-from bt_controller.blackboards import Board
+from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.blackboards import Board
+from bt_controller.core.sim_time import simulated_time
 from bt_controller.imports import described
-from bt_controller.tree_time import simulated_time
 from bt_controller.watching.json_values import board_values
 from bt_controller.watching.snapshot import Snapshot, nodes_of
 from hmrsim.errors import HmrsimError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from bt_controller.directory import Directory, NotServed
+from bt_controller.world.directory import Directory, NotServed
 from hmrsim.diagnostics import instead, meant
 
 if TYPE_CHECKING:

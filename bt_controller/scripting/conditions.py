@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration
 from bt_controller.scripting.ports import Scripted
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.node import Node
+    from bt_controller.core.node import Node
     from bt_controller.scripting.parser import Script
 
 _BEFORE: Final = (("_failureIf", Status.FAILURE), ("_successIf", Status.SUCCESS), ("_skipIf", Status.INVALID))

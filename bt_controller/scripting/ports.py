@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from py_trees.blackboard import Blackboard
 
-from bt_controller.node import Node
-from bt_controller.ports import ANY, gives, wants
+from bt_controller.core.node import Node
+from bt_controller.core.ports import ANY, gives, wants
 from bt_controller.scripting.parser import ScriptError
 from bt_controller.scripting.values import truth
 

@@ -10,7 +10,7 @@ from py_trees.common import Status
 from py_trees.composites import Composite, Parallel, Selector, Sequence
 from py_trees.decorators import Decorator
 
-from bt_controller.node import Node as XmlNode
+from bt_controller.core.node import Node as XmlNode
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

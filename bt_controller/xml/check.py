@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
+from bt_controller.core.ports import CHILDREN
 from bt_controller.nodes import NOT_HERE
-from bt_controller.ports import CHILDREN
 from bt_controller.scripting.conditions import ATTRIBUTES, conditioned
 from bt_controller.scripting.parser import ScriptError, parse
 from bt_controller.xml.call import Call, children_of, connection, counted, is_a, shared

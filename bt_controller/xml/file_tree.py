@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from py_trees.blackboard import Blackboard
 from py_trees.parsers.behaviour_tree_xml import build_tree_from_xml
 
-from bt_controller.blackboards import Board
+from bt_controller.core.blackboards import Board
+from bt_controller.core.node import Node
 from bt_controller.errors import TreeError
 from bt_controller.imports import described
-from bt_controller.node import Node
 from bt_controller.xml.check import check
 from bt_controller.xml.document import document
 from bt_controller.xml.faults import Faults

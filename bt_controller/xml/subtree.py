@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bt_controller.node import Decoration
+from bt_controller.core.node import Decoration
 
 if TYPE_CHECKING:
     from collections.abc import Generator

@@ -34,7 +34,7 @@ def vocabulary(modules: Iterable[str] = ()) -> dict[str, type[Any]]:
             if inspect.isclass(value) and value.__module__ == module.__name__ and _is_node(tag, value)
         }
         if not classes:
-            raise TreeError(f"--nodes {name}: it defines no nodes, public subclasses of bt_controller.node.Node")
+            raise TreeError(f"--nodes {name}: it defines no nodes, public subclasses of bt_controller.core.node.Node")
         for tag, value in classes.items():
             if tag in found:
                 raise TreeError(f"--nodes {name}: there is a node {tag!r} already; give the class another name")

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.ports import Kind
+    from bt_controller.core.ports import Kind
     from bt_controller.xml.faults import Faults, Origin
 
 _LOOSE: Final = (object, str)

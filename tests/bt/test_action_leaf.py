@@ -8,8 +8,8 @@ from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 from py_trees.composites import Sequence
 
-from bt_controller.action_leaf import ActionLeaf
-from bt_controller.directory import Directory, NotServed
+from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.world.directory import Directory, NotServed
 from hmrsim.interfaces.builtin_interfaces import Duration, Time
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup

@@ -11,9 +11,9 @@ from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import EternalGuard, Inverter, Retry, Timeout
 from py_trees.timers import Timer
 
-from bt_controller.action_leaf import ActionLeaf
+from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.sim_time import simulated_time
 from bt_controller.running.due import due
-from bt_controller.tree_time import simulated_time
 from hmrsim.interfaces.nav2_msgs import Wait
 
 NEVER = math.inf

@@ -11,8 +11,8 @@ from py_trees.composites import Parallel, Sequence
 from py_trees.decorators import Repeat, Timeout
 from py_trees.timers import Timer
 
-from bt_controller.action_leaf import ActionLeaf
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
+from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.running.clocks import clock_for
 from bt_controller.running.mailbox import STOP, Mailbox
 from bt_controller.running.mission import Mission

@@ -9,11 +9,11 @@ from py_trees.behaviours import Success
 from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
-from bt_controller.node import Control, Decoration, Leaf, PortError
+from bt_controller.core.node import Control, Decoration, Leaf, PortError
+from bt_controller.core.port_values import node
+from bt_controller.core.ports import DOUBLE, INT, POSE, gives, pose_stamped, wants
 from bt_controller.nodes import registry
 from bt_controller.nodes.controls.recovery_node import RecoveryNode
-from bt_controller.port_values import node
-from bt_controller.ports import DOUBLE, INT, POSE, gives, pose_stamped, wants
 
 
 class Add(Leaf):

@@ -6,7 +6,7 @@ import copy
 
 import pytest
 
-from bt_controller.ports import POSE, Given
+from bt_controller.core.ports import POSE, Given
 
 
 class _Nowhere:

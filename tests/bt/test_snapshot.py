@@ -12,7 +12,7 @@ from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import Inverter
 from py_trees.display import unicode_tree
 
-from bt_controller.node import Control
+from bt_controller.core.node import Control
 from bt_controller.running.mission import Mission
 from bt_controller.trees import Plan
 from bt_controller.watching.json_values import board_values

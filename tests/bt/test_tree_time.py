@@ -12,7 +12,7 @@ from py_trees.common import Status
 from py_trees.decorators import Timeout
 from py_trees.timers import Timer
 
-from bt_controller.tree_time import simulated_time, time_behind
+from bt_controller.core.sim_time import simulated_time, time_behind
 
 TIMES = st.integers(0, 10**15).map(lambda nanoseconds: nanoseconds / 1e9)
 

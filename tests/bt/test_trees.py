@@ -7,7 +7,7 @@ import sys
 import pytest
 from py_trees.blackboard import Blackboard
 
-from bt_controller.blackboards import Board
+from bt_controller.core.blackboards import Board
 from bt_controller.errors import TreeError
 from bt_controller.examples import go_to_pose
 from bt_controller.trees import load

@@ -12,14 +12,14 @@ from py_trees.common import Status
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
-from bt_controller.blackboards import Board
-from bt_controller.directory import Directory
+from bt_controller.core.blackboards import Board
+from bt_controller.core.ports import pose_stamped
+from bt_controller.core.sim_time import simulated_time
+from bt_controller.core.topics import TOPICS, Topics
 from bt_controller.nodes import NOT_HERE, Family, actions, conditions, controls, decorators, registry
-from bt_controller.ports import pose_stamped
 from bt_controller.running.due import due
 from bt_controller.scripting.parser import parse
-from bt_controller.topics import TOPICS, Topics
-from bt_controller.tree_time import simulated_time
+from bt_controller.world.directory import Directory
 from hmrsim.plugins import discover
 from tests.bt.conftest import FakeClient
 from tests.cases import case

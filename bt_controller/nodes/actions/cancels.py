@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.action_node import ACTION_INPUTS
-from bt_controller.directory import Directory
-from bt_controller.node import Leaf
+from bt_controller.core.action_node import ACTION_INPUTS
+from bt_controller.core.node import Leaf
 from bt_controller.nodes import Family
+from bt_controller.world.directory import Directory
 from hmrsim.actions import registry
 from hmrsim.errors import HmrsimError
 

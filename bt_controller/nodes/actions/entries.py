@@ -6,9 +6,9 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Leaf, PortError
+from bt_controller.core.node import Leaf, PortError
+from bt_controller.core.ports import ANY, gives, wants
 from bt_controller.nodes import Family
-from bt_controller.ports import ANY, gives, wants
 
 
 class SetBlackboard(Leaf):

@@ -8,9 +8,9 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Final
 
-from bt_controller.action_node import ACTION_INPUTS, ActionNode
+from bt_controller.core.action_node import ACTION_INPUTS, ActionNode
+from bt_controller.core.ports import BOOL, FINITE, wants
 from bt_controller.nodes import Family
-from bt_controller.ports import BOOL, FINITE, wants
 from hmrsim.interfaces import nav2_msgs
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point
@@ -18,7 +18,7 @@ from hmrsim.interfaces.geometry_msgs import Point
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from bt_controller.ports import Port
+    from bt_controller.core.ports import Port
 
 _MANEUVER_INPUTS: Final[Mapping[str, Port]] = MappingProxyType(
     {

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from bt_controller.action_node import ACTION_INPUTS, ActionNode
+from bt_controller.core.action_node import ACTION_INPUTS, ActionNode
+from bt_controller.core.ports import POSE, STRING, wants
 from bt_controller.nodes import Family
-from bt_controller.ports import POSE, STRING, wants
 from hmrsim.interfaces import moveit_msgs
 from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, PlaceLocation
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from bt_controller.action_node import ACTION_INPUTS, ActionNode
+from bt_controller.core.action_node import ACTION_INPUTS, ActionNode
+from bt_controller.core.ports import POSE, POSES, STRING, wants
 from bt_controller.nodes import Family
-from bt_controller.ports import POSE, POSES, STRING, wants
 from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses as ThroughPoses
 from hmrsim.interfaces.nav2_msgs import NavigateToPose as ToPose
 from hmrsim.interfaces.nav_msgs import Goals

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Leaf
+from bt_controller.core.node import Leaf
+from bt_controller.core.ports import BOOL, CONTROLLER, DOUBLE, PLANNER, POSE, STRING, gives, wants
 from bt_controller.nodes import Family
-from bt_controller.ports import BOOL, CONTROLLER, DOUBLE, PLANNER, POSE, STRING, gives, wants
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from bt_controller.ports import Port
+    from bt_controller.core.ports import Port
 
 _NOT_NEEDED = "Read and not needed"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from py_trees.common import Status
 
-from bt_controller.node import Leaf
+from bt_controller.core.node import Leaf
 from bt_controller.nodes import Family
 
 

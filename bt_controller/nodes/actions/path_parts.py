@@ -7,11 +7,11 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Leaf
+from bt_controller.core.node import Leaf
+from bt_controller.core.ports import DOUBLE, FINITE, INT, PATH, POSE, gives, pose_stamped, wants
 from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, Located
 from bt_controller.nodes.paths import Trail, length_of, part_of, point_of
-from bt_controller.ports import DOUBLE, FINITE, INT, PATH, POSE, gives, pose_stamped, wants
 from hmrsim.geometry import SAME_PLACE, heading
 from hmrsim.interfaces.nav_msgs import Path
 

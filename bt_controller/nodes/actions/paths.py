@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from bt_controller.action_node import ACTION_INPUTS, ACTION_OUTPUTS, ActionNode
+from bt_controller.core.action_node import ACTION_INPUTS, ACTION_OUTPUTS, ActionNode
+from bt_controller.core.ports import ANY, BOOL, CONTROLLER, PATH, PLANNER, POSE, STRING, gives, wants
 from bt_controller.nodes import Family
-from bt_controller.ports import ANY, BOOL, CONTROLLER, PATH, PLANNER, POSE, STRING, gives, wants
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose as Compute
 from hmrsim.interfaces.nav2_msgs import FollowPath as Follow

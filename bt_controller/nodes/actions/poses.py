@@ -6,11 +6,11 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Leaf
+from bt_controller.core.node import Leaf
+from bt_controller.core.ports import FINITE, INT, POSE, POSES, Kind, gives, wants
 from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
 from bt_controller.nodes.paths import apart
-from bt_controller.ports import FINITE, INT, POSE, POSES, Kind, gives, wants
 from hmrsim.interfaces.nav2_msgs import WaypointStatus
 
 _INPUT_GOALS = wants(POSES, "The goals")

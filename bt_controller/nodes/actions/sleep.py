@@ -6,10 +6,10 @@ from typing import ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.node import EACH_PERIOD, Leaf
+from bt_controller.core.node import EACH_PERIOD, Leaf
+from bt_controller.core.ports import UNSIGNED, wants
+from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
-from bt_controller.ports import UNSIGNED, wants
-from bt_controller.tree_time import now, reached
 
 _MILLISECONDS: Final = 1000
 

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Condition, PortError
+from bt_controller.core.node import Condition, PortError
+from bt_controller.core.ports import BOOL, DOUBLE, STRING, wants
 from bt_controller.nodes import Family
-from bt_controller.ports import BOOL, DOUBLE, STRING, wants
 from hmrsim.interfaces.sensor_msgs import BatteryState
 
 if TYPE_CHECKING:
-    from bt_controller.topics import Topics
+    from bt_controller.core.topics import Topics
 
 _TOPIC = "battery_state"
 _BATTERY_TOPIC = wants(STRING, f"Where robots tell of their batteries: {_TOPIC}", default=_TOPIC)

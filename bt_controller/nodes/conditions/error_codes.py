@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Condition
+from bt_controller.core.node import Condition
+from bt_controller.core.ports import INT, INTS, wants
 from bt_controller.nodes import Family
-from bt_controller.ports import INT, INTS, wants
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
 
 if TYPE_CHECKING:

@@ -10,12 +10,12 @@ from typing import Any, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Condition
+from bt_controller.core.node import Condition
+from bt_controller.core.ports import DOUBLE, FINITE, PATH, POSE, wants
 from bt_controller.nodes import Family
 from bt_controller.nodes.goals import GOAL_PORTS, goals_of
 from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
 from bt_controller.nodes.paths import Trail, apart, length_of
-from bt_controller.ports import DOUBLE, FINITE, PATH, POSE, wants
 
 
 def _if(true: bool) -> Status:  # noqa: FBT001 - it is the question

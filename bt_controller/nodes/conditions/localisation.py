@@ -6,9 +6,9 @@ from typing import ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.node import Leaf
+from bt_controller.core.node import Leaf
+from bt_controller.core.ports import BOOL, STRING, wants
 from bt_controller.nodes import Family
-from bt_controller.ports import BOOL, STRING, wants
 
 _FRAMES: Final = ("map", "base_link")
 

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Condition
+from bt_controller.core.node import Condition
 from bt_controller.nodes import Family
 from bt_controller.scripting.ports import Scripted
 

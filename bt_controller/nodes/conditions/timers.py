@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Condition
+from bt_controller.core.node import Condition
+from bt_controller.core.ports import FINITE, PATH, wants
+from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
-from bt_controller.ports import FINITE, PATH, wants
-from bt_controller.tree_time import now, reached
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.nav_msgs import Path

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Control
+from bt_controller.core.node import Control
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence

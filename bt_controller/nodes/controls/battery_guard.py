@@ -10,11 +10,11 @@ from py_trees.common import Status
 
 from bt_controller.behaviours.battery import is_charging, is_full
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient
-from bt_controller.node import EACH_PERIOD, Control, PortError
+from bt_controller.core.node import EACH_PERIOD, Control, PortError
+from bt_controller.core.ports import SHARE, wants
+from bt_controller.core.sim_time import now, reached, time_behind
+from bt_controller.core.suspension import finds_its_way, has_come_to_rest, repeat, suspend, verdicts
 from bt_controller.nodes import Family
-from bt_controller.ports import SHARE, wants
-from bt_controller.suspension import finds_its_way, has_come_to_rest, repeat, suspend, verdicts
-from bt_controller.tree_time import now, reached, time_behind
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.topics import Topics
+    from bt_controller.core.topics import Topics
     from hmrsim.interfaces.nav_msgs import Odometry
     from hmrsim.interfaces.sensor_msgs import BatteryState
 

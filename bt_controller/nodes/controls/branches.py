@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from py_trees.common import Status
 
-from bt_controller.node import Control
+from bt_controller.core.node import Control
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.node import Control, PortError
+from bt_controller.core.node import Control, PortError
+from bt_controller.core.ports import CHILDREN, wants
 from bt_controller.nodes import Family
-from bt_controller.ports import CHILDREN, wants
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
-from bt_controller.node import Control
+from bt_controller.core.node import Control
+from bt_controller.core.ports import INT, wants
 from bt_controller.nodes import Family
-from bt_controller.ports import INT, wants
 
 if TYPE_CHECKING:
     from collections.abc import Generator

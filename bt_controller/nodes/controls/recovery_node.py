@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import EACH_PERIOD, Control
+from bt_controller.core.node import EACH_PERIOD, Control
+from bt_controller.core.ports import INT, wants
 from bt_controller.nodes import Family
 from bt_controller.nodes.turns import Turns
-from bt_controller.ports import INT, wants
 
 if TYPE_CHECKING:
     from collections.abc import Generator

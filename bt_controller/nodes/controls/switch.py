@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from bt_controller.node import EACH_PERIOD, Control
+from bt_controller.core.node import EACH_PERIOD, Control
+from bt_controller.core.ports import ANY, wants
 from bt_controller.nodes import Family
-from bt_controller.ports import ANY, wants
 from bt_controller.scripting.values import same
 
 if TYPE_CHECKING:

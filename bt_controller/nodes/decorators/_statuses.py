@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Final
 
 from py_trees.common import Status
 
-from bt_controller.ports import Kind
+from bt_controller.core.ports import Kind
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from bt_controller.ports import Places
+    from bt_controller.core.ports import Places
 
 _STATUSES: Final[Mapping[str, Status]] = MappingProxyType(
     {

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration
+from bt_controller.core.ports import FINITE, wants
 from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
 from bt_controller.nodes.paths import apart
-from bt_controller.ports import FINITE, wants
 
 if TYPE_CHECKING:
     from collections.abc import Generator

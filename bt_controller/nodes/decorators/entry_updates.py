@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration
+from bt_controller.core.ports import ANY, wants
 from bt_controller.nodes import Family
 from bt_controller.nodes.entry_updates import Watching
-from bt_controller.ports import ANY, wants
 
 if TYPE_CHECKING:
     from collections.abc import Generator

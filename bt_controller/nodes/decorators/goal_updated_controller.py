@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration
 from bt_controller.nodes import Family
 from bt_controller.nodes.goals import GOAL_PORTS, goals_of
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from bt_controller.node import Decoration
+from bt_controller.core.node import Decoration
+from bt_controller.core.ports import POSE, POSES, gives, wants
 from bt_controller.nodes import Family
-from bt_controller.ports import POSE, POSES, gives, wants
 
 if TYPE_CHECKING:
     from collections.abc import Generator

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.node import EACH_PERIOD, Decoration, PortError
+from bt_controller.core.node import EACH_PERIOD, Decoration, PortError
+from bt_controller.core.ports import BOOL, DOUBLE, INT, STRING, Kind, gives, wants
 from bt_controller.nodes import Family
 from bt_controller.nodes.decorators._statuses import STATUS
-from bt_controller.ports import BOOL, DOUBLE, INT, STRING, Kind, gives, wants
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Mapping
 
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.ports import Places
+    from bt_controller.core.ports import Places
 
 
 class Loop(Decoration):

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Decoration
+from bt_controller.core.node import Decoration
+from bt_controller.core.ports import FINITE, PATH, wants
 from bt_controller.nodes import Family
 from bt_controller.nodes.paths import length_of
-from bt_controller.ports import FINITE, PATH, wants
 from hmrsim.interfaces.nav_msgs import Path
 
 if TYPE_CHECKING:

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration
+from bt_controller.core.ports import wants
 from bt_controller.nodes import Family
 from bt_controller.nodes.decorators._statuses import STATUS
-from bt_controller.ports import wants
 from bt_controller.scripting.ports import Scripted
 
 if TYPE_CHECKING:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration
+from bt_controller.core.ports import POSITIVE, wants
+from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
 from bt_controller.nodes.rates import period_of
-from bt_controller.ports import POSITIVE, wants
-from bt_controller.tree_time import now, reached
 
 if TYPE_CHECKING:
     from collections.abc import Generator

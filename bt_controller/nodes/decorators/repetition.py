@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration
+from bt_controller.core.ports import INT, wants
+from bt_controller.core.sim_time import now
 from bt_controller.nodes import Family
 from bt_controller.nodes.turns import MOST
-from bt_controller.ports import INT, wants
-from bt_controller.tree_time import now
 
 if TYPE_CHECKING:
     from collections.abc import Generator

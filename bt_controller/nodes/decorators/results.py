@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.node import Decoration
+from bt_controller.core.node import Decoration
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:

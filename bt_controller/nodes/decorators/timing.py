@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.node import Decoration
+from bt_controller.core.node import Decoration
+from bt_controller.core.ports import UNSIGNED, wants
+from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
-from bt_controller.ports import UNSIGNED, wants
-from bt_controller.tree_time import now, reached
 
 if TYPE_CHECKING:
     from collections.abc import Generator

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from bt_controller.directory import Directory
-from bt_controller.ports import pose_stamped
+from bt_controller.core.ports import pose_stamped
+from bt_controller.world.directory import Directory
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 from py_trees.composites import Sequence
 
-from bt_controller.action_leaf import ActionLeaf
 from bt_controller.behaviours.battery import WaitUntilCharged
 from bt_controller.behaviours.battery_guard import BatteryGuard
 from bt_controller.behaviours.docks import Dock, Undock
 from bt_controller.behaviours.items import Pickup, Place
 from bt_controller.behaviours.nav_to_pose import GoTo
 from bt_controller.behaviours.wait import Wait
+from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.running.clocks import clock_for
 from bt_controller.running.mailbox import Mailbox
 from bt_controller.running.mission import Mission

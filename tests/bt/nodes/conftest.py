@@ -8,11 +8,11 @@ import pytest
 from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
-from bt_controller.blackboards import Board
-from bt_controller.node import Decoration, Leaf
-from bt_controller.ports import pose_stamped
+from bt_controller.core.blackboards import Board
+from bt_controller.core.node import Decoration, Leaf
+from bt_controller.core.ports import pose_stamped
+from bt_controller.core.sim_time import simulated_time
 from bt_controller.running.due import due
-from bt_controller.tree_time import simulated_time
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance, Vector3
 from hmrsim.interfaces.nav_msgs import Odometry, Path

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.node import PortError
+from bt_controller.core.node import PortError
 from bt_controller.nodes.decorators.precondition import Precondition
 from bt_controller.nodes.decorators.repetition import KeepRunningUntilFailure, Repeat, RetryUntilSuccessful
 from bt_controller.nodes.decorators.results import ForceFailure, ForceSuccess, Inverter

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.node import PortError
+from bt_controller.core.node import PortError
 from bt_controller.nodes import registry
 from bt_controller.nodes.actions.entries import SetBlackboard, UnsetBlackboard
 from bt_controller.nodes.actions.outcomes import AlwaysFailure, AlwaysSuccess

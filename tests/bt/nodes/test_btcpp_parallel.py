@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.node import PortError
+from bt_controller.core.node import PortError
 from bt_controller.nodes.controls.parallel import Parallel, ParallelAll
 from bt_controller.nodes.controls.sequence import Sequence
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.node import PortError
+from bt_controller.core.node import PortError
 from bt_controller.nodes.actions.sleep import Sleep
 from bt_controller.nodes.controls.sequence import ReactiveSequence
 from bt_controller.nodes.decorators.timing import Delay, Timeout

@@ -7,15 +7,15 @@ import math
 import pytest
 from py_trees.common import Status
 
-from bt_controller.directory import NotServed
-from bt_controller.node import PortError
+from bt_controller.core.node import PortError
+from bt_controller.core.ports import pose_stamped
 from bt_controller.nodes.actions.docking import DockRobot, UndockRobot
 from bt_controller.nodes.actions.maneuvers import BackUp, DriveOnHeading, Spin, Wait
 from bt_controller.nodes.actions.manipulation import Pickup, Place
 from bt_controller.nodes.actions.navigation import NavigateThroughPoses, NavigateToPose
 from bt_controller.nodes.actions.paths import ComputePathToPose, FollowPath
 from bt_controller.nodes.controls.pipeline_sequence import PipelineSequence
-from bt_controller.ports import pose_stamped
+from bt_controller.world.directory import NotServed
 from hmrsim.actions import registry
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.protocol.goal import GoalStatus

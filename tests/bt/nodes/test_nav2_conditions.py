@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 from py_trees.common import Status
 
-from bt_controller.node import PortError
+from bt_controller.core.node import PortError
+from bt_controller.core.ports import pose_stamped
 from bt_controller.nodes import registry
 from bt_controller.nodes.conditions.battery import IsBatteryCharging, IsBatteryLow
 from bt_controller.nodes.conditions.error_codes import (
@@ -24,7 +25,6 @@ from bt_controller.nodes.conditions.goals import (
 from bt_controller.nodes.conditions.localisation import InitialPoseReceived, TransformAvailable
 from bt_controller.nodes.conditions.motion import DistanceTraveled, IsStopped, IsStuck
 from bt_controller.nodes.conditions.timers import PathExpiringTimer, TimeExpired
-from bt_controller.ports import pose_stamped
 from hmrsim.interfaces.sensor_msgs import BatteryState
 
 

@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from bt_controller.node import PortError
+from bt_controller.core.node import PortError
+from bt_controller.core.ports import pose_stamped
 from bt_controller.nodes.controls.fallback import ReactiveFallback
 from bt_controller.nodes.controls.parallel import Parallel
 from bt_controller.nodes.controls.pipeline_sequence import PipelineSequence
@@ -17,7 +18,6 @@ from bt_controller.nodes.decorators.path_longer_on_approach import PathLongerOnA
 from bt_controller.nodes.decorators.rate_controller import RateController
 from bt_controller.nodes.decorators.single_trigger import SingleTrigger
 from bt_controller.nodes.decorators.speed_controller import SpeedController
-from bt_controller.ports import pose_stamped
 
 
 class TestRateController:

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from bt_controller.directory import Directory
+from bt_controller.core.ports import pose_stamped
 from bt_controller.nodes import registry
 from bt_controller.nodes.actions.cancels import CancelControl
 from bt_controller.nodes.actions.path_parts import ConcatenatePaths, GetPoseFromPath, TruncatePath, TruncatePathLocal
@@ -20,7 +20,7 @@ from bt_controller.nodes.actions.poses import (
 from bt_controller.nodes.controls.pipeline_sequence import PipelineSequence
 from bt_controller.nodes.controls.sequence import ReactiveSequence
 from bt_controller.nodes.paths import point_of, yaw_at
-from bt_controller.ports import pose_stamped
+from bt_controller.world.directory import Directory
 from hmrsim.interfaces.nav2_msgs import WaypointStatus
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.interfaces.std_msgs import Header

@@ -10,10 +10,10 @@ import pytest
 from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
-from bt_controller.blackboards import Board
-from bt_controller.node import Control, Decoration, Leaf
+from bt_controller.core.blackboards import Board
+from bt_controller.core.node import Control, Decoration, Leaf
+from bt_controller.core.ports import ANY, DOUBLE, INT, POSE, STRING, gives, wants
 from bt_controller.nodes import registry
-from bt_controller.ports import ANY, DOUBLE, INT, POSE, STRING, gives, wants
 from bt_controller.xml.file_tree import load_file
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from py_trees.common import Status
 from bt_controller.cli import _exit_code, main
 from bt_controller.cli._tree_options import _value
 from bt_controller.cli.run import _report
-from bt_controller.node import PortError
+from bt_controller.core.node import PortError
 from bt_controller.running.runner import Outcome
 
 FIXTURES = Path(__file__).parent.parent / "fixtures"

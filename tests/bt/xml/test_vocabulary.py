@@ -16,8 +16,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.ports import PortInformation, PortsMixin
 
-from bt_controller.node import Leaf
-from bt_controller.ports import STRING, wants
+from bt_controller.core.node import Leaf
+from bt_controller.core.ports import STRING, wants
 
 
 class _Hidden(Leaf):
@@ -51,9 +51,9 @@ def modules(files, monkeypatch):
     """Put modules into the current folder."""
     monkeypatch.setattr(sys, "path", list(sys.path))
     (files.folder / "bt_test_nodes.py").write_text(MODULE)
-    (files.folder / "bt_test_empty.py").write_text("from bt_controller.node import Leaf\n")
+    (files.folder / "bt_test_empty.py").write_text("from bt_controller.core.node import Leaf\n")
     (files.folder / "bt_test_taken.py").write_text(
-        "from bt_controller.node import Leaf\nclass AlwaysSuccess(Leaf):\n    pass\n"
+        "from bt_controller.core.node import Leaf\nclass AlwaysSuccess(Leaf):\n    pass\n"
     )
     yield
     for name in [name for name in sys.modules if name.startswith("bt_test_")]:
@@ -69,7 +69,10 @@ def test_public_classes_with_ports_are_nodes_by_their_names():
     ("module", "error"),
     [
         ("bt_test_nowhere", r"^--nodes bt_test_nowhere: no module 'bt_test_nowhere' here \(.*\) or installed$"),
-        ("bt_test_empty", "^--nodes bt_test_empty: it defines no nodes, public subclasses of bt_controller.node.Node$"),
+        (
+            "bt_test_empty",
+            "^--nodes bt_test_empty: it defines no nodes, public subclasses of bt_controller.core.node.Node$",
+        ),
         ("bt_test_taken", "^--nodes bt_test_taken: there is a node 'AlwaysSuccess' already; give the class another"),
     ],
 )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from bt_controller.core.ports import Given
 from bt_controller.errors import TreeError
 from bt_controller.nodes import registry
-from bt_controller.ports import Given
 
 
 def _tree(body, rest=""):

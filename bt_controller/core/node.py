@@ -25,7 +25,7 @@ from hmrsim.errors import HmrsimError
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping, Sequence
 
-    from bt_controller.ports import Places, Port
+    from bt_controller.core.ports import Places, Port
 
 EACH_PERIOD = -math.inf
 """What `Node.next_look` returns where nobody tells a node when to look again."""

@@ -16,7 +16,7 @@ from py_trees.blackboard import Blackboard
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.node import Node
+    from bt_controller.core.node import Node
 
 N = TypeVar("N", bound="Node")
 

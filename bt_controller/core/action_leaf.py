@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 from py_trees.behaviour import Behaviour
 from py_trees.common import Access, Status
 
-from bt_controller.directory import Directory
-from bt_controller.resuming import Resumption, place_of
+from bt_controller.core.resume import Resumption, place_of
+from bt_controller.world.directory import Directory
 from hmrsim.actions import Action, F, G, R, error_of, registry
 from hmrsim.errors import GoalRejected, HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Duration

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from bt_controller.action_leaf import ActionLeaf
+from bt_controller.core.action_leaf import ActionLeaf
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.action_leaf import ActionLeaf
-from bt_controller.directory import Directory
-from bt_controller.node import EACH_PERIOD, Node, PortError
-from bt_controller.ports import DOUBLE, INT, STRING, gives, wants
+from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.node import EACH_PERIOD, Node, PortError
+from bt_controller.core.ports import DOUBLE, INT, STRING, gives, wants
+from bt_controller.world.directory import Directory
 from hmrsim.errors import GoalRejected
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import ResultExpired
@@ -19,7 +19,7 @@ from hmrsim_zenoh.errors import ResultExpired
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from bt_controller.ports import Port
+    from bt_controller.core.ports import Port
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.goal_handle import GoalHandle
 
