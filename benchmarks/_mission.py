@@ -53,7 +53,7 @@ def _run(watched: str, *options: str) -> Mission:
         with open_client(SessionOptions(connect=(endpoint,))) as session:
             times: list[float] = []
             subscriber = _watch(session, watched, lambda: times.append(time.perf_counter()))
-            words = ("run", "bt_controller.hospital:mission", "--robot", *load_world("hospital").world.robots)
+            words = ("run", "bt_controller.examples.hospital:mission", "--robot", *load_world("hospital").world.robots)
             with command(*_BT_CONTROLLER, *words, "--connect", endpoint) as controller:
                 out, _ = controller.communicate(timeout=_PATIENCE)
                 if controller.returncode:

@@ -18,11 +18,11 @@ from benchmarks._report import Row
 from benchmarks._wire import served
 from bt_controller.behaviours.nav_to_pose import pose_goal
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.loading.trees import Plan
 from bt_controller.running.clocks import clock_for
 from bt_controller.running.mailbox import STOP, Mailbox
 from bt_controller.running.mission import missions_for, prepare
 from bt_controller.running.runner import Runner
-from bt_controller.trees import Plan
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim_zenoh.client.client import Client

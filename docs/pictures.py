@@ -112,7 +112,7 @@ def _hospital(factor: float = 4.0) -> Iterator[str]:
         view = stack.enter_context(command(*HMRSIM, "view", "--connect", endpoint, "--port", "0", "--json"))
         url = json.loads(line_of(view))["url"]
         stack.enter_context(
-            command(*_MISSION, "bt_controller.hospital:mission", *robots, "--connect", endpoint, "--quiet")
+            command(*_MISSION, "bt_controller.examples.hospital:mission", *robots, "--connect", endpoint, "--quiet")
         )
         yield url
 

@@ -8,7 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from bt_controller.trees import Plan
+    from bt_controller.loading.trees import Plan
 
 _KEY: Final = re.compile(r"[\w-]+(/[\w-]+)*")
 
@@ -48,7 +48,7 @@ def tree_of(args: argparse.Namespace) -> Plan:
     """
     # --help is quick.
     from bt_controller.core.ports import Given  # noqa: PLC0415
-    from bt_controller.trees import load  # noqa: PLC0415
+    from bt_controller.loading.trees import load  # noqa: PLC0415
 
     values = {key: Given(text, key) for key, text in args.values}
     plan = load(args.tree, tree=args.tree_id, nodes=args.nodes, values=values)

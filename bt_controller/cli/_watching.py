@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from bt_controller.running.clocks import Clock
     from bt_controller.running.mission import Mission
+    from bt_controller.running.snapshot import Node
     from bt_controller.watching.display import Watcher
-    from bt_controller.watching.snapshot import Node
     from hmrsim_zenoh.client.client import Client
 
 # What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
@@ -123,7 +123,7 @@ def why_failed(missions: Sequence[Mission]) -> dict[str, list[dict[str, str]]]:
     """Return the behaviours that made trees fail, and what they say, by robot."""
     from py_trees.common import Status
 
-    from bt_controller.watching.snapshot import nodes_of, reasons
+    from bt_controller.running.snapshot import nodes_of, reasons
 
     return {
         mission.robot: [{"node": node.name, "message": node.message} for node in reasons(nodes_of(mission.root))]

@@ -30,8 +30,8 @@ from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options, session_
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from bt_controller.loading.trees import Plan
     from bt_controller.running.runner import Outcome
-    from bt_controller.trees import Plan
     from hmrsim_zenoh.client.client import Client
 
 # What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
@@ -191,7 +191,7 @@ def _run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
     from bt_controller.running.mailbox import STOP, Mailbox
     from bt_controller.running.mission import missions_for, prepare
     from bt_controller.running.runner import Runner
-    from bt_controller.watching.snapshot import nodes_of
+    from bt_controller.running.snapshot import nodes_of
     from hmrsim_zenoh.client.client import Client
 
     if not (args.robot or args.robots):

@@ -12,8 +12,8 @@ from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.blackboards import Board
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.imports import described
-from bt_controller.watching.json_values import board_values
-from bt_controller.watching.snapshot import Snapshot, nodes_of
+from bt_controller.running.json_values import board_values
+from bt_controller.running.snapshot import Snapshot, nodes_of
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.errors import NobodyThere, SimulatorGone
 from hmrsim_zenoh.server.warm_up import for_client
@@ -21,7 +21,7 @@ from hmrsim_zenoh.server.warm_up import for_client
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from bt_controller.trees import Plan
+    from bt_controller.loading.trees import Plan
     from hmrsim.actions import AnyAction
     from hmrsim_zenoh.client.client import Client
 

@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any, Final
 from py_trees.common import Status
 
 from bt_controller.core.topics import Topics
-from bt_controller.running.agenda import Agenda
-from bt_controller.running.due import due, next_period
 from bt_controller.running.mailbox import RESET, STOP
+from bt_controller.running.tick_schedule import due, next_period
+from bt_controller.running.timer_queue import Agenda
 from bt_controller.world.directory import Directory
 from bt_controller.world.places import NamedPlaces
 from hmrsim_zenoh.errors import Idle, NobodyThere, SimulatorGone

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import IO, TYPE_CHECKING, Final, Protocol
 
-from bt_controller.watching.snapshot import ASCII, UNICODE, Snapshot
+from bt_controller.running.snapshot import ASCII, UNICODE, Snapshot
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Final
 
 from py_trees.common import Status
 
+from bt_controller.running.snapshot import UNICODE, tip
 from bt_controller.watching.display import symbols_for
-from bt_controller.watching.snapshot import UNICODE, tip
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rich.text import Text
 
     from bt_controller.running.mission import Mission
-    from bt_controller.watching.snapshot import Node, Snapshot
+    from bt_controller.running.snapshot import Node, Snapshot
 
 _REFRESH: Final = 10
 """Times a wall second: a terminal needs trees less often than they are ticked."""

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from bt_controller.running.mission import Mission
-    from bt_controller.watching.snapshot import Snapshot
+    from bt_controller.running.snapshot import Snapshot
     from hmrsim_zenoh.wire.keys import Keys
 
 _log = logging.getLogger(__name__)

@@ -13,7 +13,7 @@ from hmrsim_zenoh.errors import BadOptions
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from bt_controller.watching.snapshot import Node
+    from bt_controller.running.snapshot import Node
 
 _SHAPES: Final = {
     "{-}": ("box", "orange"),

@@ -42,7 +42,7 @@ examples:
   hmrsim demo --json | tail -n 1 | jq '.robots.eve.distance'"""
 
 _WORLD: Final = "hospital"
-_TREE: Final = "bt_controller.hospital:mission"
+_TREE: Final = "bt_controller.examples.hospital:mission"
 _START_SECONDS: Final = 15.0
 _MISSION_SECONDS: Final = 300.0
 """Simulated seconds after which the mission is given up; it takes about 160."""

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bt_controller.running.agenda import Agenda
+from bt_controller.running.timer_queue import Agenda
 
 
 @pytest.fixture

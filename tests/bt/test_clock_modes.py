@@ -12,11 +12,11 @@ from py_trees.timers import Timer
 
 from bt_controller.core.node import Leaf
 from bt_controller.core.sim_time import now, reached
+from bt_controller.loading.trees import Plan
 from bt_controller.running.clocks import clock_for
 from bt_controller.running.mailbox import Mailbox
 from bt_controller.running.mission import missions_for
 from bt_controller.running.runner import Runner
-from bt_controller.trees import Plan
 from hmrsim_zenoh.client.client import Client
 from tests.hosted import hosted
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from py_trees.behaviours import Success
 
+from bt_controller.running.snapshot import Snapshot, nodes_of
 from bt_controller.watching.display import JsonDisplay, PlainDisplay
-from bt_controller.watching.snapshot import Snapshot, nodes_of
 
 
 def snapshot(message="", *, tick=1):

@@ -10,10 +10,10 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 from rich.console import Console
 
+from bt_controller.loading.trees import Plan
 from bt_controller.running.mission import Mission
-from bt_controller.trees import Plan
+from bt_controller.running.snapshot import ASCII
 from bt_controller.watching.live_display import LiveDisplay
-from bt_controller.watching.snapshot import ASCII
 
 
 class Step(Behaviour):

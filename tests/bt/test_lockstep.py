@@ -13,11 +13,11 @@ from py_trees.timers import Timer
 
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.loading.trees import Plan
 from bt_controller.running.clocks import clock_for
 from bt_controller.running.mailbox import STOP, Mailbox
 from bt_controller.running.mission import Mission
 from bt_controller.running.runner import Runner
-from bt_controller.trees import Plan
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim_zenoh.client.client import Client

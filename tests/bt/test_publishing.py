@@ -10,8 +10,8 @@ import zenoh.ext
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_controller.loading.trees import Plan
 from bt_controller.running.mission import Mission
-from bt_controller.trees import Plan
 from bt_controller.watching.publishing import Publisher
 from hmrsim_zenoh.wire.keys import Keys
 from tests.wire.conftest import Heard, Served

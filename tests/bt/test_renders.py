@@ -9,8 +9,8 @@ from py_trees.behaviours import Failure, Success
 from py_trees.composites import Selector, Sequence
 from py_trees.decorators import Inverter
 
+from bt_controller.running.snapshot import nodes_of
 from bt_controller.watching.renders import dot, svg
-from bt_controller.watching.snapshot import nodes_of
 from hmrsim_zenoh.errors import BadOptions
 
 

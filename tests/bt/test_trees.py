@@ -10,7 +10,7 @@ from py_trees.blackboard import Blackboard
 from bt_controller.core.blackboards import Board
 from bt_controller.errors import TreeError
 from bt_controller.examples import go_to_pose
-from bt_controller.trees import load
+from bt_controller.loading.trees import load
 
 MODULE = """
 from py_trees.behaviours import Success

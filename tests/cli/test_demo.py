@@ -104,7 +104,7 @@ def test_demo_whose_page_has_no_port(capsys):
 
 def test_demo_whose_mission_fails(monkeypatch, capsys):
     """The demo ends with 1 and tells what the controller says, which is where the fault is."""
-    monkeypatch.setattr(demo, "_TREE", "bt_controller.hospital:nosuch")
+    monkeypatch.setattr(demo, "_TREE", "bt_controller.examples.hospital:nosuch")
     code = main(["demo"])
 
     out = capsys.readouterr().out

@@ -17,7 +17,7 @@ from bt_controller.core.ports import pose_stamped
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.core.topics import TOPICS, Topics
 from bt_controller.nodes import NOT_HERE, Family, actions, conditions, controls, decorators, registry
-from bt_controller.running.due import due
+from bt_controller.running.tick_schedule import due
 from bt_controller.scripting.parser import parse
 from bt_controller.world.directory import Directory
 from hmrsim.plugins import discover

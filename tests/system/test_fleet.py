@@ -9,7 +9,7 @@ import pytest
 
 pytestmark = pytest.mark.system
 
-DELIVER = "bt_controller.fleet.deliveries:deliver"
+DELIVER = "bt_controller.examples.deliveries:deliver"
 
 
 @pytest.fixture

@@ -34,7 +34,7 @@ from py_trees.composites import Parallel, Sequence
 from bt_controller.behaviours.items import Pickup, Place
 from bt_controller.behaviours.nav_to_pose import GoTo
 from bt_controller.behaviours.wait import Wait
-from bt_controller.trees import resumable
+from bt_controller.loading.trees import resumable
 
 LIVES = Path("lives")
 

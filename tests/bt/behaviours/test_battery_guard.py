@@ -20,7 +20,7 @@ from bt_controller.behaviours.wait import Wait
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.node import PortError
 from bt_controller.core.sim_time import simulated_time
-from bt_controller.running.due import due
+from bt_controller.running.tick_schedule import due
 from bt_controller.world.directory import Directory
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait as WaitAction

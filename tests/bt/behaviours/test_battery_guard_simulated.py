@@ -12,11 +12,11 @@ from bt_controller.behaviours.items import Pickup, Place
 from bt_controller.behaviours.nav_to_pose import GoTo
 from bt_controller.behaviours.wait import Wait
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.loading.trees import Plan, load
 from bt_controller.running.clocks import clock_for
 from bt_controller.running.mailbox import Mailbox
 from bt_controller.running.mission import Mission
 from bt_controller.running.runner import Runner
-from bt_controller.trees import Plan, load
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.client import Client
 from tests.hosted import hosted

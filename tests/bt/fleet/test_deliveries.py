@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bt_controller.fleet.deliveries import TASKS
+from bt_controller.examples.deliveries import TASKS
 from hmrsim.world_checks import load_world
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bt_controller.fleet.allocation import Robot, Waiting
-from bt_controller.fleet.desk import Desk
+from bt_controller.fleet.task_queue import Desk
 from bt_controller.fleet.tasks import Task
 
 CAN = ("navigate_to_pose", "pickup", "place")

@@ -7,7 +7,7 @@ from py_trees.common import Status
 
 from bt_controller.errors import TreeError
 from bt_controller.nodes import registry
-from bt_controller.watching.snapshot import nodes_of
+from bt_controller.running.snapshot import nodes_of
 
 
 def _main(body, *others, **attributes):

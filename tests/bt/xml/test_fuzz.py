@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from bt_controller.errors import TreeError
 from bt_controller.nodes import registry
-from bt_controller.watching.snapshot import nodes_of
+from bt_controller.running.snapshot import nodes_of
 from tests.profiles import examples
 
 _MANY = examples(150, share_fixtures=True)

@@ -7,8 +7,8 @@ import sys
 import pytest
 
 from bt_controller.errors import TreeError
+from bt_controller.loading.trees import load
 from bt_controller.nodes import registry
-from bt_controller.trees import load
 from bt_controller.xml.vocabulary import vocabulary
 
 MODULE = '''

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.fleet.desk import Desk
-    from bt_controller.fleet.office import Office
+    from bt_controller.fleet.fleet_manager import Office
+    from bt_controller.fleet.task_queue import Desk
     from bt_controller.fleet.tasks import Task
     from hmrsim.interfaces.message import Message
 

@@ -11,7 +11,7 @@ from py_trees.common import ComparisonExpression, Status
 from py_trees.composites import Selector, Sequence
 
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
-from bt_controller.trees import confirmed
+from bt_controller.loading.trees import confirmed
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour

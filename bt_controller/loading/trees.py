@@ -160,11 +160,13 @@ def _is_xml(name: str) -> bool:
 
 
 def _functions(module: ModuleType) -> list[str]:
-    """Return the functions of a module that could be meant."""
+    """Return the public functions of a module, or of a package's modules, that could be meant."""
     return [
         name
         for name, value in vars(module).items()
-        if inspect.isfunction(value) and value.__module__ == module.__name__ and not name.startswith("_")
+        if inspect.isfunction(value)
+        and f"{value.__module__}.".startswith(f"{module.__name__}.")
+        and not name.startswith("_")
     ]
 
 

@@ -3,7 +3,7 @@
 ::
 
     hmrsim run hospital_fleet --clock lockstep
-    bt-controller run bt_controller.fleet.deliveries:deliver --robots all --set seed=3
+    bt-controller run bt_controller.examples.deliveries:deliver --robots all --set seed=3
 
 A robot that breaks down on its way to an item leaves it to another; with the item in its claw it brings that when it
 works again. The tree succeeds when everything was brought, and says otherwise what was not, and why.
@@ -17,14 +17,14 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Sequence
 
 from bt_controller.core.node import Leaf
-from bt_controller.fleet.crew import Worker
-from bt_controller.fleet.office import Office
+from bt_controller.fleet.fleet_manager import Office
 from bt_controller.fleet.tasks import Task
+from bt_controller.fleet.workers import Worker
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.fleet.desk import Desk
+    from bt_controller.fleet.task_queue import Desk
 
 _QUICK: Final = ("nurse", "courier", "responder")
 _STRONG: Final = ("nurse", "porter")

@@ -2,7 +2,7 @@
 
 ::
 
-    bt-controller run bt_controller.hospital:mission --robot wall_e eve burn_e m_o nan_e d_fib auto vaq_m
+    bt-controller run bt_controller.examples.hospital:mission --robot wall_e eve burn_e m_o nan_e d_fib auto vaq_m
 """
 
 from __future__ import annotations

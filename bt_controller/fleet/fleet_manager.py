@@ -12,7 +12,7 @@ from bt_controller.core.node import Leaf
 from bt_controller.core.sim_time import now, reached
 from bt_controller.errors import TreeError
 from bt_controller.fleet.allocation import Robot, Waiting
-from bt_controller.fleet.desk import Desk
+from bt_controller.fleet.task_queue import Desk
 from bt_controller.fleet.tasks import arrivals
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from bt_controller.core.topics import Topics
     from bt_controller.fleet.allocation import Assignment
-    from bt_controller.fleet.desk import Given
+    from bt_controller.fleet.task_queue import Given
     from bt_controller.fleet.tasks import Arrival, Task
     from bt_controller.world.directory import Directory
     from bt_controller.world.places import NamedPlaces
