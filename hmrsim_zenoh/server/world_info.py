@@ -11,9 +11,9 @@ import hmrsim
 from hmrsim.protocol.goal import WORLD
 from hmrsim.services import registry as all_services
 from hmrsim.simulation.snapshot import scene
-from hmrsim.world.resolved import shown
 from hmrsim.world.route_graph import to_geojson
 from hmrsim.world_checks import world_hash
+from hmrsim.world_checks.resolved import shown
 from hmrsim_zenoh.server.decode_time import SERVICE_TYPES
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import dump

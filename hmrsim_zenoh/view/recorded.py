@@ -14,7 +14,7 @@ from starlette.routing import Route
 
 from hmrsim.errors import HmrsimError
 from hmrsim.world.model import World
-from hmrsim.world.resolved import shown
+from hmrsim.world_checks.resolved import shown
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterable, Iterator

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from hmrsim.world.model import World
-from hmrsim.world.resolved import shown
+from hmrsim.world_checks.resolved import shown
 
 pytestmark = pytest.mark.browser
 

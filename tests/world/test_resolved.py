@@ -7,7 +7,7 @@ import json
 import pytest
 
 from hmrsim.world.model import World
-from hmrsim.world.resolved import resolved, shown, type_order
+from hmrsim.world_checks.resolved import resolved, shown, type_order
 
 WORLD = {
     "name": "small",
