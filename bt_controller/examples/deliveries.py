@@ -17,14 +17,14 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Sequence
 
 from bt_controller.core.node import Leaf
-from bt_controller.fleet.fleet_manager import Office
+from bt_controller.fleet.fleet_manager import FleetManager
 from bt_controller.fleet.tasks import Task
 from bt_controller.fleet.workers import Worker
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.fleet.task_queue import Desk
+    from bt_controller.fleet.task_queue import TaskQueue
 
 _QUICK: Final = ("nurse", "courier", "responder")
 _STRONG: Final = ("nurse", "porter")
@@ -45,22 +45,24 @@ TASKS: Final = (
 
 def deliver(robots: list[str]) -> Behaviour:
     """Return the tree of the whole fleet."""
-    office = Office(robots, TASKS, seed=7, mean_gap=25.0)
+    fleet_manager = FleetManager(robots, TASKS, seed=7, mean_gap=25.0)
     policy = ParallelPolicy.SuccessOnAll(synchronise=True)
-    crew = Parallel("Crew", policy=policy, children=[office, *(Worker(robot, office) for robot in robots)])
-    return Sequence("Deliveries", memory=True, children=[crew, AllDone(office.desk)])
+    workers = Parallel(
+        "Crew", policy=policy, children=[fleet_manager, *(Worker(robot, fleet_manager) for robot in robots)]
+    )
+    return Sequence("Deliveries", memory=True, children=[workers, AllDone(fleet_manager.task_queue)])
 
 
 class AllDone(Leaf):
     """Succeeds if every task was done, and otherwise says which were not, and why."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, task_queue: TaskQueue) -> None:
         super().__init__("All done")
-        self._desk = desk
+        self._task_queue = task_queue
 
     def update(self) -> Status:
         """Look at the books."""
-        done, lost = len(self._desk.done), self._desk.lost
+        done, lost = len(self._task_queue.done), self._task_queue.lost
         given_up = "".join(f"; {item} is given up: {why}" for item, why in lost.items())
         self.feedback_message = f"{done} of {done + len(lost)} tasks are done{given_up}"
         return Status.FAILURE if lost else Status.SUCCESS

@@ -1,4 +1,4 @@
-"""The office of a fleet: knows the robots, lets tasks turn up, and has the desk hand them out."""
+"""The manager of a fleet: knows the robots, lets tasks turn up, and has the task queue hand them out."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bt_controller.core.node import Leaf
 from bt_controller.core.sim_time import now, reached
 from bt_controller.errors import TreeError
 from bt_controller.fleet.allocation import Robot, Waiting
-from bt_controller.fleet.task_queue import Desk
+from bt_controller.fleet.task_queue import TaskQueue
 from bt_controller.fleet.tasks import arrivals
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 
@@ -32,7 +32,7 @@ _SEED = "seed"
 _ODOMETRY, _BATTERY = "odom", "battery_state"
 
 
-class Office(Leaf):
+class FleetManager(Leaf):
     """Lets tasks turn up, and gives each to a robot; succeeds when all of them are done or given up.
 
     It is looked at when a task turns up, and when a robot is free: there is nothing to poll.
@@ -42,7 +42,7 @@ class Office(Leaf):
         tasks: What turns up.
         seed: Of when that is, if the blackboard has no ``seed``.
         mean_gap: Simulated seconds between two tasks, on average.
-        desk: Who gets what.
+        task_queue: Who gets what.
         enough: The charge up to which robots charge.
         patience: Simulated seconds after which a task is given up that waits, or is held by a robot that failed.
     """
@@ -54,12 +54,12 @@ class Office(Leaf):
         *,
         seed: int,
         mean_gap: float,
-        desk: Desk | None = None,
+        task_queue: TaskQueue | None = None,
         enough: float = 0.8,
         patience: float = 900.0,
     ) -> None:
         super().__init__("Office")
-        self.desk = desk or Desk()
+        self.task_queue = task_queue or TaskQueue()
         self.enough = enough
         self.low: set[str] = set()
         self._robots = tuple(robots)
@@ -107,44 +107,44 @@ class Office(Leaf):
         while self._to_come and reached(self._began + self._to_come[0].after):
             task = self._to_come.pop(0).task
             at = self.pose(task.source).pose.position
-            self.desk.waiting.append(Waiting(task, (at.x, at.y), since=now()))
+            self.task_queue.waiting.append(Waiting(task, (at.x, at.y), since=now()))
             self._news.append(f"{task.item} is to go from {task.source} to {task.target}")
         self._give_up_held()
-        if self.desk.waiting:
+        if self.task_queue.waiting:
             self._hand_out()
-        self.desk.closed = not (self._to_come or self.desk.waiting or self.desk.given)
+        self.task_queue.closed = not (self._to_come or self.task_queue.waiting or self.task_queue.given)
         if self._news:
             self.feedback_message, self._news = "; ".join(self._news), []
-        return Status.SUCCESS if self.desk.closed else Status.RUNNING
+        return Status.SUCCESS if self.task_queue.closed else Status.RUNNING
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return when the next task turns up, or has waited for too long."""
         arrival = self._began + self._to_come[0].after if self._to_come else math.inf
-        waiting = [*self.desk.waiting, *(given.waiting for given in self._held())]
+        waiting = [*self.task_queue.waiting, *(given.waiting for given in self._held())]
         return min([arrival, *(each.since + self._patience for each in waiting)])
 
     # --- what the robots tell -------------------------------------------------------------------------------------
 
     def finished(self, robot: str) -> None:
         """Note that a robot has done its task."""
-        task = self.desk.finish(robot)
+        task = self.task_queue.finish(robot)
         self._check_charge(robot, self.charge(robot))
         self._tell(f"{robot} has brought {task.item} to {task.target}")
 
     def failed(self, robot: str, why: str) -> None:
         """Note that a robot can't do what it is to do, or not yet."""
         self._broken.add(robot)
-        given = self.desk.given.get(robot)
+        given = self.task_queue.given.get(robot)
         what = "charge" if given is None else f"{'bring' if given.holds else 'fetch'} {given.task.item}"
         if given is not None:
-            self.desk.fail(robot)
+            self.task_queue.fail(robot)
         self._tell(f"{robot} can't {what}: {why}")
 
     def gave_up(self, robot: str) -> None:
         """Note that a robot will not do its task, and that nobody can in its place."""
-        item = self.desk.given[robot].task.item
-        self.desk.give_up(robot, f"{robot} holds it and is out of order")
-        self._tell(f"{item} is given up: {self.desk.lost[item]}")
+        item = self.task_queue.given[robot].task.item
+        self.task_queue.give_up(robot, f"{robot} holds it and is out of order")
+        self._tell(f"{item} is given up: {self.task_queue.lost[item]}")
 
     def charged(self, robot: str) -> None:
         """Note that a robot's battery is full enough."""
@@ -175,24 +175,24 @@ class Office(Leaf):
 
     def _hand_out(self) -> None:
         robots = [self._robot(name) for name in self._able]
-        for item in self.desk.give_up_waiting(robots, before=now() - self._patience):
-            self._news.append(f"{item} is given up: {self.desk.lost[item]}")
+        for item in self.task_queue.give_up_waiting(robots, before=now() - self._patience):
+            self._news.append(f"{item} is given up: {self.task_queue.lost[item]}")
         for robot in robots:
             if robot.idle:
                 self._check_charge(robot.name, robot.charge)
-        self._news += [_told(each) for each in self.desk.hand_out(robots)]
+        self._news += [_told(each) for each in self.task_queue.hand_out(robots)]
 
     def _check_charge(self, robot: str, charge: float) -> None:
-        if charge < self.desk.least:
+        if charge < self.task_queue.least:
             self.low.add(robot)
             self._news.append(f"{robot} has to charge: {charge:.0%}")
 
     def _held(self) -> list[Given]:
         """Return what robots have that have failed."""
-        return [given for robot, given in self.desk.given.items() if robot in self._broken]
+        return [given for robot, given in self.task_queue.given.items() if robot in self._broken]
 
     def _give_up_held(self) -> None:
-        for robot, given in list(self.desk.given.items()):
+        for robot, given in list(self.task_queue.given.items()):
             if robot in self._broken and reached(given.waiting.since + self._patience):
                 self.gave_up(robot)
 
@@ -204,7 +204,7 @@ class Office(Leaf):
             self._directory.actions[name],
             (at.x, at.y),
             charge=self.charge(name),
-            idle=name not in self._broken and name not in self.low and name not in self.desk.given,
+            idle=name not in self._broken and name not in self.low and name not in self.task_queue.given,
         )
 
     def _where(self, robot: str) -> PoseStamped:

@@ -1,4 +1,4 @@
-"""The desk of a fleet: which tasks wait, who has which, and what has become of the others. Plain data, no tree."""
+"""The task queue of a fleet: which tasks wait, which robot has which, and what became of the others. Plain data."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Given:
 
 
 @dataclass
-class Desk:
+class TaskQueue:
     """Hands tasks out, and takes back what a robot could not do.
 
     Attributes:

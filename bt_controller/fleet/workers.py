@@ -1,4 +1,4 @@
-"""What the robots of a fleet do: one task after the other, as the desk gives them."""
+"""What the robots of a fleet do: one task after the other, as the task queue gives them."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.fleet.fleet_manager import Office
-    from bt_controller.fleet.task_queue import Desk
+    from bt_controller.fleet.fleet_manager import FleetManager
+    from bt_controller.fleet.task_queue import TaskQueue
     from bt_controller.fleet.tasks import Task
     from hmrsim.interfaces.message import Message
 
@@ -33,22 +33,22 @@ _LOOK_AGAIN: Final = 30.0
 class Worker(Control):
     """A robot of a fleet: fetches and brings what it is given, charges, and goes home when there is nothing to do.
 
-    It runs until the desk is closed. A robot that has failed gets nothing for a while, and until it accepts a goal.
+    It runs until the task queue is closed. A robot that failed gets nothing for a while and until it accepts a goal.
 
     Args:
         robot: Its name.
-        office: Where it gets its tasks.
+        fleet_manager: Where it gets its tasks.
     """
 
-    def __init__(self, robot: str, office: Office) -> None:
+    def __init__(self, robot: str, fleet_manager: FleetManager) -> None:
         self._robot = robot
-        self._office = office
-        self._desk: Desk = office.desk
+        self._fleet_manager = fleet_manager
+        self._task_queue: TaskQueue = fleet_manager.task_queue
         self._fetch = self._steps("fetch", self._go("source"), self._lift())
         self._bring = self._steps("bring", self._go("target"), self._lay_down())
         self._home = self._leaf("go home", "dock_robot", self._dock)
         dock = self._leaf("go to the charger", "dock_robot", self._dock)
-        self._charge = self._steps("charge", dock, Charged(f"{robot}: wait until charged", robot, office))
+        self._charge = self._steps("charge", dock, Charged(f"{robot}: wait until charged", robot, fleet_manager))
         pause = Timer(f"{robot}: wait for repair", _LOOK_AGAIN)
         self._recover = self._steps("recover", pause, self._leaf("try whether it works", "wait", Wait.Goal))
         super().__init__(robot, [self._fetch, self._bring, self._recover, self._charge, self._home])
@@ -71,29 +71,29 @@ class Worker(Control):
             self.reset(turn)
             self._ended(turn, why, succeeded=succeeded)
             if turn is self._bring:
-                # The office may have more to do.
+                # The fleet manager may have more to do.
                 break
         self.feedback_message = self._state
-        return Status.SUCCESS if self._desk.closed else Status.RUNNING
+        return Status.SUCCESS if self._task_queue.closed else Status.RUNNING
 
     @property
     def _state(self) -> str:
-        given = self._desk.given.get(self._robot)
+        given = self._task_queue.given.get(self._robot)
         task = "" if given is None else f"{'brings' if given.holds else 'fetches'} {given.task.item}"
         if self._failed:
             return f"{task or 'idle'}, out of order"
-        return task or ("charges" if self._robot in self._office.low else "idle")
+        return task or ("charges" if self._robot in self._fleet_manager.low else "idle")
 
     def _turn(self) -> Behaviour | None:
         """Return what is to be done now."""
-        if self._desk.closed:
+        if self._task_queue.closed:
             return None
         if self._failed:
             return self._recover
-        if given := self._desk.given.get(self._robot):
+        if given := self._task_queue.given.get(self._robot):
             self._out = True
             return self._bring if given.holds else self._fetch
-        if self._robot in self._office.low:
+        if self._robot in self._fleet_manager.low:
             return self._charge
         return self._home if self._out else None
 
@@ -101,20 +101,20 @@ class Worker(Control):
         """Draw the conclusions."""
         if child is self._recover:
             self._failed = not succeeded
-            self._office.set_working(self._robot, working=succeeded)
+            self._fleet_manager.set_working(self._robot, working=succeeded)
         elif child is self._home:
             # Whoever can't get home is as good where it is.
             self._out = False
         elif not succeeded:
             self._failed = True
-            self._office.failed(self._robot, why)
+            self._fleet_manager.failed(self._robot, why)
         elif child is self._charge:
             self._out = False
-            self._office.charged(self._robot)
+            self._fleet_manager.charged(self._robot)
         elif child is self._fetch:
-            self._desk.given[self._robot].holds = True
+            self._task_queue.given[self._robot].holds = True
         else:
-            self._office.finished(self._robot)
+            self._fleet_manager.finished(self._robot)
 
     # --- what it consists of --------------------------------------------------------------------------------------
 
@@ -123,7 +123,7 @@ class Worker(Control):
 
     def _go(self, end: str) -> Behaviour:
         def goal() -> NavigateToPose.Goal:
-            return NavigateToPose.Goal(pose=self._office.pose(getattr(self._task, end)))
+            return NavigateToPose.Goal(pose=self._fleet_manager.pose(getattr(self._task, end)))
 
         return self._leaf(f"go to the {end}", "navigate_to_pose", goal)
 
@@ -135,35 +135,35 @@ class Worker(Control):
 
     def _dock(self) -> DockRobot.Goal:
         """Return the goal to go where the robot stood in the beginning."""
-        return DockRobot.Goal(use_dock_id=False, dock_pose=self._office.home(self._robot))
+        return DockRobot.Goal(use_dock_id=False, dock_pose=self._fleet_manager.home(self._robot))
 
     def _leaf(self, name: str, action: str, goal: Callable[[], Message]) -> Behaviour:
         return _Step(f"{self._robot}: {name}", action, goal, robot=self._robot)
 
     @property
     def _task(self) -> Task:
-        return self._desk.given[self._robot].task
+        return self._task_queue.given[self._robot].task
 
 
 class Charged(Leaf):
     """Succeeds when a robot's battery is full enough."""
 
-    def __init__(self, name: str, robot: str, office: Office) -> None:
+    def __init__(self, name: str, robot: str, fleet_manager: FleetManager) -> None:
         super().__init__(name)
         self._robot = robot
-        self._office = office
+        self._fleet_manager = fleet_manager
         self._next = 0.0
 
     def update(self) -> Status:
         """Look at the battery."""
-        charge = self._office.charge(self._robot)
+        charge = self._fleet_manager.charge(self._robot)
         self.feedback_message = f"{charge:.0%}"
-        if charge >= self._office.enough:
+        if charge >= self._fleet_manager.enough:
             return Status.SUCCESS
         self._next = now() + _LOOK_AGAIN
         return Status.RUNNING
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return when to look again."""
         return self._next
 

@@ -6,7 +6,7 @@ import pytest
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 
-from bt_controller.fleet.fleet_manager import Office
+from bt_controller.fleet.fleet_manager import FleetManager
 from bt_controller.fleet.tasks import Task
 from bt_controller.fleet.workers import Worker
 from bt_controller.loading.trees import Plan
@@ -33,8 +33,8 @@ class Day:
 
     Attributes:
         status: How the tree ended.
-        news: What the office had to say, by time.
-        office: The office.
+        news: What the fleet_manager had to say, by time.
+        fleet_manager: The fleet_manager.
     """
 
     def __init__(self, tasks, faults, robots=("ann", "bob"), **settings):
@@ -48,13 +48,13 @@ class Day:
         self.status = outcome.statuses["fleet"]
 
     def _tree(self, robots, tasks, settings):
-        self.office = Office(robots, tasks, seed=1, mean_gap=0.1, **settings)
-        workers = [Worker(robot, self.office) for robot in robots]
+        self.fleet_manager = FleetManager(robots, tasks, seed=1, mean_gap=0.1, **settings)
+        workers = [Worker(robot, self.fleet_manager) for robot in robots]
         policy = ParallelPolicy.SuccessOnAll(synchronise=True)
-        return Parallel("Fleet", policy=policy, children=[self.office, *workers])
+        return Parallel("Fleet", policy=policy, children=[self.fleet_manager, *workers])
 
     def _note(self, _mission, now):
-        message = self.office.feedback_message
+        message = self.fleet_manager.feedback_message
         if not self.news or self.news[-1][1] != message:
             self.news.append((now, message))
 
@@ -73,7 +73,7 @@ def test_the_nearest_brings_it():
     """Nothing goes wrong, and nobody else does anything."""
     day = Day([TEA], [])
 
-    assert (Status.SUCCESS, [TEA]) == (day.status, day.office.desk.done)
+    assert (Status.SUCCESS, [TEA]) == (day.status, day.fleet_manager.task_queue.done)
     assert 15.0 < day.when("ann has brought tea to table") < 16.0
 
 
@@ -98,7 +98,7 @@ def test_what_is_held_for_too_long_is_given_up():
     """The rest of the fleet does not wait for ever."""
     day = Day([TEA], breakdown(10.0), patience=200.0)
 
-    assert {"tea": "ann holds it and is out of order"} == day.office.desk.lost
+    assert {"tea": "ann holds it and is out of order"} == day.fleet_manager.task_queue.lost
     assert 200.0 < day.when("tea is given up") < 201.0
 
 
@@ -106,13 +106,13 @@ def test_what_nobody_gets_on_with_is_given_up():
     """The only robot is broken for ever."""
     day = Day([TEA], breakdown(3.0), robots=("ann",), patience=200.0)
 
-    assert {"tea": "it has waited for too long; ann failed"} == day.office.desk.lost
+    assert {"tea": "it has waited for too long; ann failed"} == day.fleet_manager.task_queue.lost
 
 
 def test_who_is_done_gets_the_next_task_at_once():
     """The longest waiting one, at the instant at which it is free."""
     day = Day([TEA, Task("milk", "shelf", "table")], [], robots=("ann",))
-    first, second = day.office.desk.done
+    first, second = day.fleet_manager.task_queue.done
 
     assert day.when(f"ann has brought {first.item} to table") == day.when(f"ann gets {second.item}")
 

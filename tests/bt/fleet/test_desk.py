@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bt_controller.fleet.allocation import Robot, Waiting
-from bt_controller.fleet.task_queue import Desk
+from bt_controller.fleet.task_queue import TaskQueue
 from bt_controller.fleet.tasks import Task
 
 CAN = ("navigate_to_pose", "pickup", "place")
@@ -22,11 +22,11 @@ def robot(name, robot_type="nurse"):
 
 
 @pytest.fixture
-def desk():
-    """Return a desk at which ann has the tea, and the milk waits."""
-    desk = Desk(waiting=[waiting("tea", 1.0), waiting("milk", 2.0)])
-    desk.hand_out([robot("ann")])
-    return desk
+def task_queue():
+    """Return a task queue at which ann has the tea, and the milk waits."""
+    task_queue = TaskQueue(waiting=[waiting("tea", 1.0), waiting("milk", 2.0)])
+    task_queue.hand_out([robot("ann")])
+    return task_queue
 
 
 def items(tasks):
@@ -34,54 +34,54 @@ def items(tasks):
     return [each.task.item for each in tasks]
 
 
-def test_who_has_a_task_gets_no_other(desk):
+def test_who_has_a_task_gets_no_other(task_queue):
     """However idle it looks."""
-    assert ([], ["milk"]) == (desk.hand_out([robot("ann")]), items(desk.waiting))
+    assert ([], ["milk"]) == (task_queue.hand_out([robot("ann")]), items(task_queue.waiting))
 
 
-def test_what_is_done_is_in_the_books(desk):
+def test_what_is_done_is_in_the_books(task_queue):
     """And the robot gets the next."""
-    desk.finish("ann")
+    task_queue.finish("ann")
 
-    assert ["milk"] == items(desk.hand_out([robot("ann")]))
-    assert ["tea"] == [task.item for task in desk.done]
+    assert ["milk"] == items(task_queue.hand_out([robot("ann")]))
+    assert ["tea"] == [task.item for task in task_queue.done]
 
 
-def test_another_takes_over_from_who_failed(desk):
+def test_another_takes_over_from_who_failed(task_queue):
     """Before what turned up later."""
-    desk.fail("ann")
+    task_queue.fail("ann")
 
-    assert ["tea", "milk"] == items(desk.waiting)
-    assert [("tea", "bob")] == [(each.task.item, each.robot) for each in desk.hand_out([robot("bob")])]
+    assert ["tea", "milk"] == items(task_queue.waiting)
+    assert [("tea", "bob")] == [(each.task.item, each.robot) for each in task_queue.hand_out([robot("bob")])]
 
 
-def test_what_a_robot_holds_stays_with_it(desk):
+def test_what_a_robot_holds_stays_with_it(task_queue):
     """Nobody else can fetch it."""
-    desk.given["ann"].holds = True
-    desk.fail("ann")
+    task_queue.given["ann"].holds = True
+    task_queue.fail("ann")
 
-    assert (["milk"], "tea") == (items(desk.waiting), desk.given["ann"].task.item)
+    assert (["milk"], "tea") == (items(task_queue.waiting), task_queue.given["ann"].task.item)
 
 
-def test_who_holds_what_was_given_up_gets_nothing(desk):
+def test_who_holds_what_was_given_up_gets_nothing(task_queue):
     """Its claw is full."""
-    desk.give_up("ann", "ann holds it")
+    task_queue.give_up("ann", "ann holds it")
 
-    assert [] == desk.hand_out([robot("ann")])
-    assert {"tea": "ann holds it"} == desk.lost
+    assert [] == task_queue.hand_out([robot("ann")])
+    assert {"tea": "ann holds it"} == task_queue.lost
 
 
-def test_what_nobody_can_do_is_given_up(desk):
+def test_what_nobody_can_do_is_given_up(task_queue):
     """At once; the rest waits on."""
-    desk.waiting.append(waiting("rice", 3.0, types=("cook",)))
+    task_queue.waiting.append(waiting("rice", 3.0, types=("cook",)))
 
-    assert ["rice"] == desk.give_up_waiting([robot("ann")], before=0.0)
-    assert (["milk"], {"rice": "nobody can do it"}) == (items(desk.waiting), desk.lost)
+    assert ["rice"] == task_queue.give_up_waiting([robot("ann")], before=0.0)
+    assert (["milk"], {"rice": "nobody can do it"}) == (items(task_queue.waiting), task_queue.lost)
 
 
-def test_what_has_waited_for_too_long_is_given_up(desk):
+def test_what_has_waited_for_too_long_is_given_up(task_queue):
     """The books say who failed at it."""
-    desk.fail("ann")
+    task_queue.fail("ann")
 
-    assert ["tea"] == desk.give_up_waiting([robot("ann")], before=1.0)
-    assert {"tea": "it has waited for too long; ann failed"} == desk.lost
+    assert ["tea"] == task_queue.give_up_waiting([robot("ann")], before=1.0)
+    assert {"tea": "it has waited for too long; ann failed"} == task_queue.lost
