@@ -10,7 +10,7 @@ from py_trees.common import Status
 
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.node import EACH_PERIOD, Node, PortError
-from bt_controller.core.ports import DOUBLE, INT, STRING, gives, wants
+from bt_controller.core.ports import DOUBLE, INT, STRING, input_port, output_port
 from bt_controller.world.directory import Directory
 from hmrsim.errors import GoalRejected
 from hmrsim.protocol.goal import GoalStatus
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 
 ACTION_INPUTS: Final[Mapping[str, Port]] = MappingProxyType(
     {
-        "server_name": wants(STRING, "Name of the action, if it is another than usual", required=False),
-        "server_timeout": wants(DOUBLE, "Milliseconds; read and not needed: nothing waits here", required=False),
+        "server_name": input_port(STRING, "Name of the action, if it is another than usual", required=False),
+        "server_timeout": input_port(DOUBLE, "Milliseconds; read and not needed: nothing waits here", required=False),
     }
 )
 """What every action takes."""
 
 ACTION_OUTPUTS: Final[Mapping[str, Port]] = MappingProxyType(
     {
-        "error_code_id": gives(INT, "The result's error code; 0 for none"),
-        "error_msg": gives(STRING, "What is wrong"),
+        "error_code_id": output_port(INT, "The result's error code; 0 for none"),
+        "error_msg": output_port(STRING, "What is wrong"),
     }
 )
 """What every action of Nav2's gives."""
@@ -97,7 +97,7 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         """Return whether the goal that is under way shall be replaced by what `goal` makes now."""
         return False
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return that a running goal tells by itself, and that one which has ended stays as it is.
 
         What a port leads to changes in ticks only, so whatever `wants_other_goal` looks at there needs no look of

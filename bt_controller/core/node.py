@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from bt_controller.core.ports import Places, Port
 
 EACH_PERIOD = -math.inf
-"""What `Node.next_look` returns where nobody tells a node when to look again."""
+"""What `Node.next_tick_time` returns where nobody tells a node when to look again."""
 
 
 class PortError(HmrsimError):
@@ -38,7 +38,7 @@ class PortError(HmrsimError):
 class Node(PortsMixin):
     """What all nodes have: ports, and when they have to be ticked.
 
-    Subclasses say their ports in `INPUTS` and `OUTPUTS`, made by `wants` and `gives`.
+    Subclasses say their ports in `INPUTS` and `OUTPUTS`, made by `input_port` and `output_port`.
 
     Attributes:
         origin: File and line, for messages.
@@ -99,7 +99,7 @@ class Node(PortsMixin):
         """Put a value where an output port leads; nowhere if the file says nothing of it."""
         self.blackboard_client.set(port, value)
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return when this node has to be ticked again if nothing happens to its goals or its children.
 
         Returns:
@@ -131,7 +131,7 @@ class Leaf(Node, Behaviour):
 class Condition(Leaf):
     """A node that looks at something: at the blackboard, the time, a topic."""
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return that nobody tells it when that has changed; a subclass may know better."""
         return EACH_PERIOD
 
@@ -143,7 +143,7 @@ class _Parent(Node):
         """Tick children by ``yield from child.tick()``, and return the node's status; INVALID if it is skipped."""
         raise NotImplementedError
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return that a running node waits for its children, and that one which has ended begins again."""
         return math.inf if self.status is Status.RUNNING else EACH_PERIOD
 

@@ -99,7 +99,7 @@ class Kind(Generic[T]):
 
 @dataclass(frozen=True)
 class Port(PortInformation):
-    """A port of a node; made by `wants` and `gives`.
+    """A port of a node; made by `input_port` and `output_port`.
 
     Attributes:
         kind: What it carries.
@@ -108,13 +108,13 @@ class Port(PortInformation):
     kind: Kind[Any] = None  # type: ignore[assignment]  # fields of the base class have defaults
 
 
-def wants(kind: Kind[Any], description: str = "", *, default: Any = None, required: bool | None = None) -> Port:
+def input_port(kind: Kind[Any], description: str = "", *, default: Any = None, required: bool | None = None) -> Port:
     """Return an input port; required unless it has a default, or is said not to be."""
     needed = default is None if required is None else required
     return Port(_declared(kind), required=needed, description=description, default_value=default, kind=kind)
 
 
-def gives(kind: Kind[Any], description: str = "") -> Port:
+def output_port(kind: Kind[Any], description: str = "") -> Port:
     """Return an output port; a tree need not use it."""
     return Port(_declared(kind), required=False, description=description, kind=kind)
 

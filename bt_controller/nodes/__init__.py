@@ -33,7 +33,7 @@ class Family:
     nodes: Mapping[str, type[Node]]
 
 
-NOT_HERE: Final[Mapping[str, str]] = MappingProxyType(
+UNSUPPORTED: Final[Mapping[str, str]] = MappingProxyType(
     {
         "AssistedTeleop": "nobody steers robots by hand here",
         "BlackboardCheckBool": "version 4 has Precondition, and _skipIf for any node",

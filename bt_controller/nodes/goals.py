@@ -8,7 +8,7 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from bt_controller.core.ports import POSE, POSES, wants
+from bt_controller.core.ports import POSE, POSES, input_port
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 GOAL_PORTS: Final[Mapping[str, Port]] = MappingProxyType(
     {
-        "goal": wants(POSE, "Where to", default="{goal}", required=False),
-        "goals": wants(POSES, "Where to, one after the other", default="{goals}", required=False),
+        "goal": input_port(POSE, "Where to", default="{goal}", required=False),
+        "goals": input_port(POSES, "Where to, one after the other", default="{goals}", required=False),
     }
 )
 

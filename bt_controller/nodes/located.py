@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.core.node import EACH_PERIOD, Node
-from bt_controller.core.ports import STRING, wants
+from bt_controller.core.ports import STRING, input_port
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 
 if TYPE_CHECKING:
@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from bt_controller.core.topics import Topics
     from hmrsim.interfaces.nav_msgs import Odometry
 
-GLOBAL_FRAME: Final[Port] = wants(STRING, "Read and not needed: all poses are of the map", required=False)
-BASE_FRAME: Final[Port] = wants(STRING, "Read and not needed: a robot's pose is its base's", required=False)
+GLOBAL_FRAME: Final[Port] = input_port(STRING, "Read and not needed: all poses are of the map", required=False)
+BASE_FRAME: Final[Port] = input_port(STRING, "Read and not needed: a robot's pose is its base's", required=False)
 
 
 class Located(Node):
@@ -35,7 +35,7 @@ class Located(Node):
         self._robots_name: str = kwargs["robot"]
         self._topics.watch(self._robots_name, "odom")
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return that nobody tells when the robot is somewhere else."""
         return EACH_PERIOD
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Condition
-from bt_controller.core.ports import BOOL, DOUBLE, INT, PATH, POSES, STRING, gives, wants
+from bt_controller.core.ports import BOOL, DOUBLE, INT, PATH, POSES, STRING, input_port, output_port
 from bt_controller.nodes.open_lanes import OpenLanes
 from hmrsim.errors import HmrsimError
 
@@ -21,17 +21,19 @@ class PathCheck(Condition):
     """Succeeds if a path is open, and fails if it is not or there is none; `IsPathValid` says what is open."""
 
     INPUTS: ClassVar = {
-        "path": wants(PATH, "The path", required=False),
-        "stop_at_first_collision": wants(BOOL, "Whether to give the first pose only", default=True),
-        "max_cost": wants(INT, _NO_COSTMAP, default=254),
-        "consider_unknown_as_obstacle": wants(BOOL, _NO_COSTMAP, default=False),
-        "layer_name": wants(STRING, _NO_COSTMAP, default=""),
-        "footprint": wants(STRING, "Read and not needed: footprints matter between robots only", default=""),
-        "max_lookahead_distance": wants(DOUBLE, "Read and not needed: all of the path is looked at", default=-1.0),
-        "service_name": wants(STRING, "Read and not needed: the simulator says which lanes are open", required=False),
-        "server_timeout": wants(DOUBLE, "Milliseconds; read and not needed", required=False),
+        "path": input_port(PATH, "The path", required=False),
+        "stop_at_first_collision": input_port(BOOL, "Whether to give the first pose only", default=True),
+        "max_cost": input_port(INT, _NO_COSTMAP, default=254),
+        "consider_unknown_as_obstacle": input_port(BOOL, _NO_COSTMAP, default=False),
+        "layer_name": input_port(STRING, _NO_COSTMAP, default=""),
+        "footprint": input_port(STRING, "Read and not needed: footprints matter between robots only", default=""),
+        "max_lookahead_distance": input_port(DOUBLE, "Read and not needed: all of the path is looked at", default=-1.0),
+        "service_name": input_port(
+            STRING, "Read and not needed: the simulator says which lanes are open", required=False
+        ),
+        "server_timeout": input_port(DOUBLE, "Milliseconds; read and not needed", required=False),
     }
-    OUTPUTS: ClassVar = {"collision_poses": gives(POSES, "The poses from which it is not open")}
+    OUTPUTS: ClassVar = {"collision_poses": output_port(POSES, "The poses from which it is not open")}
 
     def setup(self, **kwargs: Any) -> None:
         """Look which lanes there are.

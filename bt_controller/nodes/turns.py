@@ -11,7 +11,7 @@ MOST: Final = 1000
 """Turns in one tick, and at one instant."""
 
 
-class Turns:
+class TurnCounter:
     """Counts turns at one instant."""
 
     def __init__(self) -> None:

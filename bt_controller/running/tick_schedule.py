@@ -30,7 +30,7 @@ def due(root: Behaviour, now: float, period: float) -> float:
     while looked_at:
         node, behind = looked_at.pop()
         if isinstance(node, Node):
-            look = node.next_look()
+            look = node.next_tick_time()
             polled = polled or look == EACH_PERIOD
             deadline = min(deadline, look + behind) if look != EACH_PERIOD else deadline
             behind += node.behind

@@ -46,9 +46,9 @@ class ScriptConditions(Scripted, Decoration):
 
     SCRIPTS: ClassVar = ATTRIBUTES
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return that ``_while`` is to be looked at while the child runs."""
-        return EACH_PERIOD if "_while" in self.scripts else super().next_look()
+        return EACH_PERIOD if "_while" in self.scripts else super().next_tick_time()
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the child, unless a condition says how the node ends."""

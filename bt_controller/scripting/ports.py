@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from py_trees.blackboard import Blackboard
 
 from bt_controller.core.node import Node
-from bt_controller.core.ports import ANY, gives, wants
+from bt_controller.core.ports import ANY, input_port, output_port
 from bt_controller.scripting.parser import ScriptError
 from bt_controller.scripting.values import truth
 
@@ -46,9 +46,9 @@ class Scripted(Node):
             for name in script.names:
                 if name in {**cls.INPUTS, **cls.OUTPUTS}:
                     raise ScriptError(f"script {script.text!r:.200}: {name!r} is a port of {cls.__name__}, no entry")
-                inputs[name] = wants(ANY, f"Entry {name} of a script", required=False)
+                inputs[name] = input_port(ANY, f"Entry {name} of a script", required=False)
             for name in script.changed:
-                outputs[f"{name}>"] = gives(ANY, f"Entry {name} as a script changes it")
+                outputs[f"{name}>"] = output_port(ANY, f"Entry {name} as a script changes it")
         parts: dict[str, Any] = {"__doc__": cls.__doc__, "__module__": cls.__module__}
         parts |= {"INPUTS": inputs, "OUTPUTS": outputs, "scripts": dict(scripts)}
         return type(cls.__name__, (cls,), parts)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.core.ports import CHILDREN
-from bt_controller.nodes import NOT_HERE
+from bt_controller.nodes import UNSUPPORTED
 from bt_controller.scripting.conditions import ATTRIBUTES, conditioned
 from bt_controller.scripting.parser import ScriptError, parse
 from bt_controller.xml.call import Call, children_of, connection, counted, is_a, shared
@@ -88,8 +88,8 @@ class _Checker:
             self._faults.add(origin, 'needs ID="…", the name of a node')
         elif tag in self._document.trees:
             self._faults.add(origin, f'is no node but a tree; write <SubTree ID="{tag}"/>')
-        elif tag in NOT_HERE:
-            self._faults.add(origin, f"there is no such node: {NOT_HERE[tag]}")
+        elif tag in UNSUPPORTED:
+            self._faults.add(origin, f"there is no such node: {UNSUPPORTED[tag]}")
         else:
             alike = meant(tag, sorted({*self._nodes, _SUBTREE}))
             hint = f"did you mean {alike!r}?" if alike else "see bt-controller nodes"

@@ -41,7 +41,7 @@ class Alarm(Leaf):
         """Look whether it rings."""
         return Status.SUCCESS if reached(self._deadline) else Status.RUNNING
 
-    def next_look(self):
+    def next_tick_time(self):
         """Return when it rings."""
         return self._deadline
 

@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from bt_controller.core.node import Control, Decoration, Leaf, PortError
 from bt_controller.core.port_values import node
-from bt_controller.core.ports import DOUBLE, INT, POSE, gives, pose_stamped, wants
+from bt_controller.core.ports import DOUBLE, INT, POSE, input_port, output_port, pose_stamped
 from bt_controller.nodes import registry
 from bt_controller.nodes.controls.recovery_node import RecoveryNode
 
@@ -19,8 +19,8 @@ from bt_controller.nodes.controls.recovery_node import RecoveryNode
 class Add(Leaf):
     """Adds two numbers."""
 
-    INPUTS: ClassVar = {"a": wants(DOUBLE), "b": wants(DOUBLE, default=1.0)}
-    OUTPUTS: ClassVar = {"sum": gives(DOUBLE)}
+    INPUTS: ClassVar = {"a": input_port(DOUBLE), "b": input_port(DOUBLE, default=1.0)}
+    OUTPUTS: ClassVar = {"sum": output_port(DOUBLE)}
 
     def update(self):
         """Write the sum."""
@@ -31,7 +31,7 @@ class Add(Leaf):
 class Pose(Leaf):
     """Wants a pose."""
 
-    INPUTS: ClassVar = {"pose": wants(POSE), "times": wants(INT, default=1)}
+    INPUTS: ClassVar = {"pose": input_port(POSE), "times": input_port(INT, default=1)}
 
     def update(self):
         """Do nothing."""

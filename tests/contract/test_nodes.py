@@ -16,7 +16,7 @@ from bt_controller.core.blackboards import Board
 from bt_controller.core.ports import pose_stamped
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.core.topics import TOPICS, Topics
-from bt_controller.nodes import NOT_HERE, Family, actions, conditions, controls, decorators, registry
+from bt_controller.nodes import UNSUPPORTED, Family, actions, conditions, controls, decorators, registry
 from bt_controller.running.tick_schedule import due
 from bt_controller.scripting.parser import parse
 from bt_controller.world.directory import Directory
@@ -156,7 +156,7 @@ def test_nodes_are_where_they_belong(folder):
 
 def test_a_tag_is_here_or_not():
     """Not both."""
-    assert set() == {*registry()} & {*NOT_HERE}
+    assert set() == {*registry()} & {*UNSUPPORTED}
 
 
 def test_it_can_be_halted_and_begun_again():

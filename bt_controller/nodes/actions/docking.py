@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from bt_controller.core.action_node import ACTION_INPUTS, ACTION_OUTPUTS, ActionNode
-from bt_controller.core.ports import BOOL, FINITE, INT, POSE, STRING, gives, wants
+from bt_controller.core.ports import BOOL, FINITE, INT, POSE, STRING, input_port, output_port
 from bt_controller.nodes import Family
 from hmrsim.interfaces import nav2_msgs
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 
-_SUCCESS = gives(BOOL, "Whether it has been done")
+_SUCCESS = output_port(BOOL, "Whether it has been done")
 
 
 class DockRobot(ActionNode):
@@ -19,14 +19,18 @@ class DockRobot(ActionNode):
     ACTION = "dock_robot"
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
-        "use_dock_id": wants(BOOL, "Whether the name counts, or else the pose", default=True),
-        "dock_id": wants(STRING, "The dock's name", default=""),
-        "dock_pose": wants(POSE, "Where the dock is", required=False),
-        "dock_type": wants(STRING, "What kind of dock is at that pose", default=""),
-        "max_staging_time": wants(FINITE, "How long the way there may take, in seconds", default=1000.0),
-        "navigate_to_staging_pose": wants(BOOL, "Whether to drive there first", default=True),
+        "use_dock_id": input_port(BOOL, "Whether the name counts, or else the pose", default=True),
+        "dock_id": input_port(STRING, "The dock's name", default=""),
+        "dock_pose": input_port(POSE, "Where the dock is", required=False),
+        "dock_type": input_port(STRING, "What kind of dock is at that pose", default=""),
+        "max_staging_time": input_port(FINITE, "How long the way there may take, in seconds", default=1000.0),
+        "navigate_to_staging_pose": input_port(BOOL, "Whether to drive there first", default=True),
     }
-    OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "success": _SUCCESS, "num_retries": gives(INT, "How often it was retried")}
+    OUTPUTS: ClassVar = {
+        **ACTION_OUTPUTS,
+        "success": _SUCCESS,
+        "num_retries": output_port(INT, "How often it was retried"),
+    }
 
     def goal(self) -> nav2_msgs.DockRobot.Goal:
         """Return the goal that the ports make."""
@@ -55,8 +59,8 @@ class UndockRobot(ActionNode):
     ACTION = "undock_robot"
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
-        "dock_type": wants(STRING, "What kind of dock it is", default=""),
-        "max_undocking_time": wants(FINITE, "How long it may take, in seconds", default=30.0),
+        "dock_type": input_port(STRING, "What kind of dock it is", default=""),
+        "max_undocking_time": input_port(FINITE, "How long it may take, in seconds", default=30.0),
     }
     OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "success": _SUCCESS}
 

@@ -7,15 +7,15 @@ from typing import ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Leaf, PortError
-from bt_controller.core.ports import ANY, gives, wants
+from bt_controller.core.ports import ANY, input_port, output_port
 from bt_controller.nodes import Family
 
 
 class SetBlackboard(Leaf):
     """Puts a value into an entry: a text, or what is in another entry. Fails if that has no value."""
 
-    INPUTS: ClassVar = {"value": wants(ANY, "What to put there")}
-    OUTPUTS: ClassVar = {"output_key": gives(ANY, "Key of the entry, with or without braces")}
+    INPUTS: ClassVar = {"value": input_port(ANY, "What to put there")}
+    OUTPUTS: ClassVar = {"output_key": output_port(ANY, "Key of the entry, with or without braces")}
     KEYS: ClassVar = ("output_key",)
 
     def update(self) -> Status:
@@ -32,7 +32,7 @@ class SetBlackboard(Leaf):
 class UnsetBlackboard(Leaf):
     """Removes an entry, if there is one, and succeeds."""
 
-    OUTPUTS: ClassVar = {"key": gives(ANY, "Key of the entry, with or without braces")}
+    OUTPUTS: ClassVar = {"key": output_port(ANY, "Key of the entry, with or without braces")}
     KEYS: ClassVar = ("key",)
 
     def update(self) -> Status:

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Final
 
 from bt_controller.core.action_node import ACTION_INPUTS, ActionNode
-from bt_controller.core.ports import BOOL, FINITE, wants
+from bt_controller.core.ports import BOOL, FINITE, input_port
 from bt_controller.nodes import Family
 from hmrsim.interfaces import nav2_msgs
 from hmrsim.interfaces.builtin_interfaces import Duration
@@ -23,9 +23,11 @@ if TYPE_CHECKING:
 _MANEUVER_INPUTS: Final[Mapping[str, Port]] = MappingProxyType(
     {
         **ACTION_INPUTS,
-        "time_allowance": wants(FINITE, "How long it may take, in seconds; 0 for as long as it takes", default=10.0),
-        "disable_collision_checks": wants(BOOL, "Goes along with the goal", default=False),
-        "is_recovery": wants(BOOL, "Read and not needed: nobody counts recoveries here", default=True),
+        "time_allowance": input_port(
+            FINITE, "How long it may take, in seconds; 0 for as long as it takes", default=10.0
+        ),
+        "disable_collision_checks": input_port(BOOL, "Goes along with the goal", default=False),
+        "is_recovery": input_port(BOOL, "Read and not needed: nobody counts recoveries here", default=True),
     }
 )
 
@@ -34,7 +36,7 @@ class Spin(ActionNode):
     """Turns on the spot."""
 
     ACTION = "spin"
-    INPUTS: ClassVar = {**_MANEUVER_INPUTS, "spin_dist": wants(FINITE, "How far, in radians", default=1.57)}
+    INPUTS: ClassVar = {**_MANEUVER_INPUTS, "spin_dist": input_port(FINITE, "How far, in radians", default=1.57)}
 
     def goal(self) -> nav2_msgs.Spin.Goal:
         """Return the goal that the ports make."""
@@ -49,7 +51,7 @@ class Wait(ActionNode):
     """Stands still; for a duration below 0 as long as for that above, as Nav2 does."""
 
     ACTION = "wait"
-    INPUTS: ClassVar = {**ACTION_INPUTS, "wait_duration": wants(FINITE, "How long, in seconds", default=1.0)}
+    INPUTS: ClassVar = {**ACTION_INPUTS, "wait_duration": input_port(FINITE, "How long, in seconds", default=1.0)}
 
     def goal(self) -> nav2_msgs.Wait.Goal:
         """Return the goal that the ports make."""
@@ -62,8 +64,8 @@ class BackUp(ActionNode):
     ACTION = "back_up"
     INPUTS: ClassVar = {
         **_MANEUVER_INPUTS,
-        "backup_dist": wants(FINITE, "How far", default=0.15),
-        "backup_speed": wants(FINITE, "How fast", default=0.025),
+        "backup_dist": input_port(FINITE, "How far", default=0.15),
+        "backup_speed": input_port(FINITE, "How fast", default=0.025),
     }
 
     def goal(self) -> nav2_msgs.BackUp.Goal:
@@ -82,8 +84,8 @@ class DriveOnHeading(ActionNode):
     ACTION = "drive_on_heading"
     INPUTS: ClassVar = {
         **_MANEUVER_INPUTS,
-        "dist_to_travel": wants(FINITE, "How far", default=0.15),
-        "speed": wants(FINITE, "How fast", default=0.025),
+        "dist_to_travel": input_port(FINITE, "How far", default=0.15),
+        "speed": input_port(FINITE, "How fast", default=0.025),
     }
 
     def goal(self) -> nav2_msgs.DriveOnHeading.Goal:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from bt_controller.core.action_node import ACTION_INPUTS, ActionNode
-from bt_controller.core.ports import POSE, STRING, wants
+from bt_controller.core.ports import POSE, STRING, input_port
 from bt_controller.nodes import Family
 from hmrsim.interfaces import moveit_msgs
 from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, PlaceLocation
@@ -25,7 +25,7 @@ class Pickup(_MoveItNode):
     """Picks an item up."""
 
     ACTION = "pickup"
-    INPUTS: ClassVar = {**ACTION_INPUTS, "target_name": wants(STRING, "The item")}
+    INPUTS: ClassVar = {**ACTION_INPUTS, "target_name": input_port(STRING, "The item")}
 
     def goal(self) -> moveit_msgs.Pickup.Goal:
         """Return the goal that the ports make."""
@@ -38,8 +38,8 @@ class Place(_MoveItNode):
     ACTION = "place"
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
-        "attached_object_name": wants(STRING, "The item; whatever it holds if left out", default=""),
-        "place_pose": wants(POSE, "Where; where the robot is if left out", required=False),
+        "attached_object_name": input_port(STRING, "The item; whatever it holds if left out", default=""),
+        "place_pose": input_port(POSE, "Where; where the robot is if left out", required=False),
     }
 
     def goal(self) -> moveit_msgs.Place.Goal:

@@ -5,20 +5,20 @@ from __future__ import annotations
 from typing import ClassVar
 
 from bt_controller.core.action_node import ACTION_INPUTS, ActionNode
-from bt_controller.core.ports import POSE, POSES, STRING, wants
+from bt_controller.core.ports import POSE, POSES, STRING, input_port
 from bt_controller.nodes import Family
 from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses as ThroughPoses
 from hmrsim.interfaces.nav2_msgs import NavigateToPose as ToPose
 from hmrsim.interfaces.nav_msgs import Goals
 
-_TREE = wants(STRING, "Goes along with the goal; robots here have no trees of their own", default="")
+_TREE = input_port(STRING, "Goes along with the goal; robots here have no trees of their own", default="")
 
 
 class NavigateToPose(ActionNode):
     """Drives to ``goal``."""
 
     ACTION = "navigate_to_pose"
-    INPUTS: ClassVar = {**ACTION_INPUTS, "goal": wants(POSE, "Where to"), "behavior_tree": _TREE}
+    INPUTS: ClassVar = {**ACTION_INPUTS, "goal": input_port(POSE, "Where to"), "behavior_tree": _TREE}
 
     def goal(self) -> ToPose.Goal:
         """Return the goal that the ports make."""
@@ -29,7 +29,7 @@ class NavigateThroughPoses(ActionNode):
     """Drives through ``goals`` to the last of them."""
 
     ACTION = "navigate_through_poses"
-    INPUTS: ClassVar = {**ACTION_INPUTS, "goals": wants(POSES, "Where to, in order"), "behavior_tree": _TREE}
+    INPUTS: ClassVar = {**ACTION_INPUTS, "goals": input_port(POSES, "Where to, in order"), "behavior_tree": _TREE}
 
     def goal(self) -> ThroughPoses.Goal:
         """Return the goal that the ports make."""

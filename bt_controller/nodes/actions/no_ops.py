@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Leaf
-from bt_controller.core.ports import BOOL, CONTROLLER, DOUBLE, PLANNER, POSE, STRING, gives, wants
+from bt_controller.core.ports import BOOL, CONTROLLER, DOUBLE, PLANNER, POSE, STRING, input_port, output_port
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
@@ -24,8 +24,8 @@ _NOT_NEEDED = "Read and not needed"
 _KINDS = {"planner": PLANNER, "controller": CONTROLLER}
 
 _SERVICE: Mapping[str, Port] = {
-    "service_name": wants(STRING, _NOT_NEEDED, required=False),
-    "server_timeout": wants(DOUBLE, _NOT_NEEDED, required=False),
+    "service_name": input_port(STRING, _NOT_NEEDED, required=False),
+    "server_timeout": input_port(DOUBLE, _NOT_NEEDED, required=False),
 }
 
 
@@ -47,7 +47,7 @@ class ClearEntireCostmap(_NoOp):
 class ClearCostmapExceptRegion(_NoOp):
     """There is no costmap to clear."""
 
-    INPUTS: ClassVar = {**_SERVICE, "reset_distance": wants(DOUBLE, _NOT_NEEDED, default=1.0)}
+    INPUTS: ClassVar = {**_SERVICE, "reset_distance": input_port(DOUBLE, _NOT_NEEDED, default=1.0)}
 
 
 class ClearCostmapAroundRobot(ClearCostmapExceptRegion):
@@ -59,7 +59,7 @@ class ClearCostmapAroundPose(_NoOp):
 
     INPUTS: ClassVar = {
         **ClearCostmapExceptRegion.INPUTS,
-        "pose": wants(POSE, _NOT_NEEDED, required=False),
+        "pose": input_port(POSE, _NOT_NEEDED, required=False),
     }
 
 
@@ -70,7 +70,7 @@ class ReinitializeGlobalLocalization(_NoOp):
 class ToggleCollisionMonitor(_NoOp):
     """There is no collision monitor."""
 
-    INPUTS: ClassVar = {**_SERVICE, "enable": wants(BOOL, _NOT_NEEDED, default=True)}
+    INPUTS: ClassVar = {**_SERVICE, "enable": input_port(BOOL, _NOT_NEEDED, default=True)}
 
 
 class _Selector(Leaf):
@@ -98,10 +98,10 @@ def _selector(tag: str, chosen: str) -> type[_Selector]:
             "__module__": __name__,
             "WHAT": chosen,
             "INPUTS": {
-                "topic_name": wants(STRING, "Read and not needed: there is no such topic", required=False),
-                f"default_{chosen}": wants(_KINDS.get(chosen, STRING), "What to select", default=""),
+                "topic_name": input_port(STRING, "Read and not needed: there is no such topic", required=False),
+                f"default_{chosen}": input_port(_KINDS.get(chosen, STRING), "What to select", default=""),
             },
-            "OUTPUTS": {f"selected_{chosen}": gives(STRING, "What was selected")},
+            "OUTPUTS": {f"selected_{chosen}": output_port(STRING, "What was selected")},
         },
     )
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Leaf
-from bt_controller.core.ports import DOUBLE, FINITE, INT, PATH, POSE, gives, pose_stamped, wants
+from bt_controller.core.ports import DOUBLE, FINITE, INT, PATH, POSE, input_port, output_port, pose_stamped
 from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, Located
 from bt_controller.nodes.paths import Trail, length_of, part_of, point_of
@@ -22,10 +22,10 @@ class TruncatePath(Leaf):
     """Puts a path on ``output_path`` without its last part, ``distance`` long; its last pose faces the goal."""
 
     INPUTS: ClassVar = {
-        "input_path": wants(PATH, "The path", required=False),
-        "distance": wants(FINITE, "How much to leave out, in the world's unit of length", default=1.0),
+        "input_path": input_port(PATH, "The path", required=False),
+        "distance": input_port(FINITE, "How much to leave out, in the world's unit of length", default=1.0),
     }
-    OUTPUTS: ClassVar = {"output_path": gives(PATH, "What is left of it")}
+    OUTPUTS: ClassVar = {"output_path": output_port(PATH, "What is left of it")}
 
     def update(self) -> Status:
         """Cut the path."""
@@ -52,17 +52,17 @@ class TruncatePathLocal(Located, Leaf):
     """
 
     INPUTS: ClassVar = {
-        "input_path": wants(PATH, "The path", required=False),
-        "distance_forward": wants(FINITE, "How much of it after the robot; negative for all", default=8.0),
-        "distance_backward": wants(FINITE, "How much of it before the robot", default=4.0),
+        "input_path": input_port(PATH, "The path", required=False),
+        "distance_forward": input_port(FINITE, "How much of it after the robot; negative for all", default=8.0),
+        "distance_backward": input_port(FINITE, "How much of it before the robot", default=4.0),
         "robot_frame": BASE_FRAME,
         "robot_base_frame": BASE_FRAME,
-        "transform_tolerance": wants(DOUBLE, "Read and not needed", default=0.2),
-        "pose": wants(POSE, "In place of the robot's", required=False),
-        "angular_distance_weight": wants(DOUBLE, "How much a radian counts beside a length of one", default=0.0),
-        "max_robot_pose_search_dist": wants(DOUBLE, "How far to look after the last point", default=math.inf),
+        "transform_tolerance": input_port(DOUBLE, "Read and not needed", default=0.2),
+        "pose": input_port(POSE, "In place of the robot's", required=False),
+        "angular_distance_weight": input_port(DOUBLE, "How much a radian counts beside a length of one", default=0.0),
+        "max_robot_pose_search_dist": input_port(DOUBLE, "How far to look after the last point", default=math.inf),
     }
-    OUTPUTS: ClassVar = {"output_path": gives(PATH, "The part")}
+    OUTPUTS: ClassVar = {"output_path": output_port(PATH, "The part")}
 
     def __init__(self, name: str, behaviour_class_name: str | None = None) -> None:
         super().__init__(name, behaviour_class_name=behaviour_class_name)
@@ -89,10 +89,10 @@ class ConcatenatePaths(Leaf):
     """Puts two paths, one after the other, on ``output_path``; fails if there is nothing to put there."""
 
     INPUTS: ClassVar = {
-        "input_path1": wants(PATH, "The first path", required=False),
-        "input_path2": wants(PATH, "The second path", required=False),
+        "input_path1": input_port(PATH, "The first path", required=False),
+        "input_path2": input_port(PATH, "The second path", required=False),
     }
-    OUTPUTS: ClassVar = {"output_path": gives(PATH, "Both")}
+    OUTPUTS: ClassVar = {"output_path": output_port(PATH, "Both")}
 
     def update(self) -> Status:
         """Join the paths."""
@@ -109,10 +109,10 @@ class GetPoseFromPath(Leaf):
     """Puts one pose of a path on ``pose``; fails if it has no such pose."""
 
     INPUTS: ClassVar = {
-        "path": wants(PATH, "The path", required=False),
-        "index": wants(INT, "Which pose, from 0; negative from the end", default=-1),
+        "path": input_port(PATH, "The path", required=False),
+        "index": input_port(INT, "Which pose, from 0; negative from the end", default=-1),
     }
-    OUTPUTS: ClassVar = {"pose": gives(POSE, "The pose")}
+    OUTPUTS: ClassVar = {"pose": output_port(POSE, "The pose")}
 
     def update(self) -> Status:
         """Take the pose."""

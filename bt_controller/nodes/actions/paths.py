@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from bt_controller.core.action_node import ACTION_INPUTS, ACTION_OUTPUTS, ActionNode
-from bt_controller.core.ports import ANY, BOOL, CONTROLLER, PATH, PLANNER, POSE, STRING, gives, wants
+from bt_controller.core.ports import ANY, BOOL, CONTROLLER, PATH, PLANNER, POSE, STRING, input_port, output_port
 from bt_controller.nodes import Family
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose as Compute
@@ -22,12 +22,12 @@ class ComputePathToPose(ActionNode):
     ACTION = "compute_path_to_pose"
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
-        "goal": wants(POSE, "Where to"),
-        "start": wants(POSE, "Where from; from where the robot is if left out", required=False),
-        "use_start": wants(BOOL, "Whether start counts", default=True),
-        "planner_id": wants(PLANNER, "Which planner: GridBased, or none", default=""),
+        "goal": input_port(POSE, "Where to"),
+        "start": input_port(POSE, "Where from; from where the robot is if left out", required=False),
+        "use_start": input_port(BOOL, "Whether start counts", default=True),
+        "planner_id": input_port(PLANNER, "Which planner: GridBased, or none", default=""),
     }
-    OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "path": gives(PATH, "The path")}
+    OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "path": output_port(PATH, "The path")}
 
     def goal(self) -> Compute.Goal:
         """Return the goal that the ports make."""
@@ -57,15 +57,15 @@ class FollowPath(ActionNode):
     ACTION = "follow_path"
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
-        "path": wants(PATH, "Where along"),
-        "controller_id": wants(CONTROLLER, "Which controller: FollowPath, or none", default=""),
-        "goal_checker_id": wants(STRING, "Any: robots here arrive exactly", default=""),
-        "progress_checker_id": wants(STRING, "Any: the world's rules of traffic count", default=""),
-        "path_handler_id": wants(STRING, "Any: robots here have one way to handle paths", default=""),
+        "path": input_port(PATH, "Where along"),
+        "controller_id": input_port(CONTROLLER, "Which controller: FollowPath, or none", default=""),
+        "goal_checker_id": input_port(STRING, "Any: robots here arrive exactly", default=""),
+        "progress_checker_id": input_port(STRING, "Any: the world's rules of traffic count", default=""),
+        "path_handler_id": input_port(STRING, "Any: robots here have one way to handle paths", default=""),
     }
     OUTPUTS: ClassVar = {
         **ACTION_OUTPUTS,
-        "tracking_feedback": gives(ANY, "Never written: robots here are never off their path"),
+        "tracking_feedback": output_port(ANY, "Never written: robots here are never off their path"),
     }
 
     def goal(self) -> Follow.Goal:

@@ -7,14 +7,14 @@ from typing import ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Leaf
-from bt_controller.core.ports import FINITE, INT, POSE, POSES, Kind, gives, wants
+from bt_controller.core.ports import FINITE, INT, POSE, POSES, Kind, input_port, output_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
 from bt_controller.nodes.paths import apart
 from hmrsim.interfaces.nav2_msgs import WaypointStatus
 
-_INPUT_GOALS = wants(POSES, "The goals")
-_OUTPUT_GOALS = gives(POSES, "The goals")
+_INPUT_GOALS = input_port(POSES, "The goals")
+_OUTPUT_GOALS = output_port(POSES, "The goals")
 
 
 def _no_text(text: str, _places: object) -> list[WaypointStatus]:
@@ -28,7 +28,7 @@ class GetCurrentPose(Located, Leaf):
     """Puts the robot's pose on ``current_pose``."""
 
     INPUTS: ClassVar = {"global_frame": GLOBAL_FRAME, "robot_base_frame": BASE_FRAME}
-    OUTPUTS: ClassVar = {"current_pose": gives(POSE, "Where the robot is")}
+    OUTPUTS: ClassVar = {"current_pose": output_port(POSE, "Where the robot is")}
 
     def update(self) -> Status:
         """Tell the pose."""
@@ -44,13 +44,13 @@ class RemovePassedGoals(Located, Leaf):
 
     INPUTS: ClassVar = {
         "input_goals": _INPUT_GOALS,
-        "radius": wants(FINITE, "What is near, in the world's unit of length", default=0.5),
+        "radius": input_port(FINITE, "What is near, in the world's unit of length", default=0.5),
         "robot_base_frame": BASE_FRAME,
-        "input_waypoint_statuses": wants(_STATUSES, "How the waypoints have fared", required=False),
+        "input_waypoint_statuses": input_port(_STATUSES, "How the waypoints have fared", required=False),
     }
     OUTPUTS: ClassVar = {
         "output_goals": _OUTPUT_GOALS,
-        "output_waypoint_statuses": gives(_STATUSES, "How they have fared now"),
+        "output_waypoint_statuses": output_port(_STATUSES, "How they have fared now"),
     }
 
     def update(self) -> Status:
@@ -71,7 +71,7 @@ class RemovePassedGoals(Located, Leaf):
 class AppendGoalPoseToGoals(Leaf):
     """Puts goals on ``output_goals`` with one more at their end."""
 
-    INPUTS: ClassVar = {"input_goals": _INPUT_GOALS, "goal_pose": wants(POSE, "One more goal")}
+    INPUTS: ClassVar = {"input_goals": _INPUT_GOALS, "goal_pose": input_port(POSE, "One more goal")}
     OUTPUTS: ClassVar = {"output_goals": _OUTPUT_GOALS}
 
     def update(self) -> Status:
@@ -83,7 +83,7 @@ class AppendGoalPoseToGoals(Leaf):
 class GetNextFewGoals(Leaf):
     """Puts the first ``num_goals`` goals on ``output_goals``; fails if there are no goals."""
 
-    INPUTS: ClassVar = {"input_goals": _INPUT_GOALS, "num_goals": wants(INT, "How many")}
+    INPUTS: ClassVar = {"input_goals": _INPUT_GOALS, "num_goals": input_port(INT, "How many")}
     OUTPUTS: ClassVar = {"output_goals": _OUTPUT_GOALS}
 
     def update(self) -> Status:

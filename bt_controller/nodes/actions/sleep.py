@@ -7,7 +7,7 @@ from typing import ClassVar, Final
 from py_trees.common import Status
 
 from bt_controller.core.node import EACH_PERIOD, Leaf
-from bt_controller.core.ports import UNSIGNED, wants
+from bt_controller.core.ports import UNSIGNED, input_port
 from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
 
@@ -17,13 +17,13 @@ _MILLISECONDS: Final = 1000
 class Sleep(Leaf):
     """Runs for a time, and succeeds then."""
 
-    INPUTS: ClassVar = {"msec": wants(UNSIGNED, "Simulated milliseconds")}
+    INPUTS: ClassVar = {"msec": input_port(UNSIGNED, "Simulated milliseconds")}
 
     def initialise(self) -> None:
         """Begin to sleep."""
         self._ends = now() + self.read("msec") / _MILLISECONDS
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return when the time is over; one that has ended sleeps again when it is ticked again."""
         return self._ends if self.status is Status.RUNNING else EACH_PERIOD
 

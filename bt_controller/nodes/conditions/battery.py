@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Condition, PortError
-from bt_controller.core.ports import BOOL, DOUBLE, STRING, wants
+from bt_controller.core.ports import BOOL, DOUBLE, STRING, input_port
 from bt_controller.nodes import Family
 from hmrsim.interfaces.sensor_msgs import BatteryState
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bt_controller.core.topics import Topics
 
 _TOPIC = "battery_state"
-_BATTERY_TOPIC = wants(STRING, f"Where robots tell of their batteries: {_TOPIC}", default=_TOPIC)
+_BATTERY_TOPIC = input_port(STRING, f"Where robots tell of their batteries: {_TOPIC}", default=_TOPIC)
 
 
 class _Battery(Condition):
@@ -52,9 +52,9 @@ class IsBatteryLow(_Battery):
     """Succeeds if the battery is at ``min_battery`` or below: a share from 0 to 1, or volts with ``is_voltage``."""
 
     INPUTS: ClassVar = {
-        "min_battery": wants(DOUBLE, "What is low"),
+        "min_battery": input_port(DOUBLE, "What is low"),
         "battery_topic": _BATTERY_TOPIC,
-        "is_voltage": wants(BOOL, "Whether that is in volts", default=False),
+        "is_voltage": input_port(BOOL, "Whether that is in volts", default=False),
     }
 
     def update(self) -> Status:

@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Condition
-from bt_controller.core.ports import INT, INTS, wants
+from bt_controller.core.ports import INT, INTS, input_port
 from bt_controller.nodes import Family
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-_ERROR_CODE = wants(INT, "The code; none as long as nobody has written one", required=False)
+_ERROR_CODE = input_port(INT, "The code; none as long as nobody has written one", required=False)
 
 
 class AreErrorCodesPresent(Condition):
     """Succeeds if ``error_code`` is one of ``error_codes_to_check``, which are written with ``;`` between them."""
 
-    INPUTS: ClassVar = {"error_code": _ERROR_CODE, "error_codes_to_check": wants(INTS, "The codes to look for")}
+    INPUTS: ClassVar = {"error_code": _ERROR_CODE, "error_codes_to_check": input_port(INTS, "The codes to look for")}
 
     def update(self) -> Status:
         """Look at the code."""

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Condition
-from bt_controller.core.ports import DOUBLE, FINITE, PATH, POSE, wants
+from bt_controller.core.ports import DOUBLE, FINITE, PATH, POSE, input_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.goals import GOAL_PORTS, goals_of
 from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
@@ -26,7 +26,7 @@ class GoalReached(Located, Condition):
     """Succeeds if the robot is within 0.25 of ``goal``, whichever way it faces."""
 
     INPUTS: ClassVar = {
-        "goal": wants(POSE, "Where to"),
+        "goal": input_port(POSE, "Where to"),
         "global_frame": GLOBAL_FRAME,
         "robot_base_frame": BASE_FRAME,
     }
@@ -71,9 +71,9 @@ class IsGoalNearby(Located, Condition):
     """
 
     INPUTS: ClassVar = {
-        "path": wants(PATH, "The path", required=False),
-        "proximity_threshold": wants(FINITE, "What is near", default=1.0),
-        "max_robot_pose_search_dist": wants(DOUBLE, "How far to look; negative for all of the path", default=-1.0),
+        "path": input_port(PATH, "The path", required=False),
+        "proximity_threshold": input_port(FINITE, "What is near", default=1.0),
+        "max_robot_pose_search_dist": input_port(DOUBLE, "How far to look; negative for all of the path", default=-1.0),
         "global_frame": GLOBAL_FRAME,
         "robot_base_frame": BASE_FRAME,
     }
@@ -97,9 +97,9 @@ class ArePosesNear(Condition):
     """Succeeds if two poses are within ``tolerance`` of each other."""
 
     INPUTS: ClassVar = {
-        "ref_pose": wants(POSE, "One pose"),
-        "target_pose": wants(POSE, "The other"),
-        "tolerance": wants(FINITE, "What is near", default=0.5),
+        "ref_pose": input_port(POSE, "One pose"),
+        "target_pose": input_port(POSE, "The other"),
+        "tolerance": input_port(FINITE, "What is near", default=0.5),
         "global_frame": GLOBAL_FRAME,
     }
 

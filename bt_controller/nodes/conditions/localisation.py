@@ -7,7 +7,7 @@ from typing import ClassVar, Final
 from py_trees.common import Status
 
 from bt_controller.core.node import Leaf
-from bt_controller.core.ports import BOOL, STRING, wants
+from bt_controller.core.ports import BOOL, STRING, input_port
 from bt_controller.nodes import Family
 
 _FRAMES: Final = ("map", "base_link")
@@ -16,7 +16,7 @@ _FRAMES: Final = ("map", "base_link")
 class InitialPoseReceived(Leaf):
     """Succeeds, unless the file says that no pose was received: robots here know where they are from the start."""
 
-    INPUTS: ClassVar = {"initial_pose_received": wants(BOOL, "Whether there is a pose", default=True)}
+    INPUTS: ClassVar = {"initial_pose_received": input_port(BOOL, "Whether there is a pose", default=True)}
 
     def update(self) -> Status:
         """Look what the file says."""
@@ -26,7 +26,7 @@ class InitialPoseReceived(Leaf):
 class TransformAvailable(Leaf):
     """Succeeds if both frames are known: ``map`` and ``base_link`` are, and no others."""
 
-    INPUTS: ClassVar = {"child": wants(STRING, "One frame"), "parent": wants(STRING, "The other")}
+    INPUTS: ClassVar = {"child": input_port(STRING, "One frame"), "parent": input_port(STRING, "The other")}
 
     def update(self) -> Status:
         """Look at the frames."""

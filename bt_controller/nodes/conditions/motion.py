@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Condition
-from bt_controller.core.ports import FINITE, wants
+from bt_controller.core.ports import FINITE, input_port
 from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
@@ -24,7 +24,7 @@ class DistanceTraveled(Located, Condition):
     """
 
     INPUTS: ClassVar = {
-        "distance": wants(FINITE, "How far", default=1.0),
+        "distance": input_port(FINITE, "How far", default=1.0),
         "global_frame": GLOBAL_FRAME,
         "robot_base_frame": BASE_FRAME,
     }
@@ -50,8 +50,8 @@ class IsStopped(Located, Condition):
     """
 
     INPUTS: ClassVar = {
-        "velocity_threshold": wants(FINITE, "What is slow, a second", default=0.01),
-        "duration_stopped": wants(FINITE, "How long, in milliseconds", default=1000.0),
+        "velocity_threshold": input_port(FINITE, "What is slow, a second", default=0.01),
+        "duration_stopped": input_port(FINITE, "How long, in milliseconds", default=1000.0),
     }
 
     _until: float | None = None

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Condition
-from bt_controller.core.ports import FINITE, PATH, wants
+from bt_controller.core.ports import FINITE, PATH, input_port
 from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.nav_msgs import Path
 
-_SECONDS = wants(FINITE, "How long, in seconds", default=1.0)
+_SECONDS = input_port(FINITE, "How long, in seconds", default=1.0)
 
 
 class TimeExpired(Condition):
@@ -24,7 +24,7 @@ class TimeExpired(Condition):
 
     _until = 0.0
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return when the time is over."""
         return self._until
 
@@ -40,12 +40,12 @@ class TimeExpired(Condition):
 class PathExpiringTimer(Condition):
     """Succeeds each time ``seconds`` have gone by since its first tick, its last success, or the last other path."""
 
-    INPUTS: ClassVar = {"seconds": _SECONDS, "path": wants(PATH, "The path", required=False)}
+    INPUTS: ClassVar = {"seconds": _SECONDS, "path": input_port(PATH, "The path", required=False)}
 
     _until: float | None = None
     _path: Path | None = None
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return when the time is over."""
         return 0.0 if self._until is None else self._until
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Condition
-from bt_controller.core.ports import ANY, wants
+from bt_controller.core.ports import ANY, input_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.entry_updates import Watching
 
@@ -15,7 +15,7 @@ from bt_controller.nodes.entry_updates import Watching
 class WasEntryUpdated(Watching, Condition):
     """Succeeds if an entry has been written since it was ticked before, also with the value that it had; else fails."""
 
-    INPUTS: ClassVar = {"entry": wants(ANY, "Key of the entry, with or without braces")}
+    INPUTS: ClassVar = {"entry": input_port(ANY, "Key of the entry, with or without braces")}
 
     def update(self) -> Status:
         """Look at the entry."""

@@ -11,7 +11,7 @@ from py_trees.common import Status
 from bt_controller.behaviours.battery import is_charging, is_full
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient
 from bt_controller.core.node import EACH_PERIOD, Control, PortError
-from bt_controller.core.ports import SHARE, wants
+from bt_controller.core.ports import SHARE, input_port
 from bt_controller.core.sim_time import now, reached, time_behind
 from bt_controller.core.suspension import finds_its_way, has_come_to_rest, repeat, suspend, verdicts
 from bt_controller.nodes import Family
@@ -69,8 +69,8 @@ class BatteryGuard(Control):
     """
 
     INPUTS: ClassVar = {
-        "below": wants(SHARE, "Charge below this share of the capacity, from 0 to 1", default=0.2),
-        "until": wants(SHARE, "Go on from this share", default=0.9),
+        "below": input_port(SHARE, "Charge below this share of the capacity, from 0 to 1", default=0.2),
+        "until": input_port(SHARE, "Go on from this share", default=0.9),
     }
     least = most = 2
     """How many the tree gives it; the way back is its own."""
@@ -144,7 +144,7 @@ class BatteryGuard(Control):
             yield from mission.tick()
         return mission.status
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return that nobody tells how full the battery is where time stands while trees are ticked."""
         told = self.status is Status.RUNNING and self._phase is not _Phase.FILLING and not self._topics.asks
         return math.inf if told else EACH_PERIOD

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 from py_trees.common import Status
 
 from bt_controller.core.node import Control, PortError
-from bt_controller.core.ports import CHILDREN, wants
+from bt_controller.core.ports import CHILDREN, input_port
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
@@ -52,8 +52,8 @@ class Parallel(_SideBySide):
     """
 
     INPUTS: ClassVar = {
-        "success_count": wants(CHILDREN, "How many children have to succeed; -1 is all", default=-1),
-        "failure_count": wants(CHILDREN, "How many children have to fail; -1 is all", default=1),
+        "success_count": input_port(CHILDREN, "How many children have to succeed; -1 is all", default=-1),
+        "failure_count": input_port(CHILDREN, "How many children have to fail; -1 is all", default=1),
     }
 
     def advance(self) -> Generator[Behaviour, None, Status]:
@@ -82,7 +82,9 @@ class ParallelAll(_SideBySide):
     skipped, so is the node.
     """
 
-    INPUTS: ClassVar = {"max_failures": wants(CHILDREN, "From how many failures on it fails; -1 is all", default=1)}
+    INPUTS: ClassVar = {
+        "max_failures": input_port(CHILDREN, "From how many failures on it fails; -1 is all", default=1)
+    }
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the children that have not ended."""

@@ -8,7 +8,7 @@ from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
 from bt_controller.core.node import Control
-from bt_controller.core.ports import INT, wants
+from bt_controller.core.ports import INT, input_port
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
@@ -24,7 +24,9 @@ class PersistentSequence(Control):
     ticked, the index is 0 again.
     """
 
-    INPUTS: ClassVar = {"current_child_idx": wants(INT, "Which child's turn it is, from 0; written, too", default=0)}
+    INPUTS: ClassVar = {
+        "current_child_idx": input_port(INT, "Which child's turn it is, from 0; written, too", default=0)
+    }
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the children from the one whose turn it is."""

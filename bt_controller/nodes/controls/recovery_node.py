@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import EACH_PERIOD, Control
-from bt_controller.core.ports import INT, wants
+from bt_controller.core.ports import INT, input_port
 from bt_controller.nodes import Family
-from bt_controller.nodes.turns import Turns
+from bt_controller.nodes.turns import TurnCounter
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -25,18 +25,18 @@ class RecoveryNode(Control):
     instant the next comes a period later.
     """
 
-    INPUTS: ClassVar = {"number_of_retries": wants(INT, "How often to try again", default=1)}
+    INPUTS: ClassVar = {"number_of_retries": input_port(INT, "How often to try again", default=1)}
     least = most = 2
 
     def initialise(self) -> None:
         """Begin with the first child."""
         self._retries = 0
         self._recovers = False
-        self._turns = Turns()
+        self._turns = TurnCounter()
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return that the first child is to begin again if none runs."""
-        return super().next_look() if self.next_ticked() else EACH_PERIOD
+        return super().next_tick_time() if self.next_ticked() else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the child whose turn it is."""

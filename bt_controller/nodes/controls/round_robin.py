@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Control
-from bt_controller.core.ports import BOOL, wants
+from bt_controller.core.ports import BOOL, input_port
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
@@ -26,7 +26,9 @@ class RoundRobin(Control):
     Nav2's own fails already with the end of the last child, whatever that is; its documentation has it as it is here.
     """
 
-    INPUTS: ClassVar = {"wrap_around": wants(BOOL, "Whether the first child comes after the last one", default=False)}
+    INPUTS: ClassVar = {
+        "wrap_around": input_port(BOOL, "Whether the first child comes after the last one", default=False)
+    }
 
     _next = 0
     """Whose turn it is."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from bt_controller.core.node import EACH_PERIOD, Control
-from bt_controller.core.ports import ANY, wants
+from bt_controller.core.ports import ANY, input_port
 from bt_controller.nodes import Family
 from bt_controller.scripting.values import same
 
@@ -23,7 +23,7 @@ class Switch(Control):
     a child that is no longer meant is halted. Without a value of the variable the last child is meant.
     """
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return that nobody tells when the variable changes."""
         return EACH_PERIOD
 
@@ -49,9 +49,9 @@ class Switch(Control):
 
 
 def _switch(cases: int) -> type[Switch]:
-    inputs = {"variable": wants(ANY, "What is compared with the cases", required=False)}
+    inputs = {"variable": input_port(ANY, "What is compared with the cases", required=False)}
     for number in range(1, cases + 1):
-        inputs[f"case_{number}"] = wants(ANY, f"Value for child {number}", required=False)
+        inputs[f"case_{number}"] = input_port(ANY, f"Value for child {number}", required=False)
     parts = {"__doc__": Switch.__doc__, "__module__": __name__, "INPUTS": inputs, "least": cases + 1, "most": cases + 1}
     return type(f"Switch{cases}", (Switch,), parts)
 

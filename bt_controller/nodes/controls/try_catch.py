@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Control
-from bt_controller.core.ports import BOOL, wants
+from bt_controller.core.ports import BOOL, input_port
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ class TryCatch(Control):
     the node. With *catch_on_halt* the last child is ticked once, too, when the node is halted before any has failed.
     """
 
-    INPUTS: ClassVar = {"catch_on_halt": wants(BOOL, "Whether a halt is caught, too", default=False)}
+    INPUTS: ClassVar = {"catch_on_halt": input_port(BOOL, "Whether a halt is caught, too", default=False)}
     least = 2
 
     def initialise(self) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import EACH_PERIOD, Decoration
-from bt_controller.core.ports import FINITE, wants
+from bt_controller.core.ports import FINITE, input_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
 from bt_controller.nodes.paths import apart
@@ -27,7 +27,7 @@ class DistanceController(Located, Decoration):
     """
 
     INPUTS: ClassVar = {
-        "distance": wants(FINITE, "How far", default=1.0),
+        "distance": input_port(FINITE, "How far", default=1.0),
         "global_frame": GLOBAL_FRAME,
         "robot_base_frame": BASE_FRAME,
     }
@@ -38,7 +38,7 @@ class DistanceController(Located, Decoration):
             self._first = True
             self._start = self.here
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return that somebody has to look where the robot is, unless the child runs."""
         return math.inf if self.child.status is Status.RUNNING else EACH_PERIOD
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import EACH_PERIOD, Decoration
-from bt_controller.core.ports import ANY, wants
+from bt_controller.core.ports import ANY, input_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.entry_updates import Watching
 
@@ -23,12 +23,12 @@ class SkipUnlessUpdated(Watching, Decoration):
     Otherwise it is skipped. While the child runs the entry is not looked at; a halt does not count as a look.
     """
 
-    INPUTS: ClassVar = {"entry": wants(ANY, "Key of the entry, with or without braces")}
+    INPUTS: ClassVar = {"entry": input_port(ANY, "Key of the entry, with or without braces")}
     otherwise: ClassVar = Status.INVALID
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return that nobody tells when the entry is written."""
-        return super().next_look() if self.child.status is Status.RUNNING else EACH_PERIOD
+        return super().next_tick_time() if self.child.status is Status.RUNNING else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Look at the entry, or go on with the child."""

@@ -31,7 +31,7 @@ class GoalUpdatedController(Decoration):
             self._changed = True
             self._goals = goals_of(self)
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return that somebody has to look at the goal, unless the child runs."""
         return math.inf if self.child.status is Status.RUNNING else EACH_PERIOD
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from bt_controller.core.node import Decoration
-from bt_controller.core.ports import POSE, POSES, gives, wants
+from bt_controller.core.ports import POSE, POSES, input_port, output_port
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
@@ -22,10 +22,10 @@ class GoalUpdater(Decoration):
     """
 
     INPUTS: ClassVar = {
-        "input_goal": wants(POSE, "The goal", required=False),
-        "input_goals": wants(POSES, "The goals", required=False),
+        "input_goal": input_port(POSE, "The goal", required=False),
+        "input_goals": input_port(POSES, "The goals", required=False),
     }
-    OUTPUTS: ClassVar = {"output_goal": gives(POSE, "The goal"), "output_goals": gives(POSES, "The goals")}
+    OUTPUTS: ClassVar = {"output_goal": output_port(POSE, "The goal"), "output_goals": output_port(POSES, "The goals")}
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Hand the goals on, and tick the child."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from py_trees.common import Status
 
 from bt_controller.core.node import EACH_PERIOD, Decoration, PortError
-from bt_controller.core.ports import BOOL, DOUBLE, INT, STRING, Kind, gives, wants
+from bt_controller.core.ports import BOOL, DOUBLE, INT, STRING, Kind, input_port, output_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.decorators._statuses import STATUS
 
@@ -38,9 +38,9 @@ class Loop(Decoration):
         text = client.exists("queue") and isinstance(client.get("queue"), str)
         self._own: list[Any] | None = self.read("queue") if text else None
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return that the queue is to be looked at as long as the child does not run."""
-        return super().next_look() if self.child.status is Status.RUNNING else EACH_PERIOD
+        return super().next_tick_time() if self.child.status is Status.RUNNING else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the child with the values that are there, until it runs or fails."""
@@ -103,10 +103,10 @@ def _loop(tag: str, kind: Kind[Any]) -> type[Loop]:
         "__module__": __name__,
         "kind": kind,
         "INPUTS": {
-            "queue": wants(_queue_of(kind), f"The values: a list of {kind.name}, or a text with ';' between them"),
-            "if_empty": wants(STATUS, "What it is when the queue is empty", default=Status.SUCCESS),
+            "queue": input_port(_queue_of(kind), f"The values: a list of {kind.name}, or a text with ';' between them"),
+            "if_empty": input_port(STATUS, "What it is when the queue is empty", default=Status.SUCCESS),
         },
-        "OUTPUTS": {"value": gives(kind, "The value of this turn")},
+        "OUTPUTS": {"value": output_port(kind, "The value of this turn")},
     }
     return type(tag, (Loop,), parts)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Decoration
-from bt_controller.core.ports import FINITE, PATH, wants
+from bt_controller.core.ports import FINITE, PATH, input_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.paths import length_of
 from hmrsim.interfaces.nav_msgs import Path
@@ -26,9 +26,9 @@ class PathLongerOnApproach(Decoration):
     """
 
     INPUTS: ClassVar = {
-        "path": wants(PATH, "The path", required=False),
-        "prox_len": wants(FINITE, "What is short", default=3.0),
-        "length_factor": wants(FINITE, "How many times longer is much longer", default=2.0),
+        "path": input_port(PATH, "The path", required=False),
+        "prox_len": input_port(FINITE, "What is short", default=3.0),
+        "length_factor": input_port(FINITE, "How many times longer is much longer", default=2.0),
     }
 
     _old = Path()

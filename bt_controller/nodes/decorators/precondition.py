@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import EACH_PERIOD, Decoration
-from bt_controller.core.ports import wants
+from bt_controller.core.ports import input_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.decorators._statuses import STATUS
 from bt_controller.scripting.ports import Scripted
@@ -25,11 +25,11 @@ class Precondition(Scripted, Decoration):
     """
 
     SCRIPTS: ClassVar = ("if",)
-    INPUTS: ClassVar = {"else": wants(STATUS, "What it is where the script is false", default=Status.FAILURE)}
+    INPUTS: ClassVar = {"else": input_port(STATUS, "What it is where the script is false", default=Status.FAILURE)}
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return that the script is to be looked at again as long as the child does not run."""
-        return super().next_look() if self.child.status is Status.RUNNING else EACH_PERIOD
+        return super().next_tick_time() if self.child.status is Status.RUNNING else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Run the script, or go on with the child."""

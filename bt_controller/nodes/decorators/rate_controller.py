@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import EACH_PERIOD, Decoration
-from bt_controller.core.ports import POSITIVE, wants
+from bt_controller.core.ports import POSITIVE, input_port
 from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
 from bt_controller.nodes.rates import period_of
@@ -25,7 +25,7 @@ class RateController(Decoration):
     A child that runs is ticked until it has ended. The time counts from its last success, or from the beginning.
     """
 
-    INPUTS: ClassVar = {"hz": wants(POSITIVE, "How often a second", default=10.0)}
+    INPUTS: ClassVar = {"hz": input_port(POSITIVE, "How often a second", default=10.0)}
 
     _first = True
     _next = 0.0
@@ -36,7 +36,7 @@ class RateController(Decoration):
             self._first = True
             self._next = now() + period_of(self, "hz")
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return when the child's time comes, each period if it was skipped; it tells by itself while it runs."""
         if self.child.status is Status.RUNNING:
             return math.inf

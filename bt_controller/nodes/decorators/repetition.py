@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 from py_trees.common import Status
 
 from bt_controller.core.node import EACH_PERIOD, Decoration
-from bt_controller.core.ports import INT, wants
+from bt_controller.core.ports import INT, input_port
 from bt_controller.core.sim_time import now
 from bt_controller.nodes import Family
 from bt_controller.nodes.turns import MOST
@@ -48,9 +48,9 @@ class _Again(Decoration):
         self._instant = ran and status is not Status.RUNNING
         return status
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return that the child is to begin again if it does not run."""
-        return super().next_look() if self.child.status is Status.RUNNING else EACH_PERIOD
+        return super().next_tick_time() if self.child.status is Status.RUNNING else EACH_PERIOD
 
 
 class _Counted(_Again):
@@ -92,7 +92,7 @@ class Repeat(_Counted):
     with the next tick if there is no end to it (-1), or after a thousand. Where the child is skipped, so is the node.
     """
 
-    INPUTS: ClassVar = {"num_cycles": wants(INT, "How often the child has to succeed; -1 for ever")}
+    INPUTS: ClassVar = {"num_cycles": input_port(INT, "How often the child has to succeed; -1 for ever")}
     port = "num_cycles"
     again = Status.SUCCESS
 
@@ -104,7 +104,7 @@ class RetryUntilSuccessful(_Counted):
     with the next tick if there is no end to it (-1), or after a thousand. Where the child is skipped, so is the node.
     """
 
-    INPUTS: ClassVar = {"num_attempts": wants(INT, "How often the child may fail; -1 for ever")}
+    INPUTS: ClassVar = {"num_attempts": input_port(INT, "How often the child may fail; -1 for ever")}
     port = "num_attempts"
     again = Status.FAILURE
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Decoration
-from bt_controller.core.ports import BOOL, wants
+from bt_controller.core.ports import BOOL, input_port
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ class RunOnce(Decoration):
     halted or skipped has not ended.
     """
 
-    INPUTS: ClassVar = {"then_skip": wants(BOOL, "Whether it is skipped afterwards", default=True)}
+    INPUTS: ClassVar = {"then_skip": input_port(BOOL, "Whether it is skipped afterwards", default=True)}
 
     _outcome: Status | None = None
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Decoration
-from bt_controller.core.ports import BOOL, wants
+from bt_controller.core.ports import BOOL, input_port
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ class SingleTrigger(Decoration):
     With ``is_global`` it fails for as long as the tree is run, however often it is reset.
     """
 
-    INPUTS: ClassVar = {"is_global": wants(BOOL, "Whether a reset changes nothing", default=False)}
+    INPUTS: ClassVar = {"is_global": input_port(BOOL, "Whether a reset changes nothing", default=False)}
 
     _triggered = False
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import EACH_PERIOD, Decoration
-from bt_controller.core.ports import FINITE, POSITIVE, wants
+from bt_controller.core.ports import FINITE, POSITIVE, input_port
 from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
 from bt_controller.nodes.goals import GOAL_PORTS, goals_of
@@ -31,10 +31,10 @@ class SpeedController(Located, Decoration):
     """
 
     INPUTS: ClassVar = {
-        "min_rate": wants(POSITIVE, "Least rate", default=0.1),
-        "max_rate": wants(POSITIVE, "Greatest rate", default=1.0),
-        "min_speed": wants(FINITE, "Speed of the least rate", default=0.0),
-        "max_speed": wants(FINITE, "Speed of the greatest rate", default=0.5),
+        "min_rate": input_port(POSITIVE, "Least rate", default=0.1),
+        "max_rate": input_port(POSITIVE, "Greatest rate", default=1.0),
+        "min_speed": input_port(FINITE, "Speed of the least rate", default=0.0),
+        "max_speed": input_port(FINITE, "Speed of the greatest rate", default=0.5),
         **GOAL_PORTS,
     }
 
@@ -46,7 +46,7 @@ class SpeedController(Located, Decoration):
         if self.status is Status.INVALID:
             self._begin()
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return when the period is over; one that was skipped is looked at, a child that runs tells by itself."""
         if self.child.status is Status.RUNNING:
             return math.inf

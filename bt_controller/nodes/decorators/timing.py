@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 from py_trees.common import Status
 
 from bt_controller.core.node import Decoration
-from bt_controller.core.ports import UNSIGNED, wants
+from bt_controller.core.ports import UNSIGNED, input_port
 from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
 
@@ -23,16 +23,16 @@ _MILLISECONDS: Final = 1000
 class Delay(Decoration):
     """Runs for a time, and ticks its child then; ends as the child does."""
 
-    INPUTS: ClassVar = {"delay_msec": wants(UNSIGNED, "Simulated milliseconds")}
+    INPUTS: ClassVar = {"delay_msec": input_port(UNSIGNED, "Simulated milliseconds")}
 
     def initialise(self) -> None:
         """Begin to wait."""
         self._begins = now() + self.read("delay_msec") / _MILLISECONDS
         self._waits = True
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return when the child is due."""
-        return self._begins if self.status is Status.RUNNING and self._waits else super().next_look()
+        return self._begins if self.status is Status.RUNNING and self._waits else super().next_tick_time()
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the child once the time has come."""
@@ -48,7 +48,7 @@ class Timeout(Decoration):
     A child that ends at this very time has made it.
     """
 
-    INPUTS: ClassVar = {"msec": wants(UNSIGNED, "Simulated milliseconds; 0 for no limit")}
+    INPUTS: ClassVar = {"msec": input_port(UNSIGNED, "Simulated milliseconds; 0 for no limit")}
 
     def initialise(self) -> None:
         """Begin to count the time."""
@@ -56,9 +56,9 @@ class Timeout(Decoration):
         limit = self.read("msec")
         self._ends = now() + limit / _MILLISECONDS if limit > 0 else math.inf
 
-    def next_look(self) -> float:
+    def next_tick_time(self) -> float:
         """Return when the time is over."""
-        return self._ends if self.status is Status.RUNNING else super().next_look()
+        return self._ends if self.status is Status.RUNNING else super().next_tick_time()
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the child, and look at the clock."""

@@ -12,7 +12,7 @@ from py_trees.common import Status
 
 from bt_controller.core.blackboards import Board
 from bt_controller.core.node import Control, Decoration, Leaf
-from bt_controller.core.ports import ANY, DOUBLE, INT, POSE, STRING, gives, wants
+from bt_controller.core.ports import ANY, DOUBLE, INT, POSE, STRING, input_port, output_port
 from bt_controller.nodes import registry
 from bt_controller.xml.file_tree import load_file
 
@@ -49,7 +49,7 @@ class Same(Decoration):
 class Say(Leaf):
     """Says what it reads."""
 
-    INPUTS: ClassVar = {"text": wants(STRING, default="nothing")}
+    INPUTS: ClassVar = {"text": input_port(STRING, default="nothing")}
 
     def update(self) -> Status:
         """Say it."""
@@ -61,11 +61,11 @@ class Go(Leaf):
     """Needs a goal."""
 
     INPUTS: ClassVar = {
-        "goal": wants(POSE),
-        "speed": wants(DOUBLE, default=1.0),
-        "note": wants(ANY, default="{note}"),
+        "goal": input_port(POSE),
+        "speed": input_port(DOUBLE, default=1.0),
+        "note": input_port(ANY, default="{note}"),
     }
-    OUTPUTS: ClassVar = {"code": gives(INT), "where": gives(POSE)}
+    OUTPUTS: ClassVar = {"code": output_port(INT), "where": output_port(POSE)}
 
     def update(self) -> Status:
         """Look at the ports."""
@@ -76,8 +76,8 @@ class Go(Leaf):
 class Put(Leaf):
     """Writes an entry."""
 
-    INPUTS: ClassVar = {"value": wants(ANY)}
-    OUTPUTS: ClassVar = {"to": gives(ANY)}
+    INPUTS: ClassVar = {"value": input_port(ANY)}
+    OUTPUTS: ClassVar = {"to": output_port(ANY)}
     KEYS: ClassVar = ("to",)
 
     def update(self) -> Status:

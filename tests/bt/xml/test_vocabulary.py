@@ -17,7 +17,7 @@ from py_trees.common import Status
 from py_trees.ports import PortInformation, PortsMixin
 
 from bt_controller.core.node import Leaf
-from bt_controller.core.ports import STRING, wants
+from bt_controller.core.ports import STRING, input_port
 
 
 class _Hidden(Leaf):
@@ -27,7 +27,7 @@ class _Hidden(Leaf):
 class Greet(Leaf):
     """Greets."""
 
-    INPUTS = {"whom": wants(STRING)}
+    INPUTS = {"whom": input_port(STRING)}
 
     def update(self):
         self.feedback_message = f"hello, {self.read('whom')}"
