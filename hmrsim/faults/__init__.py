@@ -124,7 +124,7 @@ class Case(Generic[S]):
 
 
 @dataclass(frozen=True)
-class Fault(Generic[S]):
+class FaultType(Generic[S]):
     """A kind of thing that goes wrong.
 
     Attributes:
@@ -182,10 +182,10 @@ def _in_words(name: str) -> str:
     return name.replace("_", " ").capitalize()
 
 
-AnyFault = Fault[Any]
+AnyFault = FaultType[Any]
 
 
 @cache
 def registry() -> dict[str, AnyFault]:
     """Return all faults by name."""
-    return discover(sys.modules[__name__], "FAULT", Fault)
+    return discover(sys.modules[__name__], "FAULT", FaultType)

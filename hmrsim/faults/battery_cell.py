@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from hmrsim.faults import Case, Fault, Name, Spell
+from hmrsim.faults import Case, FaultType, Name, Spell
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -37,7 +37,7 @@ def _begin(case: Case[BatteryCell]) -> Callable[[], None]:
     return end
 
 
-FAULT = Fault(
+FAULT = FaultType(
     name="battery_cell",
     settings=BatteryCell,
     begin=_begin,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.faults import Case, Fault, Name, Spell
+from hmrsim.faults import Case, FaultType, Name, Spell
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,4 +32,4 @@ def _begin(case: Case[Breakdown]) -> Callable[[], None]:
     return end
 
 
-FAULT = Fault(name="breakdown", settings=Breakdown, begin=_begin, example={"robot": "wall_e"})
+FAULT = FaultType(name="breakdown", settings=Breakdown, begin=_begin, example={"robot": "wall_e"})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.faults import Case, Fault, Name, Occurrence, Probability
+from hmrsim.faults import Case, FaultType, Name, Occurrence, Probability
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,7 +28,7 @@ def _begin(case: Case[ClawDrops]) -> Callable[[], None]:
     return lambda: None
 
 
-FAULT = Fault(
+FAULT = FaultType(
     name="claw_drops",
     settings=ClawDrops,
     begin=_begin,

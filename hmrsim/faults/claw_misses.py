@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from hmrsim.faults import Case, Fault, Name, Probability, Spell
+from hmrsim.faults import Case, FaultType, Name, Probability, Spell
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,7 +30,7 @@ def _begin(case: Case[ClawMisses]) -> Callable[[], None]:
     return partial(claw.misses.remove, misses)
 
 
-FAULT = Fault(
+FAULT = FaultType(
     name="claw_misses",
     settings=ClawMisses,
     begin=_begin,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, cast
 
-from hmrsim.faults import Case, Fault, Name, Spell
+from hmrsim.faults import Case, FaultType, Name, Spell
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,4 +28,4 @@ def _begin(case: Case[DoorJammed]) -> Callable[[], None]:
     return door.free
 
 
-FAULT = Fault(name="door_jammed", settings=DoorJammed, begin=_begin, example={"door": "gate"}, title="Jammed")
+FAULT = FaultType(name="door_jammed", settings=DoorJammed, begin=_begin, example={"door": "gate"}, title="Jammed")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from hmrsim.faults import Case, Fault, Name, Spell
+from hmrsim.faults import Case, FaultType, Name, Spell
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,4 +31,6 @@ def _begin(case: Case[LaneClosed]) -> Callable[[], None]:
     return partial(passage.closures.open, cause)
 
 
-FAULT = Fault(name="lane_closed", settings=LaneClosed, begin=_begin, example={"lane": ["home", "door"]}, title="Closed")
+FAULT = FaultType(
+    name="lane_closed", settings=LaneClosed, begin=_begin, example={"lane": ["home", "door"]}, title="Closed"
+)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from hmrsim.faults import Case, Fault, Name, Spell
+from hmrsim.faults import Case, FaultType, Name, Spell
 from hmrsim.geometry import FARTHEST, Pose
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def _begin(case: Case[LocalisationJump]) -> Callable[[], None]:
     return partial(misplace, ())
 
 
-FAULT = Fault(
+FAULT = FaultType(
     name="localisation_jump",
     settings=LocalisationJump,
     begin=_begin,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.faults import Case, Fault, Name, Spell
+from hmrsim.faults import Case, FaultType, Name, Spell
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,6 +31,6 @@ def _begin(case: Case[MessagesLost]) -> Callable[[], None]:
     return end
 
 
-FAULT = Fault(
+FAULT = FaultType(
     name="messages_lost", settings=MessagesLost, begin=_begin, example={"robot": "wall_e"}, title="Connection lost"
 )

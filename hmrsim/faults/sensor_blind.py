@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from hmrsim.components._sensor import Sensor
-from hmrsim.faults import Case, Fault, Name, Spell
+from hmrsim.faults import Case, FaultType, Name, Spell
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -37,6 +37,6 @@ def _begin(case: Case[SensorBlind]) -> Callable[[], None]:
     return partial(look, ())
 
 
-FAULT = Fault(
+FAULT = FaultType(
     name="sensor_blind", settings=SensorBlind, begin=_begin, example={"robot": "wall_e"}, title="Blind sensors"
 )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from hmrsim.faults import Case, Fault, Name, Spell
+from hmrsim.faults import Case, FaultType, Name, Spell
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,4 +36,6 @@ def _begin(case: Case[Slip]) -> Callable[[], None]:
     return lambda: slow_down(1.0)
 
 
-FAULT = Fault(name="slip", settings=Slip, begin=_begin, example={"robot": "wall_e", "factor": 0.5}, title="Wheel slip")
+FAULT = FaultType(
+    name="slip", settings=Slip, begin=_begin, example={"robot": "wall_e", "factor": 0.5}, title="Wheel slip"
+)
