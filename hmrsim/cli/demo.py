@@ -14,7 +14,7 @@ from hmrsim.cli import numbers
 from hmrsim.cli.children import Child
 from hmrsim.cli.demo_screen import JsonLines, Screen
 from hmrsim.cli.demo_story import Story
-from hmrsim.cli.demo_turns import Turns
+from hmrsim.cli.demo_turns import CausalOrder
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import warn
 from hmrsim.cli.run_log import LogLines
@@ -109,7 +109,7 @@ class _Demo:
         self.news: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._args = args
         self._screen = screen
-        self._turns = Turns(_PATIENCE)
+        self._turns = CausalOrder(_PATIENCE)
 
     def run(self) -> int:
         """Start everything, follow the mission to its end, and end everything.

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 _OTHER: Final = {"tree": "world", "world": "tree"}
 
 
-class Turns:
+class CausalOrder:
     """Puts the lines of the world and of the trees in the order of cause and effect.
 
     They come by different ways, and the controller reads the time off a clock that ticks, so neither arrival nor

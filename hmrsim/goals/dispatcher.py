@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.goals.servers import ActionServer, Owner
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.gateway import Event, Withdraw
+    from hmrsim.protocol.gateway import Event, StopWaiting
 
 _CANCEL = CancelGoalService.Response
 
@@ -319,7 +319,7 @@ class Dispatcher:
         else:
             goal.waiting[id(command.reply_to)] = command.reply_to
 
-    def withdraw(self, command: Withdraw) -> None:
+    def withdraw(self, command: StopWaiting) -> None:
         """Let some wait for a result no longer."""
         goal = self.servers.goal(command.robot, command.action, command.goal_id)
         for reply_to in command.reply_tos if goal else ():

@@ -74,7 +74,7 @@ class GetResult(NamedTuple):
     reply_to: Any = None
 
 
-class Withdraw(NamedTuple):
+class StopWaiting(NamedTuple):
     """Let some wait no longer who asked with `GetResult`; nothing happens to those who were answered already.
 
     Attributes:
@@ -197,7 +197,7 @@ Command = (
     SendGoal
     | CancelGoal
     | GetResult
-    | Withdraw
+    | StopWaiting
     | ForgetResult
     | Read
     | InterestChanged

@@ -36,8 +36,8 @@ from hmrsim.protocol.gateway import (
     SendGoal,
     StatusChanged,
     Stop,
+    StopWaiting,
     Topic,
-    Withdraw,
 )
 from hmrsim.services import registry as all_services
 from hmrsim.simulation.detections import Detections
@@ -217,7 +217,7 @@ class Simulator:
 
     def _apply(self, command: Command) -> None:
         match command:
-            case SendGoal() | GetResult() | CancelGoal() | Withdraw() | ForgetResult():
+            case SendGoal() | GetResult() | CancelGoal() | StopWaiting() | ForgetResult():
                 self._apply_to_goals(command)
             case Read():
                 self._emit(Answered(command.reply_to, self.readings.read(command)))
@@ -239,7 +239,7 @@ class Simulator:
             case Stop(reason):
                 self._stop(reason)
 
-    def _apply_to_goals(self, command: SendGoal | GetResult | CancelGoal | Withdraw | ForgetResult) -> None:
+    def _apply_to_goals(self, command: SendGoal | GetResult | CancelGoal | StopWaiting | ForgetResult) -> None:
         match command:
             case SendGoal():
                 self.dispatcher.send_goal(command)
@@ -248,7 +248,7 @@ class Simulator:
             case CancelGoal():
                 self.dispatcher.cancel_goal(command)
                 self.env.take_urgent()
-            case Withdraw():
+            case StopWaiting():
                 self.dispatcher.withdraw(command)
             case ForgetResult(robot, action, goal_id):
                 self.dispatcher.forget(robot, action, goal_id)

@@ -44,7 +44,7 @@ _NO_KINDS: frozenset[str] = frozenset()
 _OVER = "the run is over"
 
 
-class Lockstep:
+class LockstepCoordinator:
     """Grants time to participants; a sink of the simulation, so that it learns what they wait for.
 
     Args:

@@ -30,7 +30,7 @@ from hmrsim.protocol.time import (
     TimeState,
     TokenSeen,
 )
-from hmrsim.timing.lockstep import Lockstep
+from hmrsim.timing.lockstep import LockstepCoordinator
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
@@ -108,7 +108,7 @@ class Pacing:
     def __post_init__(self) -> None:
         """Follow what happens in the simulation."""
         self._generation = self.simulator.generation
-        self._lockstep = Lockstep(self.simulator, awaited=self.participants, until=self.duration)
+        self._lockstep = LockstepCoordinator(self.simulator, awaited=self.participants, until=self.duration)
         self.simulator.gate.hindrance = self._hindrance
         self.simulator.attach(self._lockstep)
 

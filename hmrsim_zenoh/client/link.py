@@ -260,7 +260,7 @@ class Link:
 
 
 class _Once:
-    """Turns the replies to one query and its end into one answer."""
+    """SingleFlight the replies to one query and its end into one answer."""
 
     def __init__(self, then: Callable[[Answer], None], worker: Worker) -> None:
         self._then: Callable[[Answer], None] | None = then

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.errors import HmrsimError
 from hmrsim.protocol.goal import made_goal_id
 from hmrsim_zenoh.client.participant import Participant, Wish
-from hmrsim_zenoh.client.single_flight import Turns
+from hmrsim_zenoh.client.single_flight import SingleFlight
 from hmrsim_zenoh.errors import Dropped, Idle, NobodyThere, RequestError, SimulatorGone
 from hmrsim_zenoh.wire.envelopes import dump
 from hmrsim_zenoh.wire.keys import ActionKey, Verb
@@ -76,7 +76,7 @@ class Lockstep:
         self._link = link
         self._name = name
         self._participant = Participant(link, name)
-        self._turns = Turns()
+        self._turns = SingleFlight()
         self._lock = threading.Lock()
         self._untils: list[float | None] = []
         self._queue: list[_Command] = []

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 
-class Turns:
+class SingleFlight:
     """Lets one thread at a time do what all of them wait for."""
 
     def __init__(self) -> None:

@@ -19,7 +19,7 @@ from hmrsim_zenoh.ros2.names import names_of
 from hmrsim_zenoh.ros2.peers import Peers, numbered
 from hmrsim_zenoh.ros2.publishing.publications import Publications
 from hmrsim_zenoh.ros2.requests.catalog import Catalog
-from hmrsim_zenoh.ros2.requests.pending import Asked
+from hmrsim_zenoh.ros2.requests.pending import PendingRosReply
 from hmrsim_zenoh.ros2.requests.rejection_log import Complaints
 from hmrsim_zenoh.ros2.requests.requests import Requests
 from hmrsim_zenoh.ros2.requests.waiting import Waiting
@@ -159,7 +159,7 @@ class Ros2Server:
         """Send an event to whom it concerns."""
         if type(event) is not Answered:
             self._publications.emit(event)
-        elif isinstance(event.reply_to, Asked) and event.reply_to.wire is self._wire:
+        elif isinstance(event.reply_to, PendingRosReply) and event.reply_to.wire is self._wire:
             self._answer(event.reply_to, event.answer)
 
     def close(self) -> None:
@@ -172,7 +172,7 @@ class Ros2Server:
         """Wait until nothing of it runs any more, after the session was closed."""
         self._publications.join()
 
-    def _answer(self, asked: Asked, answer: object) -> None:
+    def _answer(self, asked: PendingRosReply, answer: object) -> None:
         self._waiting.answered(asked)
         if isinstance(answer, GoalResponse) and not answer.accepted:
             self._requests.complain(asked.client, asked.offer.name, f"rejected: {answer.error_msg}")

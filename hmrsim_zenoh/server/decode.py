@@ -81,7 +81,7 @@ class _Share:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class PendingReply:
     """A query that awaits its answer.
 
     Attributes:
@@ -122,7 +122,7 @@ class _Latched:
     robot: str = ""
     action: str = ""
 
-    def reading(self, reply_to: Asked) -> AnyCommand:
+    def reading(self, reply_to: PendingReply) -> AnyCommand:
         """Return the command that asks for it."""
         return ReadTime(reply_to) if self.topic is Topic.TIME else Read(self.topic, self.robot, self.action, reply_to)
 
@@ -152,7 +152,7 @@ class Requests:
         self._keys = keys
         self._time = TimeRequests(keys, actions, max_payload)
         self._services = services
-        self._doorbell = keys.doorbell()
+        self._wakeup_key = keys.wakeup_key()
         # Clients ask on the same keys again and again.
         self._parse = lru_cache(_KEPT_KEYS)(keys.parse)
         self._actions = actions
@@ -164,7 +164,7 @@ class Requests:
     def decode(self, query: zenoh.Query) -> list[AnyCommand]:
         """Return the commands that a query stands for; answer here what can't be read."""
         key = self._keys.without_history(str(query.key_expr))
-        if key == self._doorbell:
+        if key == self._wakeup_key:
             query.drop()
             return []
         try:
@@ -172,10 +172,10 @@ class Requests:
                 return self._decode_wildcard(query, key)
             return self._decode_one(query, key)
         except UnreadableError as error:
-            Asked(query, key).refuse(error.to_json())
+            PendingReply(query, key).refuse(error.to_json())
         except Exception:  # noqa: BLE001 - whatever a client sends, the simulation goes on
             _log.exception("reading a request on %s", key)
-            Asked(query, key).refuse(encoding.error("the simulator has a bug: it can't read this request"))
+            PendingReply(query, key).refuse(encoding.error("the simulator has a bug: it can't read this request"))
         return []
 
     def _decode_one(self, query: zenoh.Query, key: str) -> list[AnyCommand]:
@@ -195,7 +195,7 @@ class Requests:
     def _decode_action(self, query: zenoh.Query, key: str, asked: ActionKey) -> list[AnyCommand]:
         robot, name = asked.robot, asked.action
         action = self._actions.get(name)
-        reply_to = Asked(query, key, action)
+        reply_to = PendingReply(query, key, action)
         match asked.verb:
             case Verb.SEND_GOAL:
                 goal = self._read(_goal_reader(action), query)
@@ -216,18 +216,18 @@ class Requests:
     def _decode_world(self, query: zenoh.Query, key: str, topic: str) -> list[AnyCommand]:
         if topic in self._time.names:
             asked = query.payload.to_bytes() if query.payload else b""
-            return [self._time.read(topic, asked, Asked(query, key))]
+            return [self._time.read(topic, asked, PendingReply(query, key))]
         if topic in self._services:
             kind: type[Message] = self._services[topic].request
-            return [CallService(topic, self._read(plain(kind), query, empty=b"{}"), Asked(query, key))]
+            return [CallService(topic, self._read(plain(kind), query, empty=b"{}"), PendingReply(query, key))]
         if topic not in self._fixed and topic not in _WORLD_TOPICS:
             there = ", ".join(sorted((*self._fixed, *_WORLD_TOPICS, *self._time.names, *self._services)))
             raise UnreadableError(f"the world has no {topic!r} to get; there are: {there}")
         self._check_reading(query)
         if topic in _WORLD_TOPICS:
-            return [Read(_WORLD_TOPICS[topic], reply_to=Asked(query, key))]
+            return [Read(_WORLD_TOPICS[topic], reply_to=PendingReply(query, key))]
         mime, payload = self._fixed[topic]
-        Asked(query, key).reply(payload(), mime)
+        PendingReply(query, key).reply(payload(), mime)
         return []
 
     def _read_topic(self, query: zenoh.Query, key: str, robot: str, topic: str) -> AnyCommand:
@@ -236,7 +236,7 @@ class Requests:
         if topic not in _TOPICS:
             raise UnreadableError(f"{robot} has no topic {topic!r} to get; it has: {', '.join(_TOPICS)}")
         self._check_reading(query)
-        return Read(_TOPICS[topic], robot, reply_to=Asked(query, key))
+        return Read(_TOPICS[topic], robot, reply_to=PendingReply(query, key))
 
     def _decode_wildcard(self, query: zenoh.Query, pattern: str) -> list[AnyCommand]:
         """Return one reading for each latched key that a pattern matches; nothing but readings may be asked so."""
@@ -253,7 +253,7 @@ class Requests:
         if not latched:
             query.drop()
         shared = _Shared(query)
-        return [item.reading(Asked(shared.one_more(), str(item.key))) for item in latched]
+        return [item.reading(PendingReply(shared.one_more(), str(item.key))) for item in latched]
 
     @cached_property
     def _latched(self) -> list[_Latched]:
@@ -289,9 +289,9 @@ class Requests:
         asked = self._keys.parse(key)
         if isinstance(asked, ActionKey) and asked.verb is Verb.SEND_GOAL:
             answer = self.not_served(asked.action, None, reason, text)
-            Asked(query, key).reply(encoding.goal_response(answer), encoding.JSON)
+            PendingReply(query, key).reply(encoding.goal_response(answer), encoding.JSON)
         else:
-            Asked(query, key).refuse(encoding.error(text))
+            PendingReply(query, key).refuse(encoding.error(text))
 
     def not_served(self, action: str, goal_id: str | None, reason: str, text: str) -> GoalResponse:
         """Return the answer to a goal that never comes to the simulation."""

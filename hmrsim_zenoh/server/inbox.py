@@ -56,7 +56,7 @@ class QueryInbox(Inbox):
         key_expr: What to answer.
         decode: Turns a query into commands, in the simulation's thread; it answers what can't be read.
         refuse: Answers a query that there is no room for, or that came after the end; called in any thread.
-        doorbell: A key under *key_expr* that *decode* ignores; it wakes the simulation's thread.
+        wakeup_key: A key under *key_expr* that *decode* ignores; it wakes the simulation's thread.
         most_waiting: Queries that may wait for the simulation's thread.
     """
 
@@ -67,13 +67,13 @@ class QueryInbox(Inbox):
         *,
         decode: Callable[[zenoh.Query], list[AnyCommand]],
         refuse: Callable[[zenoh.Query], None],
-        doorbell: str,
+        wakeup_key: str,
         most_waiting: int = 10_000,
     ) -> None:
         super().__init__()
         self._session = session
         self._reader = _Reader(decode, refuse)
-        self._doorbell = doorbell
+        self._wakeup_key = wakeup_key
         self._most_waiting = most_waiting
         self._queries: deque[tuple[_Reader, zenoh.Query]] = deque()
         self._asleep = False
@@ -167,12 +167,12 @@ class QueryInbox(Inbox):
 
     def leave(self) -> None:
         """Answer nobody any more, and end all threads; after `close`."""
-        for queryable, carrier in self._further:
+        for queryable, forwarder in self._further:
             try:
                 queryable.undeclare()
             except zenoh.ZError as error:
                 _log.debug("undeclaring a queryable: %s", error)
-            carrier.join(_CLOSE_SECONDS)
+            forwarder.join(_CLOSE_SECONDS)
 
     def _sleep(self) -> None:
         """Wait in the channel, without a timeout."""
@@ -190,16 +190,16 @@ class QueryInbox(Inbox):
         if self._asleep and not self._closed:
             handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(lambda _reply: None, indirect=False)
             try:
-                self._session.get(self._doorbell, handler, timeout=1.0)
+                self._session.get(self._wakeup_key, handler, timeout=1.0)
             except zenoh.ZError as error:
                 _log.debug("the session was closed: %s", error)
 
     def _start_carrier(self, channel: Channel, reader: _Reader) -> threading.Thread:
-        carrier = threading.Thread(target=partial(self._carry, channel, reader), name="hmrsim-queries", daemon=True)
-        carrier.start()
-        return carrier
+        forwarder = threading.Thread(target=partial(self._forward, channel, reader), name="hmrsim-queries", daemon=True)
+        forwarder.start()
+        return forwarder
 
-    def _carry(self, channel: Channel, reader: _Reader) -> None:
+    def _forward(self, channel: Channel, reader: _Reader) -> None:
         """Carry queries from a channel to the condition until the channel is closed."""
         while (query := _recv(channel)) is not None:
             self.put_query(query, reader)

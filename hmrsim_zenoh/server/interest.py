@@ -21,7 +21,7 @@ _LOOK_SECONDS: Final = 0.05
 _JOIN_SECONDS: Final = 1.0
 
 
-class Interest(Generic[K]):
+class SubscriberWatch(Generic[K]):
     """Whether anybody listens, by whatever kinds of keys there are.
 
     Args:

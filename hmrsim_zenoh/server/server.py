@@ -37,10 +37,10 @@ from hmrsim.protocol.gateway import (
 )
 from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.time import Advance, Granted, HasLeft, Joined, TimeState
-from hmrsim_zenoh.server.decode import Asked, Requests
+from hmrsim_zenoh.server.decode import PendingReply, Requests
 from hmrsim_zenoh.server.decode_time import TIME_STATE, encoded
 from hmrsim_zenoh.server.inbox import QueryInbox
-from hmrsim_zenoh.server.interest import Interest
+from hmrsim_zenoh.server.interest import SubscriberWatch
 from hmrsim_zenoh.server.rate_limit import Thinning
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import MAX_PAYLOAD
@@ -129,10 +129,10 @@ class Server:
             keys.everything(),
             decode=self._decode,
             refuse=self._refuse,
-            doorbell=keys.doorbell(),
+            wakeup_key=keys.wakeup_key(),
         )
         self._changes_told = 0
-        self._interest = Interest(session, _patterns(keys), keys.everything(), self._interest_changed)
+        self._interest = SubscriberWatch(session, _patterns(keys), keys.everything(), self._interest_changed)
         self._history = session.declare_queryable(
             keys.history(), zenoh.handlers.Callback(self.inbox.put_query), complete=False
         )
@@ -209,7 +209,7 @@ class Server:
 
     def _emit_answer(self, event: Answered) -> None:
         asked = event.reply_to
-        if not isinstance(asked, Asked):
+        if not isinstance(asked, PendingReply):
             return
         answer, action = event.answer, asked.action
         match answer:

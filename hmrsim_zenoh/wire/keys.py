@@ -128,7 +128,7 @@ class Keys:
         """Return the wildcard of all robots' trees."""
         return self.any_topic(TREE)
 
-    def doorbell(self) -> str:
+    def wakeup_key(self) -> str:
         """Return a key that nobody answers: asking it wakes the simulation."""
         return self.world("_doorbell")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.cli.demo_story import Line
-from hmrsim.cli.demo_turns import Turns
+from hmrsim.cli.demo_turns import CausalOrder
 
 BEGUN = Line(1.0, "tree", "eve", "begun", hands_over=True)
 ACCEPTED = Line(1.1, "world", "eve", "accepted")
@@ -18,7 +18,7 @@ ELSEWHERE = Line(9.0, "tree", "wall_e", "elsewhere")
 @pytest.fixture
 def tell():
     """Return the function that takes lines at 10 s and returns what may be told at a time."""
-    turns = Turns(patience=0.5)
+    turns = CausalOrder(patience=0.5)
 
     def run(*lines, at=10.0):
         for line in lines:

@@ -24,7 +24,7 @@ from hmrsim.protocol.gateway import (
 )
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.time import Advance, Join
-from hmrsim.timing.lockstep import Lockstep
+from hmrsim.timing.lockstep import LockstepCoordinator
 from hmrsim.trace.replay import replay
 from hmrsim.trace.writer import Trace
 from tests.profiles import examples
@@ -352,7 +352,7 @@ def test_whoever_waits_is_answered_when_the_robot_is_deleted(cut):
 
 def test_a_controller_in_lockstep_is_told_when_the_connection_is_back(cut):
     """Time goes on until then."""
-    lockstep = Lockstep(cut.simulator)
+    lockstep = LockstepCoordinator(cut.simulator)
     cut.simulator.attach(lockstep)
     lockstep.join(Join("nurse", "joined"), 0.0)
     result = frozenset({"result"})

@@ -12,7 +12,7 @@ from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.gateway import CancelGoal, FeedbackSent, GetResult, GoalChanged, Happened, Refused, SendGoal, Topic
 from hmrsim.protocol.goal import made_goal_id
 from hmrsim.protocol.time import Advance, Granted, HasLeft, Join, Joined, Leave
-from hmrsim.timing.lockstep import Lockstep
+from hmrsim.timing.lockstep import LockstepCoordinator
 from tests.simulation import simulate
 
 RESULT = frozenset({"result"})
@@ -35,7 +35,7 @@ class Steps:
     def __init__(self, *, topics=frozenset(), most=16, **settings):
         self.run = simulate(topics=topics)
         self.simulator = self.run.simulator
-        self.lockstep = Lockstep(self.simulator, **settings)
+        self.lockstep = LockstepCoordinator(self.simulator, **settings)
         self.simulator.attach(self.lockstep)
         self._most = most
         self._asked = 0

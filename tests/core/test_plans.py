@@ -11,7 +11,7 @@ from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.interfaces.simulation_interfaces import SetSimulationState, SimulationState
 from hmrsim.protocol.gateway import CallService, CancelGoal, PlanAnswered, PlannerPresent, PlanWanted, SendGoal, Topic
 from hmrsim.protocol.time import Advance, Join
-from hmrsim.timing.lockstep import Lockstep
+from hmrsim.timing.lockstep import LockstepCoordinator
 from hmrsim.trace.replay import replay
 from hmrsim.trace.writer import Trace
 from tests.simulation import simulate
@@ -261,7 +261,7 @@ class TestLockstep:
         """A simulation in lockstep with a planner, and one participant."""
         run = simulate(WORLD, topics=frozenset({Topic.EVENTS}))
         run.simulator.submit(HERE)
-        lockstep = Lockstep(run.simulator)
+        lockstep = LockstepCoordinator(run.simulator)
         run.simulator.attach(lockstep)
         lockstep.join(Join("nurse", "join"), 0.0)
         return run, lockstep
@@ -299,7 +299,7 @@ class TestLockstep:
             written = []
             trace = Trace(run.simulator, written.append)
             run.simulator.submit(HERE)
-            lockstep = Lockstep(run.simulator)
+            lockstep = LockstepCoordinator(run.simulator)
             run.simulator.attach(lockstep)
             lockstep.join(Join("nurse"), 0.0)
             self.ask(lockstep, go(5, 2), go(5, 2, goal_id=B, robot="bob"))

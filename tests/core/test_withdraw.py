@@ -6,7 +6,7 @@ import json
 
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.gateway import GetResult, ResultResponse, SendGoal, Withdraw
+from hmrsim.protocol.gateway import GetResult, ResultResponse, SendGoal, StopWaiting
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.trace.writer import Trace
 from tests.simulation import simulate
@@ -23,7 +23,7 @@ def ask(reply_to):
 def test_who_has_gone_is_not_answered():
     """Others who wait for the same goal are."""
     gone, there = "gone", "there"
-    log = simulate()((0, SEND), (1, ask(gone)), (1, ask(there)), (2, Withdraw("wall_e", "wait", GOAL, (gone,))))
+    log = simulate()((0, SEND), (1, ask(gone)), (1, ask(there)), (2, StopWaiting("wall_e", "wait", GOAL, (gone,))))
 
     assert [] == log.answers(gone)
     assert 1 == len(log.answers(there))
@@ -31,7 +31,7 @@ def test_who_has_gone_is_not_answered():
 
 def test_who_is_told():
     """Who can't be kept waiting is told the status that the goal has now."""
-    log = simulate()((0, SEND), (1, ask("there")), (2, Withdraw("wall_e", "wait", GOAL, ("there",), tell=True)))
+    log = simulate()((0, SEND), (1, ask("there")), (2, StopWaiting("wall_e", "wait", GOAL, ("there",), tell=True)))
 
     assert [ResultResponse(GoalStatus.EXECUTING, Wait.Result())] == log.answers("there")
 
@@ -41,8 +41,8 @@ def test_too_late():
     log = simulate()(
         (0, SEND),
         (1, ask("there")),
-        (11, Withdraw("wall_e", "wait", GOAL, ("there",))),
-        (12, Withdraw("wall_e", "spin", GOAL, ("there",))),
+        (11, StopWaiting("wall_e", "wait", GOAL, ("there",))),
+        (12, StopWaiting("wall_e", "spin", GOAL, ("there",))),
     )
 
     assert 1 == len(log.answers("there"))
@@ -52,7 +52,7 @@ def test_no_trace():
     """It is no command that a replay would need."""
     run, lines = simulate(), []
     trace = Trace(run.simulator, lines.append)
-    run((0, SEND), (1, Withdraw("wall_e", "wait", GOAL, ("there",))))
+    run((0, SEND), (1, StopWaiting("wall_e", "wait", GOAL, ("there",))))
     trace.close()
 
     written = [json.loads(line) for line in "".join(lines).splitlines()]

@@ -25,7 +25,7 @@ from hmrsim.protocol.gateway import (
     Refused,
     ResultResponse,
     SendGoal,
-    Withdraw,
+    StopWaiting,
 )
 from hmrsim.protocol.goal import WORLD, GoalStatus
 from hmrsim.services import registry as all_services
@@ -362,7 +362,7 @@ class TestResults:
         first = desk.one(query(key("get_result"), CDR + ID))
         withdraw, second = desk.requests.decode(query(key("get_result"), CDR + ID))
 
-        assert Withdraw("wall_e", "wait", ID.hex(), (first.reply_to,), tell=True) == withdraw
+        assert StopWaiting("wall_e", "wait", ID.hex(), (first.reply_to,), tell=True) == withdraw
         assert [second.reply_to] == [asked for each in desk.waiting.gone(GID.hex()) for asked in each.reply_tos]
 
     def test_who_has_most_makes_room(self, monkeypatch):

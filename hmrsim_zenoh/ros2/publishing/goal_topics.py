@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
     from hmrsim_zenoh.ros2.publishing.publishers import Outlet, Outlets
     from hmrsim_zenoh.ros2.wires import Wire
-    from hmrsim_zenoh.server.interest import Interest
+    from hmrsim_zenoh.server.interest import SubscriberWatch
 
 _OF_ROBOTS, _OF_WORLD = "/*/*/_action/feedback", "/*/_action/feedback"
 """The names of all feedback."""
@@ -58,7 +58,7 @@ class GoalTopics:
         interest: Who listens.
     """
 
-    def __init__(self, wire: Wire, endpoints: Endpoints, outlets: Outlets, interest: Interest[str]) -> None:
+    def __init__(self, wire: Wire, endpoints: Endpoints, outlets: Outlets, interest: SubscriberWatch[str]) -> None:
         self._wire = wire
         self._endpoints = endpoints
         self._outlets = outlets

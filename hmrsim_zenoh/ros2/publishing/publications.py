@@ -16,7 +16,7 @@ from hmrsim_zenoh.ros2.publishing.endpoints import AMCL_POSE, Endpoints, parts
 from hmrsim_zenoh.ros2.publishing.goal_topics import GoalTopics
 from hmrsim_zenoh.ros2.publishing.publishers import Outlets
 from hmrsim_zenoh.ros2.publishing.topics import Topics
-from hmrsim_zenoh.server.interest import Interest
+from hmrsim_zenoh.server.interest import SubscriberWatch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
@@ -65,7 +65,7 @@ class Publications:
         self._outlets = Outlets(session, wire)
         self._declarations = Declarations(session, wire, self._endpoints.of, self._outlets)
         patterns = goal_topics.patterns(wire) | topics.patterns(wire)
-        self._interest = Interest(session, patterns, zenoh.KeyExpr.autocanonize(wire.key("/**")), changed)
+        self._interest = SubscriberWatch(session, patterns, zenoh.KeyExpr.autocanonize(wire.key("/**")), changed)
         self._goals = GoalTopics(wire, self._endpoints, self._outlets, self._interest)
         self._topics = Topics(self._endpoints, self._outlets, self._interest)
         # What is latched must be held until the network knows of its publishers.

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
     from hmrsim_zenoh.ros2.publishing.publishers import Outlet, Outlets
     from hmrsim_zenoh.ros2.wires import Wire
-    from hmrsim_zenoh.server.interest import Interest
+    from hmrsim_zenoh.server.interest import SubscriberWatch
 
 ROBOT_TF: Final = "robot's tf"
 """A robot's own transforms, as Nav2 has them where there are several robots; `TF` is those of all of them."""
@@ -76,7 +76,7 @@ class Topics:
         interest: Who listens.
     """
 
-    def __init__(self, endpoints: Endpoints, outlets: Outlets, interest: Interest[str]) -> None:
+    def __init__(self, endpoints: Endpoints, outlets: Outlets, interest: SubscriberWatch[str]) -> None:
         self._endpoints = endpoints
         self._outlets = outlets
         self._interest = interest

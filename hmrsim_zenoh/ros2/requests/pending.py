@@ -27,7 +27,7 @@ NOBODY: Final = Attachment(0, 0, bytes(16))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Asked:
+class PendingRosReply:
     """A query, and what is known of it.
 
     Attributes:

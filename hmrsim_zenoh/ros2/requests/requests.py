@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from hmrsim.protocol.gateway import GetResult
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
-from hmrsim_zenoh.ros2.requests.pending import NOBODY, Asked, attached_to
+from hmrsim_zenoh.ros2.requests.pending import NOBODY, PendingRosReply, attached_to
 from hmrsim_zenoh.wire.envelopes import unreadable
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ class Requests:
         """
         self._say(f"ROS 2: {self._name_of(client)}: {service}: {text}", client)
 
-    def _asked(self, query: zenoh.Query) -> Asked | None:
+    def _asked(self, query: zenoh.Query) -> PendingRosReply | None:
         """Return what a query asks, and in which layout to answer; drop it if that is not for us to answer."""
         address = self._wire.read(str(query.key_expr))
         offer = self._catalog.find(address.name) if address else None
@@ -110,7 +110,7 @@ class Requests:
             except ValueError as error:
                 self.complain("", offer.name, str(error))
                 attached = NOBODY
-        asked = Asked(query, self._wire, offer, layout or offer.layouts.nearest(address), attached)
+        asked = PendingRosReply(query, self._wire, offer, layout or offer.layouts.nearest(address), attached)
         if layout is None:
             self._wrong_hash(address, asked.client)
             asked.refuse("a type of another layout was asked for")
@@ -120,7 +120,7 @@ class Requests:
             return None
         return asked
 
-    def _commands(self, asked: Asked) -> list[AnyCommand]:
+    def _commands(self, asked: PendingRosReply) -> list[AnyCommand]:
         payload = asked.query.payload
         size = len(payload) if payload is not None else 0
         if payload is None or size > self._max_payload:
@@ -132,6 +132,6 @@ class Requests:
         ]
         return [*room, *commands]
 
-    def _refuse(self, asked: Asked, text: str) -> None:
+    def _refuse(self, asked: PendingRosReply, text: str) -> None:
         self.complain(asked.client, asked.offer.name, text)
         asked.refuse(text)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.protocol.gateway import GetResult, Withdraw
+from hmrsim.protocol.gateway import GetResult, StopWaiting
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hmrsim_zenoh.ros2.requests.pending import Asked
+    from hmrsim_zenoh.ros2.requests.pending import PendingRosReply
 
 MOST: Final = 16_384
 """Requests for results that may wait."""
@@ -25,10 +25,10 @@ class Waiting:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._of: dict[str, dict[Asked, GetResult]] = {}
-        self._whose: dict[Asked, str] = {}
+        self._of: dict[str, dict[PendingRosReply, GetResult]] = {}
+        self._whose: dict[PendingRosReply, str] = {}
 
-    def add(self, asked: Asked, command: GetResult) -> list[Withdraw]:
+    def add(self, asked: PendingRosReply, command: GetResult) -> list[StopWaiting]:
         """Remember a request; return what takes back another for which there is no room then: its sender's oldest.
 
         If there is no room at all, it is the oldest of whoever has most.
@@ -43,12 +43,12 @@ class Waiting:
                 return self._make_room(max(self._of, key=lambda one: len(self._of[one])))
         return []
 
-    def answered(self, asked: Asked) -> None:
+    def answered(self, asked: PendingRosReply) -> None:
         """Forget a request, if it was remembered."""
         with self._lock:
             self._forget(asked)
 
-    def gone(self, client: str) -> list[Withdraw]:
+    def gone(self, client: str) -> list[StopWaiting]:
         """Forget all requests of a client that has gone; return what takes them back."""
         with self._lock:
             requests = self._of.pop(client, {})
@@ -56,12 +56,12 @@ class Waiting:
                 del self._whose[asked]
         return _withdrawn(requests)
 
-    def _make_room(self, whose: str) -> list[Withdraw]:
+    def _make_room(self, whose: str) -> list[StopWaiting]:
         asked, command = next(iter(self._of[whose].items()))
         self._forget(asked)
         return [withdraw._replace(tell=True) for withdraw in _withdrawn({asked: command})]
 
-    def _forget(self, asked: Asked) -> None:
+    def _forget(self, asked: PendingRosReply) -> None:
         whose = self._whose.pop(asked, None)
         if whose is not None:
             del self._of[whose][asked]
@@ -69,9 +69,9 @@ class Waiting:
                 del self._of[whose]
 
 
-def _withdrawn(requests: Mapping[Asked, GetResult]) -> list[Withdraw]:
+def _withdrawn(requests: Mapping[PendingRosReply, GetResult]) -> list[StopWaiting]:
     """Return what takes requests back, one for each goal."""
-    of_goals: dict[tuple[str, str, str], list[Asked]] = {}
+    of_goals: dict[tuple[str, str, str], list[PendingRosReply]] = {}
     for asked, command in requests.items():
         of_goals.setdefault((command.robot, command.action, command.goal_id), []).append(asked)
-    return [Withdraw(*goal, tuple(found)) for goal, found in of_goals.items()]
+    return [StopWaiting(*goal, tuple(found)) for goal, found in of_goals.items()]
