@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.cli import map_network
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.world_options import add_world_options, read_world
@@ -28,6 +29,7 @@ examples:
   hmrsim map info hospital
   hmrsim map info drawing.drawio --json | jq '.counts, .parts'
   hmrsim map info a.yaml --json | jq -r .hash
+  hmrsim map info warehouse --json | jq '.network.bottlenecks.worst[0]'
 
 {ENVIRONMENT}"""
 
@@ -50,7 +52,10 @@ _MOST: Final = 10
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim map info``."""
-    parser.description = "Tell what is in a world file."
+    parser.description = (
+        "Tell what is in a world file, and what its lanes mean for traffic: bottlenecks, places that can't be reached,"
+        " the longest and shortest trips, and where traffic will concentrate."
+    )
     parser.epilog = _EXAMPLES
     add_world_options(parser, argument="file")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
@@ -85,6 +90,7 @@ def facts(loaded: LoadedWorld) -> dict[str, Any]:
         "one_way_lanes": sum(lane.one_way for lane in world.lanes),
         "lane_length": math.fsum(distance(world.points[lane.from_], world.points[lane.to]) for lane in world.lanes),
         "parts": parts(world.graph),
+        "network": map_network.facts(world),
         "robots": [_robot(world, name) for name in world.robots],
         "items": [{"name": name, "at": world.point(one.at), "weight": one.weight} for name, one in world.items.items()],
         "places": [{"name": name, "at": one.at} for name, one in world.places.items()],
@@ -126,6 +132,7 @@ def _lines(values: dict[str, Any]) -> Iterator[str]:
     yield from _listed("places", (f"{one['name']} {_at(one)}" for one in values["places"]))
     yield from _listed("docks", (f"{one['name']} {_at(one)} {one['type']}" for one in values["docks"]))
     yield from _listed("remap", (f"{alias} -> {target}" for alias, target in values["remap"].items()))
+    yield from map_network.lines(values["network"], units)
     yield f"seed {values['seed']}, hash {values['hash']}"
     if values["warnings"]:
         yield f"{_counted(values['warnings'], 'warnings')}; see `hmrsim map validate {values['file']}`"

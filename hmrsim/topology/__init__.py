@@ -1,10 +1,30 @@
-"""What planners ask of a map; a simulation needs none of it.
+"""What planners ask of a map: bottlenecks, what can't be reached, trips, and where traffic concentrates.
 
-All of it works on `World.graph`, or on a copy of it that was changed to ask what would be.
+All but the trips work on `World.graph`, or on a copy of it that was changed to ask what would be. `hmrsim map info`
+prints the answers, and ``hmrsim map render --bottlenecks`` draws them; a simulation needs none of this. It is the
+part of hmrsim that imports networkx.
 """
 
 from __future__ import annotations
 
+from hmrsim.topology.bottlenecks import Bottleneck, Bottlenecks, Side, bottlenecks
+from hmrsim.topology.concentration import Concentration, concentration
 from hmrsim.topology.connectivity import Reach, parts, reach
+from hmrsim.topology.trips import Trip, Trips, seconds_at, speeds_of, trips
 
-__all__ = ["Reach", "parts", "reach"]
+__all__ = [
+    "Bottleneck",
+    "Bottlenecks",
+    "Concentration",
+    "Reach",
+    "Side",
+    "Trip",
+    "Trips",
+    "bottlenecks",
+    "concentration",
+    "parts",
+    "reach",
+    "seconds_at",
+    "speeds_of",
+    "trips",
+]

@@ -124,3 +124,71 @@ def test_a_file_that_is_not_there_is_2(capsys):
 
     assert 2 == code
     assert "scenario1.yaml: no such file; the shipped world is called 'scenario1'\n" == capsys.readouterr().err
+
+
+BRIDGE = """\
+name: bridge
+waypoints: {a: [0, 0], b: [4, 0], c: [4, 3], d: [20, 0], e: [24, 0], f: [24, 3]}
+lanes: [[a, b], [b, c], [c, a], [d, e], [e, f], [f, d], {from: b, to: d, one_way: true}]
+doors: {gate: {at: [[12, -1], [12, 1]]}}
+places: {desk: {at: [0, 0]}, shelf: {at: [24, 3]}}
+docks: {plug: {at: c}}
+"""
+
+
+def test_the_network_for_people(tmp_path, capsys):
+    """Bottlenecks, what can't be reached, trips and traffic, in aligned columns."""
+    path = tmp_path / "bridge.yaml"
+    path.write_text(BRIDGE)
+    main(["map", "info", str(path)])
+
+    lines = capsys.readouterr().out.splitlines()
+    start = lines.index("bottlenecks: 2 waypoints, 1 lane; each is the only way between its sides, the worst first")
+    assert [
+        "  lane      b - d (door gate)  cuts off 3 of 6 waypoints  1 place: shelf",
+        "  waypoint  b                  cuts off 2 of 6 waypoints  2 places: desk, plug",
+        "  waypoint  d                  cuts off 2 of 6 waypoints  1 place: shelf",
+        "unreachable: 2 pairs of places and docks",
+        "  shelf  to desk, plug  no lane leads there",
+        "trips between 3 places and docks, without turning and acceleration:",
+    ] == lines[start + 1 : start + 7]
+    assert "  longest by time  desk -> shelf  25.0 m     25.0 s" in lines
+    assert "traffic: share of the quickest trips between 3 waypoints with places or docks at 1 m/s" in lines
+    assert "  b - d  50.0%" in lines
+
+
+def test_the_network_as_json(tmp_path, capsys):
+    """The same with everything that is left out for people."""
+    path = tmp_path / "bridge.yaml"
+    path.write_text(BRIDGE)
+    main(["map", "info", str(path), "--json"])
+
+    network = json.loads(capsys.readouterr().out)["network"]
+    sides = [{"waypoints": 3, "places": ["desk", "plug"]}, {"waypoints": 3, "places": ["shelf"]}]
+    assert {"kind": "lane", "name": ["b", "d"], "sides": sides, "doors": ["gate"]} in network["bottlenecks"]["worst"]
+    assert {"from": "shelf", "to": "desk", "why": "no lane leads there"} == network["unreachable"]["listed"][0]
+    (longest, *_) = network["trips"]["longest_by_length"]
+    assert ("desk", "shelf", 25.0, [{"speed": 1.0, "seconds": 25.0}]) == tuple(
+        longest[key] for key in ("from", "to", "length", "seconds")
+    )
+    assert {"lane": ["b", "d"], "share": 0.5} in network["traffic"]["shares"]
+
+
+@pytest.mark.parametrize(
+    "world",
+    [
+        "{}",
+        "waypoints: {a: [0, 0]}",
+        "waypoints: {a: [0, 0]}\nplaces: {here: {at: a}}\n".replace("at: a", "at: [0, 0]"),
+        "waypoints: {a: [0, 0], b: [1, 0], c: [5, 5], d: [6, 5]}\nlanes: [[a, b], [c, d]]\n",
+        "robots: {hawk: {at: [0, 0], base: {flies: true}}}\nplaces: {here: {at: [0, 0]}, there: {at: [3, 4]}}\n",
+    ],
+    ids=["nothing", "one waypoint", "one place", "two parts", "only a drone"],
+)
+def test_odd_networks(world, tmp_path, capsys):
+    """Worlds with nothing to analyse are told about like any other."""
+    path = tmp_path / "odd.yaml"
+    path.write_text(f"name: odd\n{world if world != '{}' else ''}")
+
+    assert (0, 0) == (main(["map", "info", str(path)]), main(["map", "info", str(path), "--json"]))
+    assert "" == capsys.readouterr().err

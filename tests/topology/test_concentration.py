@@ -1,0 +1,76 @@
+"""Where traffic concentrates."""
+
+from __future__ import annotations
+
+import networkx as nx
+import pytest
+
+from hmrsim.topology import concentration
+from hmrsim.world import World
+
+CROSS = {
+    "waypoints": {"mid": [0, 0], "north": [0, 9], "east": [9, 0], "south": [0, -9], "west": [-9, 0]},
+    "lanes": [["mid", end] for end in ("north", "east", "south", "west")],
+}
+
+
+def shares(world, speed=1.0):
+    """Return what share of trips takes which lane."""
+    return concentration(World.model_validate(world).graph, speed).shares
+
+
+def test_trips_between_all_waypoints_where_few_have_names():
+    """Of twenty trips eight begin or end at the end of an arm."""
+    assert {("east", "mid"): 0.4, ("mid", "north"): 0.4, ("mid", "south"): 0.4, ("mid", "west"): 0.4} == shares(CROSS)
+
+
+def test_trips_between_places_where_there_are_some():
+    """No trip leads to the west, where there is none."""
+    docks = {f"dock_{name}": {"at": name} for name in ("north", "east", "south")}
+    found = concentration(World.model_validate({**CROSS, "docks": docks}).graph, 1.0)
+
+    third = pytest.approx(2 / 3)
+    assert {("east", "mid"): third, ("mid", "north"): third, ("mid", "south"): third} == found.shares
+    assert ("places", 3, 3) == (found.between, found.starts, found.of)
+
+
+def test_equally_quick_ways_share_a_trip():
+    """Both ways round a square, and each lane alone: a quarter of twelve trips, and an eighth of them in halves."""
+    square = {
+        "waypoints": {"a": [0, 0], "b": [1, 0], "c": [1, 1], "d": [0, 1]},
+        "lanes": [["a", "b"], ["b", "c"], ["c", "d"], ["d", "a"]],
+    }
+
+    assert [pytest.approx(1 / 3)] * 4 == list(shares(square).values())
+
+
+def test_the_quickest_way_depends_on_the_speed():
+    """A limit keeps off only robots that are faster."""
+    world = {
+        "waypoints": {"a": [0, 0], "b": [10, 0], "c": [5, 3]},
+        "lanes": [{"from": "a", "to": "b", "speed_limit": 1.0}, ["a", "c"], ["c", "b"]],
+    }
+
+    assert ("a", "b") in shares(world, 1.0)
+    assert ("a", "b") not in shares(world, 2.0)
+
+
+def test_large_graphs_are_sampled():
+    """A sample is the same each time, and near to what it is a sample of."""
+    cells = nx.grid_2d_graph(40, 40)
+    world = World.model_validate(
+        {
+            "waypoints": {f"{x:02}_{y:02}": [x, y] for x, y in cells},
+            "lanes": [[f"{a:02}_{b:02}", f"{c:02}_{d:02}"] for (a, b), (c, d) in cells.edges],
+        }
+    )
+    found = concentration(world.graph, 1.0)
+
+    assert (320, 1600) == (found.starts, found.of)
+    assert found == concentration(world.graph, 1.0)
+    assert max(found.shares.values()) < 0.1
+
+
+def test_without_lanes_there_is_no_traffic():
+    """Nothing is shared out."""
+    assert {} == shares({}) == shares({"waypoints": {"a": [0, 0]}})
