@@ -72,8 +72,11 @@ def demo() -> None:
 
 
 def world() -> None:
-    """Draw the hospital."""
+    """Draw the hospital, and its bottlenecks."""
     subprocess.run([*HMRSIM, "map", "render", "hospital", "-o", str(DOCS / "map.svg")], check=True)
+    subprocess.run(
+        [*HMRSIM, "map", "render", "hospital", "--bottlenecks", "-o", str(DOCS / "bottlenecks.svg")], check=True
+    )
 
 
 def report() -> None:

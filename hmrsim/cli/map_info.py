@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli import map_network
 from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.map_network_text import lines
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.drawing import extent
 from hmrsim.errors import printable
 from hmrsim.geometry import distance
 from hmrsim.program.command_line import ENVIRONMENT
-from hmrsim.topology import parts
 from hmrsim.world.files import read_text
 from hmrsim.world.formats import choose
 
@@ -74,7 +73,11 @@ def _info(args: argparse.Namespace) -> int:
 
 def facts(loaded: LoadedWorld) -> dict[str, Any]:
     """Return what there is to know of a world, as plain values."""
+    # It imports networkx, which takes longer than most that other commands do.
+    from hmrsim.cli import map_network  # noqa: PLC0415
+
     world = loaded.world
+    network = map_network.facts(world)
     kind = choose(loaded.path.name, read_text(loaded.path, str(loaded.path)))
     return {
         "name": world.name,
@@ -89,8 +92,8 @@ def facts(loaded: LoadedWorld) -> dict[str, Any]:
         "counts": {key: len(getattr(world, key)) for key in _COUNTED},
         "one_way_lanes": sum(lane.one_way for lane in world.lanes),
         "lane_length": math.fsum(distance(world.points[lane.from_], world.points[lane.to]) for lane in world.lanes),
-        "parts": parts(world.graph),
-        "network": map_network.facts(world),
+        "parts": network.pop("parts"),
+        "network": network,
         "robots": [_robot(world, name) for name in world.robots],
         "items": [{"name": name, "at": world.point(one.at), "weight": one.weight} for name, one in world.items.items()],
         "places": [{"name": name, "at": one.at} for name, one in world.places.items()],
@@ -132,7 +135,7 @@ def _lines(values: dict[str, Any]) -> Iterator[str]:
     yield from _listed("places", (f"{one['name']} {_at(one)}" for one in values["places"]))
     yield from _listed("docks", (f"{one['name']} {_at(one)} {one['type']}" for one in values["docks"]))
     yield from _listed("remap", (f"{alias} -> {target}" for alias, target in values["remap"].items()))
-    yield from map_network.lines(values["network"], units)
+    yield from lines(values["network"], units)
     yield f"seed {values['seed']}, hash {values['hash']}"
     if values["warnings"]:
         yield f"{_counted(values['warnings'], 'warnings')}; see `hmrsim map validate {values['file']}`"

@@ -23,6 +23,7 @@ examples:
   hmrsim map render hospital -o hospital.svg
   hmrsim map render warehouse -o warehouse.png --theme dark --width 1600
   hmrsim map render office.building.yaml --page L1 --details > office.svg
+  hmrsim map render warehouse --bottlenecks -o traffic.svg
   hmrsim map render arena.map --robot wall_e@3,4 --no-legend -o arena.svg
 
 {ENVIRONMENT}"""
@@ -47,6 +48,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-names", action="store_true", help="write no names")
     parser.add_argument("--no-legend", action="store_true", help="the map alone, without title, scale bar and legend")
     parser.add_argument("--details", action="store_true", help="write speed limits and capacities beside lanes")
+    parser.add_argument(
+        "--bottlenecks",
+        action="store_true",
+        help="draw where traffic concentrates, and waypoints, lanes and lifts that are the only way somewhere",
+    )
     parser.set_defaults(function=_render)
 
 
@@ -73,6 +79,12 @@ def _render(args: argparse.Namespace) -> int:
     loaded = read_world(args)
     for problem in loaded.warnings:
         warn(line_of(problem))
+    overlay = None
+    if args.bottlenecks:
+        # It imports networkx, which takes longer than to draw most worlds.
+        from hmrsim.cli.map_overlay import overlay_of  # noqa: PLC0415
+
+        overlay = overlay_of(loaded.world, args.theme)
     drawing = Drawing(
         loaded.world,
         args.theme,
@@ -80,6 +92,7 @@ def _render(args: argparse.Namespace) -> int:
         names=not args.no_names,
         legend=not args.no_legend,
         details=args.details,
+        overlay=overlay,
     )
     svg = drawing.svg()
     if args.output == _STDOUT:

@@ -10,7 +10,7 @@ from hmrsim.drawing.labels import shortened, width_of
 from hmrsim.drawing.svg import Attributes, element, group, path, text_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from hmrsim.drawing.canvas import Canvas
 
@@ -25,12 +25,17 @@ _BAR: Final = 0.15
 """Share of the width that the scale bar takes at most."""
 
 
-def caption(drawing: Canvas) -> tuple[str, float]:
-    """Return title, scale bar and legend, and how much room there is to be below the map."""
+def caption(drawing: Canvas, more: Iterable[tuple[str, str]] = ()) -> tuple[str, float]:
+    """Return title, scale bar and legend, and how much room there is to be below the map.
+
+    Args:
+        drawing: The picture.
+        more: Marks, around (9, 0), and their meanings for the end of the legend.
+    """
     left, right = 16.0, drawing.width - 16.0
     below = drawing.frame.top + drawing.frame.size[1]
     x, y, parts = left, below + _LINE, []
-    for mark, text in _entries(drawing):
+    for mark, text in [*_entries(drawing), *more]:
         width = _SWATCH + width_of(text, _SIZE)
         if x > left and x + width > right:
             x, y = left, y + _LINE

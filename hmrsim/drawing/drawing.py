@@ -17,6 +17,7 @@ from hmrsim.drawing.svg import Attributes, element, group, number, path, titled
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from hmrsim.drawing.overlay import Overlay
     from hmrsim.world.model import World
 
 FONTS: Final = "'DejaVu Sans', Verdana, 'Segoe UI', Roboto, Arial, sans-serif"
@@ -35,6 +36,7 @@ class Drawing(Canvas):
         names: Whether names are written, as far as there is room; things have them as titles, too.
         details: Whether speed limits and capacities are written beside lanes.
         legend: Whether there are a title, a scale bar and what the colours mean.
+        overlay: What is drawn over its lanes.
     """
 
     def __init__(
@@ -46,12 +48,15 @@ class Drawing(Canvas):
         names: bool = True,
         details: bool = False,
         legend: bool = True,
+        overlay: Overlay | None = None,
     ) -> None:
         above = 48.0 if legend else _MARGIN
         frame = Frame.of(world, width - 2 * _MARGIN, left=_MARGIN, top=above)
         super().__init__(world, PALETTE[theme], frame, width=width, details=details)
         self._names = names
-        self._caption, below = caption(self) if legend else ("", _MARGIN)
+        self.overlay = overlay
+        entries = overlay.legend(self.colours) if overlay else ()
+        self._caption, below = caption(self, entries) if legend else ("", _MARGIN)
         self.size = width, math.ceil(above + self.frame.size[1] + below)
 
     def svg(
@@ -70,15 +75,21 @@ class Drawing(Canvas):
         width, height = self.size
         paper = element("rect", width=width, height=height, fill=self.colours["background"])
         strokes: Attributes = {"fill": "none", "stroke_linecap": "round", "stroke_linejoin": "round"}
+        over, place = self.overlay, (self.world, self.frame, self.mark, self.colours)
+        if over:
+            lane_colours = {**over.looks(self.mark), **(lane_colours or {})}
+            lane_notes = {**over.notes(), **(lane_notes or {})}
         drawn = lanes(self.world, self.frame, self.mark, self.colours, lane_colours or {}, lane_notes or {})
         layers = [
             titled(self.world.name),
             paper,
             self._floor(),
             group("solids", self._solids()),
+            group("only-lanes", over.beneath(*place)) if over else "",
             group("lanes", drawn, **strokes),
             group("walls", self._walls(), **strokes, stroke=self.colours["wall"], stroke_width=2.5),
             group("doors", self._doors()),
+            group("only-waypoints", over.above(*place)) if over else "",
             group("waypoints", self._waypoints()),
             group("lifts", self._lifts()),
             group("docks", self._docks()),

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 PALETTE: Final[dict[str, Any]] = json.loads(files("hmrsim.drawing").joinpath("palette.json").read_text("utf-8"))
-"""Colours by what they stand for, by theme; those of robot types, of states and of goal statuses in both."""
+"""Colours by what they stand for, by theme, and from little to much; those of types, states and statuses in both."""
 
 THEMES: Final = ("light", "dark")
 

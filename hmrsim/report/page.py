@@ -102,18 +102,12 @@ def _templates() -> Environment:
     return environment
 
 
-_HEAT: Final = {
-    "light": ("#cfe3f5", "#9cc8ea", "#5fa8d9", "#2f83c0", "#125d98", "#083d6b"),
-    "dark": ("#23405f", "#2c5f8f", "#3b82bd", "#56a5e0", "#8ac6f2", "#cde8fb"),
-}
-
-
 def _colours() -> str:
     """Return the palette as CSS, for both themes."""
     said = {}
     for theme in THEMES:
         colours = {name.replace("_", "-"): colour for name, colour in PALETTE[theme].items()}
-        colours |= {f"heat-{i}": colour for i, colour in enumerate(_HEAT[theme], 1)}
+        colours |= {f"heat-{i}": colour for i, colour in enumerate(PALETTE["heat"][theme], 1)}
         said[theme] = "".join(f"--{name}:{colour};" for name, colour in colours.items())
     states = "".join(f"--{state}:{colour};" for state, colour in PALETTE["states"].items())
     return (

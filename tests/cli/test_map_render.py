@@ -100,3 +100,23 @@ def test_no_such_world(capsys):
     """A world that is not there is told as everywhere."""
     assert 2 == main(["map", "render", "nowhere.yaml"])
     assert "nowhere.yaml" in capsys.readouterr().err
+
+
+def test_bottlenecks(capsys):
+    """Where traffic concentrates, and what is the only way, with what that separates; the same each time."""
+    codes = [main(["map", "render", "zoo/lift", "--bottlenecks"]) for _ in range(2)]
+
+    out, err = capsys.readouterr()
+    assert ([0, 0], "") == (codes, err)
+    assert "<title>lift is the only way between 3 waypoints, 0 places | 3 waypoints, 0 places</title>" in out
+    assert 2 == out.count("<title>ground_hall → ground_lift: 53.3% of trips, either way</title>")
+    assert out[: len(out) // 2] == out[len(out) // 2 :]
+
+
+def test_bottlenecks_of_a_world_without_lanes(tmp_path, capsys):
+    """There are none."""
+    path = tmp_path / "empty.yaml"
+    path.write_text("name: nothing\n")
+
+    assert 0 == main(["map", "render", str(path), "--bottlenecks"])
+    assert "bottleneck" not in capsys.readouterr().out

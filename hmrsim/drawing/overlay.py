@@ -1,0 +1,141 @@
+"""What is drawn over the lanes of a map: how much of the traffic takes them, and what is the only way."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+from hmrsim.drawing.palette import PALETTE
+from hmrsim.drawing.svg import element, path, titled
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from hmrsim.drawing.frame import Frame
+    from hmrsim.geometry import Point
+    from hmrsim.world.model import World
+
+_MIN_WIDTH: Final = 1.6
+_MAX_WIDTH: Final = 8.0
+_PER_MARK: Final = 1.2
+_LEGEND_LINE: Final = ((0.0, 0.0), (18.0, 0.0))
+
+
+@dataclass(frozen=True)
+class Weak:
+    """A bottleneck.
+
+    Attributes:
+        waypoints: The one that it is, those at the ends of a lane, or the stops of a lift.
+        kind: Which of these.
+        weight: How bad it is, from 0 to 1: half of the map is cut off.
+        note: What it separates, for people.
+    """
+
+    waypoints: tuple[str, ...]
+    kind: Literal["waypoint", "lane", "lift"]
+    weight: float
+    note: str
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """Traffic and bottlenecks of a map.
+
+    Attributes:
+        shares: What share of trips takes a lane, by the waypoints at its ends.
+        weak: The bottlenecks.
+        theme: In which colours the shares are.
+    """
+
+    shares: Mapping[tuple[str, str], float]
+    weak: tuple[Weak, ...]
+    theme: Literal["light", "dark"] = "light"
+
+    def looks(self, mark: float) -> dict[tuple[str, str], tuple[str, float]]:
+        """Return colour and width of each lane that is taken, where marks are of a size."""
+        most = max(self.shares.values(), default=1.0)
+        return {lane: self._look(share / most, mark) for lane, share in self.shares.items()}
+
+    def notes(self) -> dict[tuple[str, str], str]:
+        """Return what is said of each lane that is taken."""
+        return {lane: f"{share:.1%} of trips, either way" for lane, share in self.shares.items()}
+
+    def _look(self, share: float, mark: float) -> tuple[str, float]:
+        colours = PALETTE["heat"][self.theme]
+        step = min(len(colours) - 1, int(share * len(colours)))
+        widest = min(_MAX_WIDTH, max(2 * _MIN_WIDTH, mark * _PER_MARK))
+        return colours[step], _MIN_WIDTH + (widest - _MIN_WIDTH) * share
+
+    def beneath(self, world: World, frame: Frame, mark: float, colours: Mapping[str, str]) -> Iterator[str]:
+        """Return what shines out from under lanes that are the only way, and dashed lines for rides in lifts."""
+        looks, points = self.looks(mark), world.points
+        driven = {frozenset((lane.from_, lane.to)) for lane in world.lanes}
+        for (a, b), (colour, width) in looks.items():
+            if frozenset((a, b)) not in driven:
+                line = path((frame.at(points[a]), frame.at(points[b])))
+                title = titled(f"{a} - {b}, a ride: {self.shares[a, b]:.1%} of trips, either way")
+                yield element("path", title, d=line, stroke=colour, stroke_width=width, stroke_dasharray="2 6")
+        for weak in reversed(self.weak):
+            if weak.kind == "lane":
+                a, b = weak.waypoints
+                taken = looks.get((a, b)) or looks.get((b, a)) or ("", _MIN_WIDTH)
+                yield _shine(
+                    (frame.at(points[a]), frame.at(points[b])),
+                    taken[1] + mark * (0.5 + 0.9 * weak.weight),
+                    colours,
+                    titled(weak.note),
+                )
+
+    def above(self, world: World, frame: Frame, mark: float, colours: Mapping[str, str]) -> Iterator[str]:
+        """Return rings around waypoints and lifts that are the only way."""
+        for weak in reversed(self.weak):
+            if weak.kind != "lane":
+                radius = mark * (0.6 + 0.9 * weak.weight) * (1.8 if weak.kind == "lift" else 1.0)
+                for name in weak.waypoints:
+                    yield _ring(frame.at(world.points[name]), radius, colours, titled(weak.note))
+
+    def legend(self, colours: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+        """Return mark and meaning of each; marks are around (9, 0)."""
+        if self.shares:
+            heat = PALETTE["heat"][self.theme]
+            parts = []
+            for number, colour in enumerate(heat):
+                ends = ((number * 3.2, 0.0), (number * 3.2 + 3.2, 0.0))
+                parts.append(element("path", d=path(ends), stroke=colour, stroke_width=2.0 + number * 1.3))
+            yield "".join(parts), f"up to {max(self.shares.values()):.0%} of trips"
+        kinds = {weak.kind for weak in self.weak}
+        if "lane" in kinds:
+            line = element("path", d=path(_LEGEND_LINE), stroke=colours["lane"], stroke_width=_MIN_WIDTH)
+            yield _shine(_LEGEND_LINE, 9.0, colours) + line, "bottleneck lane"
+        if kinds - {"lane"}:
+            yield _ring((9.0, 0.0), 6.0, colours), f"bottleneck {' or '.join(sorted(kinds - {'lane'}, reverse=True))}"
+
+
+def _shine(ends: tuple[Point, Point], width: float, colours: Mapping[str, str], *content: str) -> str:
+    return element(
+        "path",
+        *content,
+        d=path(ends),
+        fill="none",
+        stroke=colours["bottleneck"],
+        stroke_width=width,
+        stroke_opacity=0.5,
+        stroke_linecap="butt",
+    )
+
+
+def _ring(at: Point, radius: float, colours: Mapping[str, str], *content: str) -> str:
+    width = max(1.0, math.sqrt(radius) * 0.8)
+    return element(
+        "circle",
+        *content,
+        cx=at[0],
+        cy=at[1],
+        r=radius,
+        fill=colours["floor"],
+        fill_opacity=0.6,
+        stroke=colours["bottleneck"],
+        stroke_width=width,
+    )
