@@ -17,7 +17,9 @@ from hmrsim_zenoh.wire.session import SessionOptions
 pytestmark = pytest.mark.system
 
 ROOT = Path(__file__).parents[2]
-EXAMPLES = sorted([*ROOT.glob("examples/*.py"), *ROOT.glob("examples/*.xml")])
+ALONE = [ROOT / "examples" / "bottlenecks.py"]
+"""Examples that need no simulator."""
+EXAMPLES = sorted({*ROOT.glob("examples/*.py"), *ROOT.glob("examples/*.xml")} - set(ALONE))
 CONTROLLER = Path(sys.executable).with_name("bt-controller")
 
 
@@ -51,6 +53,14 @@ def test_it_prints_what_it_should(example):
     """The output is compared, line by line."""
     with served(**world_of(example)) as endpoint:
         check_output(example, endpoint)
+
+
+@pytest.mark.parametrize("example", ALONE, ids=[path.stem for path in ALONE])
+def test_an_example_that_needs_no_simulator(example):
+    """It prints the same."""
+    done = subprocess.run([sys.executable, example], capture_output=True, text=True, timeout=100, check=False)
+
+    assert (example.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)
 
 
 def command_of(example, endpoint):
