@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import product
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from py_trees.behaviours import Failure
 from py_trees.blackboard import Blackboard
@@ -168,12 +168,15 @@ def test_a_mission_interrupted_at_any_tick_does_each_step_once(client, late, mea
     late=st.integers(0, 4),
     meanwhile=st.booleans(),
 )
+@example(lows={0, 1, 2, 3, 4}, steps=1, late=0, meanwhile=False)  # never full when that is looked at
 def test_a_mission_interrupted_again_and_again_does_each_step_once(client, lows, steps, late, meanwhile):
-    """However often, and whatever becomes of the canceled goals."""
+    """However often, and whatever becomes of the canceled goals; given up only when charging is in vain."""
     guard, world, _ = play(client, lows, steps=steps, late=late, meanwhile=meanwhile)
+    steps_done = sorted(seconds for seconds in world.done if seconds < CHARGE)
+    in_vain = guard.feedback_message in ("charged to 10% only", "charged 3 times, and no goal has ended in between")
 
-    assert guard.status is Status.SUCCESS
-    assert sorted(seconds for seconds in world.done if seconds < CHARGE) == [1, 2, 3, 4, 5, 6]
+    assert guard.status is (Status.FAILURE if in_vain else Status.SUCCESS)
+    assert steps_done == ([*dict.fromkeys(steps_done)] if in_vain else [1, 2, 3, 4, 5, 6])
 
 
 def test_the_way_back_is_in_the_tree_from_the_start():
