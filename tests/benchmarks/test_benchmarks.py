@@ -14,8 +14,8 @@ import benchmarks
 from benchmarks import _browser, _report
 from benchmarks.__main__ import main
 from benchmarks._report import Row
+from tests.paths import ROOT
 
-ROOT = Path(benchmarks.__file__).parents[1]
 TINY = {
     "controller": {"sizes": (1, 3), "results": 24, "polled": 6, "runs": 1, "side": 4},
     "listeners": {"sizes": (3,), "rates": (10.0,), "window": 0.2, "robots": 3, "rounds": 1, "side": 4},

@@ -10,7 +10,6 @@ import signal
 import subprocess
 import sys
 import uuid
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
@@ -18,8 +17,8 @@ import pytest
 from benchmarks import _browser
 from hmrsim_zenoh import Client, SessionOptions
 from hmrsim_zenoh.wire.keys import Verb
+from tests.paths import ROOT
 
-ROOT = Path(__file__).parents[2]
 PATIENCE = 30.0
 """Wall seconds after which what a process should say is missing."""
 

@@ -14,7 +14,7 @@ import pytest
 from bt_controller.cli import main
 from hmrsim_zenoh.client import client as client_module
 from hmrsim_zenoh.client.client import Client
-from tests.hosted import hosted
+from tests.served_world import served_world
 
 GO = "bt_controller.examples:go_to_pose"
 
@@ -295,7 +295,7 @@ class TestRobots:
 
 def test_a_name_that_is_taken_is_exit_2(capsys):
     """Two controllers are two participants; the error says what would do."""
-    with hosted(clock="lockstep") as options, Client(options, name="ward_b") as other:
+    with served_world(clock="lockstep") as options, Client(options, name="ward_b") as other:
         assert other.lockstep is not None
         code = main(["run", GO, "--robot", "wall_e", "--name", "ward_b", "--connect", options.connect[0]])
 

@@ -18,7 +18,7 @@ from bt_controller.running.mailbox import Mailbox
 from bt_controller.running.mission import missions_for
 from bt_controller.running.runner import Runner
 from hmrsim_zenoh.client.client import Client
-from tests.hosted import hosted
+from tests.served_world import served_world
 
 FAST = 200
 """Real-time factor: a second of the wall's is not taken for one of the simulator's."""
@@ -67,7 +67,7 @@ class Asks(Behaviour):
 def ticks(make, **settings):
     """Return the simulated times at which a robot's tree was ticked."""
     found, mailbox = [], Mailbox()
-    with hosted(**settings) as options, Client(options, name="trees") as client:
+    with served_world(**settings) as options, Client(options, name="trees") as client:
         plan = Plan("test", make, takes_robot=False, confirmed=False)
         clock = clock_for(client, mailbox, feedback=False, grace=5.0)
         missions = missions_for(["wall_e"], plan)

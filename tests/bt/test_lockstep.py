@@ -22,7 +22,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.errors import Dropped, Idle
-from tests.hosted import hosted
+from tests.served_world import served_world
 
 
 class Stage:
@@ -61,7 +61,7 @@ class Stage:
 @pytest.fixture
 def stage():
     """Return what runs trees."""
-    with hosted(clock="lockstep") as options, Client(options, name="trees") as client:
+    with served_world(clock="lockstep") as options, Client(options, name="trees") as client:
         yield Stage(client)
 
 
@@ -199,7 +199,7 @@ def test_who_thinks_for_too_long_is_told():
             dropped.wait(10.0)
             return Status.RUNNING
 
-    with hosted(clock="lockstep", participant_timeout=0.1) as options, Client(options, name="trees") as client:
+    with served_world(clock="lockstep", participant_timeout=0.1) as options, Client(options, name="trees") as client:
         client.subscribe("hmrsim/_world/events", lambda _key, body: b"dropped" in body and dropped.set())
         with pytest.raises(Dropped, match="'trees' was dropped at"):
             Stage(client).run(lambda: Slow("Slow"), "wall_e")

@@ -8,7 +8,7 @@ from py_trees.common import Status
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.client import Client
-from tests.hosted import hosted
+from tests.served_world import served_world
 
 NEAR, FAR = pose_goal(1.0, 0.0), pose_goal(5.0, 0.0)
 
@@ -16,7 +16,7 @@ NEAR, FAR = pose_goal(1.0, 0.0), pose_goal(5.0, 0.0)
 @pytest.fixture
 def life():
     """Return the function that begins another life of a controller: a leaf with some goals, and their tickets."""
-    with hosted(clock="lockstep") as options, Client(options) as client:
+    with served_world(clock="lockstep") as options, Client(options) as client:
 
         def begin(*goals):
             leaf = NavToPoseActionClient("Go", iter(goals).__next__)

@@ -11,7 +11,7 @@ import pytest
 from bt_controller.core.topics import Topics
 from bt_controller.world.directory import NotServed
 from hmrsim_zenoh.client.client import Client
-from tests.hosted import hosted
+from tests.served_world import served_world
 
 NAMES = [f"r{number}" for number in range(20)]
 WORLD = {
@@ -25,7 +25,7 @@ WORLD = {
 @pytest.fixture
 def lockstep():
     """Return a client on which time waits."""
-    with hosted(WORLD, clock="lockstep") as options, Client(options) as client:
+    with served_world(WORLD, clock="lockstep") as options, Client(options) as client:
         yield client
 
 
@@ -105,14 +105,18 @@ def test_many_robots_are_asked_at_once(lockstep, asked):
 
 def test_what_a_robot_does_not_publish_is_said_when_the_tree_is_set_up():
     """Before the first tick; the small world's robots have no battery."""
-    with hosted(clock="lockstep") as options, Client(options) as client, pytest.raises(NotServed, match="battery"):
+    with (
+        served_world(clock="lockstep") as options,
+        Client(options) as client,
+        pytest.raises(NotServed, match="battery"),
+    ):
         Topics(client, asks=True).watch("wall_e", "battery_state")
 
 
 def test_each_message_wakes_whoever_watches_where_time_goes_by_itself():
     """And is the latest then."""
     woken = Event()
-    with hosted(WORLD, real_time_factor=100.0) as options, Client(options) as client:
+    with served_world(WORLD, real_time_factor=100.0) as options, Client(options) as client:
         topics = Topics(client, asks=False)
         topics.watch("r3", "battery_state", woken.set)
         before = topics.latest("r3", "battery_state").percentage

@@ -10,7 +10,7 @@ import pytest
 
 from bt_controller.cli import main
 from hmrsim_zenoh.wire.session import open_client
-from tests.hosted import hosted
+from tests.served_world import served_world
 
 FILE = """\
 <root BTCPP_format="4">
@@ -41,7 +41,7 @@ def folder(tmp_path, monkeypatch):
 
 def run(*options):
     """Run the tree for two robots; return the exit code."""
-    with hosted(clock="lockstep") as session:
+    with served_world(clock="lockstep") as session:
         return main([*RUN, *session.connect, *options])
 
 
@@ -97,7 +97,7 @@ def test_being_watched_changes_nothing():
             list(session.get("hmrsim/*/_tree"))
 
     heard = []
-    with hosted(clock="lockstep") as options, open_client(options) as session:
+    with served_world(clock="lockstep") as options, open_client(options) as session:
         session.declare_subscriber("hmrsim/*/_tree", heard.append)
         watcher = threading.Thread(target=ask, args=(session,))
         watcher.start()

@@ -14,7 +14,7 @@ from hmrsim_zenoh.ros2 import keys
 from hmrsim_zenoh.ros2.keys import Endpoint, Kind, Node
 from hmrsim_zenoh.ros2.wires import RmwZenoh
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
-from tests.hosted import hosted
+from tests.served_world import served_world
 from tests.simulation import SMALL_WORLD
 
 PATIENCE = 10.0
@@ -59,7 +59,7 @@ def declare(session, domain=0, endpoint=CLIENT):
 
 def test_simulator_with_which_nothing_is_wrong(doctor):
     """It is told who is there, in a few lines on stdout, and the command succeeds."""
-    with hosted() as options:
+    with served_world() as options:
         code, out, err = doctor(options)
 
     lines = out.splitlines()
@@ -72,7 +72,7 @@ def test_simulator_with_which_nothing_is_wrong(doctor):
 
 def test_simulator_without_ros_that_is_looked_for_in_ros(doctor):
     """Who names a domain wants ROS, and is told how to get it; the problem is a line, and the exit code 1."""
-    with hosted() as options:
+    with served_world() as options:
         code, out, _ = doctor(options, "--ros-domain-id", "7")
 
     assert (1, "error: the simulator does not speak ROS; start `hmrsim run` with --ros2") == (
@@ -84,7 +84,7 @@ def test_simulator_without_ros_that_is_looked_for_in_ros(doctor):
 def test_everything_as_json(doctor, monkeypatch):
     """A program gets one JSON object: who is there, tokens of all domains, and the problems."""
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
-    with hosted() as options, open_client(options) as session, session.liveliness().declare_token("@ros2_lv/7/x"):
+    with served_world() as options, open_client(options) as session, session.liveliness().declare_token("@ros2_lv/7/x"):
         tokens = declare(session, 7)
         code, out, _ = doctor(options, "--json")
         zid = str(session.info.zid())
@@ -132,7 +132,7 @@ def test_token_of_any_text(doctor, router, text):
 
 def test_two_simulators_with_one_prefix(doctor):
     """They are told, and neither is taken for the other's planner."""
-    with hosted() as options, open_client(options) as session, Client(options) as client:
+    with served_world() as options, open_client(options) as session, Client(options) as client:
         key = "hmrsim/_world/info"
         info = client.get(key)
         with (
@@ -152,7 +152,7 @@ def test_two_simulators_with_one_prefix(doctor):
 def test_actions_of_a_lost_robot_are_not_whole(doctor):
     """They are not there, so they are not counted as if they were."""
     fault = json.dumps({"type": "messages_lost", "robot": "wall_e"}).encode()
-    with hosted(wires=(RmwZenoh(7, ("kilted",)),)) as options, Client(options) as client:
+    with served_world(wires=(RmwZenoh(7, ("kilted",)),)) as options, Client(options) as client:
         client.get("hmrsim/_world/inject_fault", payload=fault)
         end, out = time.monotonic() + PATIENCE, ""
         while "27 of 43 action names whole" not in out and time.monotonic() < end:
@@ -164,7 +164,7 @@ def test_actions_of_a_lost_robot_are_not_whole(doctor):
 
 def test_lockstep_that_stands(doctor):
     """Whoever waits for time to move is told whom it waits for."""
-    with hosted(clock="lockstep", participants=("nurses",)) as options:
+    with served_world(clock="lockstep", participants=("nurses",)) as options:
         code, out, _ = doctor(options)
 
     assert 1 == code
@@ -175,7 +175,7 @@ def test_lockstep_that_stands(doctor):
 def test_planner_that_is_missing(doctor):
     """A robot that needs a planner outside is named, until there is one."""
     robots = {"eve": {"type": "nurse", "at": "home", "planner": "external"}}
-    with hosted({**SMALL_WORLD, "robots": robots, "remap": {}}) as options:
+    with served_world({**SMALL_WORLD, "robots": robots, "remap": {}}) as options:
         alone = doctor(options)
         with open_client(options) as session, Client(options) as client:
             planner = session.declare_queryable("hmrsim/_planner/compute_path_to_pose", lambda query: query.drop())
@@ -192,7 +192,7 @@ def test_planner_that_is_missing(doctor):
 
 def test_simulator_that_speaks_ros(doctor):
     """Its actions are counted, and whoever does not understand it is told."""
-    with hosted(wires=(RmwZenoh(7, ("kilted",)),)) as options, open_client(options) as session:
+    with served_world(wires=(RmwZenoh(7, ("kilted",)),)) as options, open_client(options) as session:
         tokens = declare(session, 7)
         end, out = time.monotonic() + PATIENCE, ""
         while "43 of 43 action names whole; types of kilted\n" not in out and time.monotonic() < end:
@@ -250,7 +250,7 @@ def test_nobody_there_is_3(doctor):
 
 def test_other_prefix(doctor):
     """Who asks with another prefix is told the one that there is."""
-    with hosted() as options:
+    with served_world() as options:
         code, out, _ = doctor(options, "--prefix", "lab")
 
     assert 1 == code

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pytest
 
 from hmrsim.cli import main
 from hmrsim.world_checks import load_world
+from tests.paths import TESTS
 
 DRAWING = "tests/world/data/ward.drawio"
 
@@ -160,7 +160,7 @@ def test_a_broken_world_is_not_converted(tmp_path, capsys):
     assert capsys.readouterr().err.startswith(f"{source}:2: lanes.0.to: ")
 
 
-DATA = Path(__file__).parents[1] / "world" / "data"
+DATA = TESTS / "world" / "data"
 
 
 @pytest.mark.parametrize(

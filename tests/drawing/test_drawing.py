@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import re
-from pathlib import Path
 from time import process_time
 from xml.etree import ElementTree as ET
 
@@ -13,8 +12,9 @@ import pytest
 from hmrsim.drawing import THEMES, Drawing, type_colours
 from hmrsim.world import World
 from hmrsim.world_checks import load_world
+from tests.paths import ROOT
 
-MAPS = sorted(Path(__file__).parents[2].joinpath("maps").rglob("*.yaml"))
+MAPS = sorted(ROOT.joinpath("maps").rglob("*.yaml"))
 SVG = "{http://www.w3.org/2000/svg}"
 HOSTILE = "<img src=x onerror=alert(1)> & \"'\x00\x1b]]>"
 

@@ -13,10 +13,10 @@ import pytest
 from hmrsim.world_checks import load_world
 from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.wire.session import SessionOptions
+from tests.paths import ROOT
 
 pytestmark = pytest.mark.system
 
-ROOT = Path(__file__).parents[2]
 ALONE = [ROOT / "examples" / "bottlenecks.py"]
 """Examples that need no simulator."""
 EXAMPLES = sorted({*ROOT.glob("examples/*.py"), *ROOT.glob("examples/*.xml")} - set(ALONE))

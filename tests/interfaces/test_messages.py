@@ -47,7 +47,7 @@ from hmrsim.interfaces.std_msgs import Header
 from hmrsim.interfaces.unique_identifier_msgs import UUID
 from hmrsim.protocol.goal import GoalStatus as Status
 from tests.cases import case
-from tests.spoken import messages
+from tests.ros_types import messages
 
 IMPORT_ALL = """
 import importlib, pkgutil, sys

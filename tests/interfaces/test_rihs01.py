@@ -22,7 +22,7 @@ from hmrsim.interfaces.shape_msgs import SolidPrimitive
 from hmrsim.interfaces.std_msgs import Empty
 from hmrsim_zenoh.ros2.codec.distros import DISTROS
 from hmrsim_zenoh.ros2.codec.rihs01 import rihs01, type_description
-from tests.spoken import messages, structures
+from tests.ros_types import messages, structures
 
 TABLE: dict[str, dict[str, str]] = json.loads((Path(__file__).parent / "rihs01.json").read_text())
 HASHES = {

@@ -6,7 +6,6 @@ import runpy
 from collections import Counter
 from itertools import combinations
 from math import dist
-from pathlib import Path
 
 import pytest
 
@@ -14,9 +13,10 @@ from hmrsim.protocol.gateway import Happened, Topic
 from hmrsim.simulation.scripts import ScriptState
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
+from tests.paths import ROOT
 from tests.simulation import Log
 
-GENERATOR = Path(__file__).parents[2] / "tools" / "generate_warehouse.py"
+GENERATOR = ROOT / "tools" / "generate_warehouse.py"
 
 
 @pytest.fixture(scope="module")

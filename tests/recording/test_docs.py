@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import pytest
 
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.gateway import SendGoal
+from tests.paths import ROOT
 
-_EXAMPLES = re.findall(
-    r"```python\n(.*?)```", Path(__file__).parents[2].joinpath("docs", "recording.md").read_text(), re.DOTALL
-)
+_EXAMPLES = re.findall(r"```python\n(.*?)```", ROOT.joinpath("docs", "recording.md").read_text(), re.DOTALL)
 
 
 @pytest.mark.parametrize(

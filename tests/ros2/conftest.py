@@ -7,15 +7,15 @@ import contextlib
 import pytest
 
 from hmrsim_zenoh.ros2.wires import RmwZenoh
-from tests.hosted import hosted
 from tests.ros2.client import RosClient
+from tests.served_world import served_world
 
 
 @pytest.fixture
 def serve():
     """Return the function that serves the small world to ROS and to JSON: what a JSON client connects with."""
     with contextlib.ExitStack() as stack:
-        yield lambda **settings: stack.enter_context(hosted(**{"wires": (RmwZenoh(),)} | settings))
+        yield lambda **settings: stack.enter_context(served_world(**{"wires": (RmwZenoh(),)} | settings))
 
 
 @pytest.fixture

@@ -23,7 +23,7 @@ from hmrsim_zenoh.ros2.codec.distros import DISTROS
 from hmrsim_zenoh.ros2.codec.rihs01 import PADDING, Field, Kind, Structure
 from tests.cases import case
 from tests.profiles import examples
-from tests.spoken import messages, structures
+from tests.ros_types import messages, structures
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -49,7 +49,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 @cache
-def spoken() -> dict[str, Structure]:
+def sent_types() -> dict[str, Structure]:
     """Return what goes over the wire, by name and distribution; what all have as kilted does is there once."""
     return {
         f"{name} {distro}": described
@@ -61,7 +61,7 @@ def spoken() -> dict[str, Structure]:
 
 def each_type(seed: int) -> Iterator[tuple[str, Structure]]:
     """Give each type that goes over the wire, and a seed of its own."""
-    for name, described in spoken().items():
+    for name, described in sent_types().items():
         yield f"{name} {seed}", described
 
 

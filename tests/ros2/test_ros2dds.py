@@ -15,7 +15,6 @@ from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.ros2.codec.types import message_type
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 from hmrsim_zenoh.wire.session import open_client
-from tests.hosted import hosted
 from tests.ros2.client import (
     ABORTED,
     CANCELED,
@@ -29,6 +28,7 @@ from tests.ros2.client import (
     goal_to,
     ros_action,
 )
+from tests.served_world import served_world
 from tests.simulation import SMALL_WORLD
 
 WORLD = {
@@ -120,7 +120,7 @@ class FreeFleet:
 @contextmanager
 def serving(**settings):
     """Have a robot that free_fleet can drive; as its adapter does, wait for a transform before anything else."""
-    with hosted(WORLD, wires=(Ros2Dds(),), **settings) as options, FreeFleet(options) as client:
+    with served_world(WORLD, wires=(Ros2Dds(),), **settings) as options, FreeFleet(options) as client:
         client.wait("tf")
         yield client
 
@@ -289,7 +289,7 @@ def test_a_real_robot_behind_a_bridge_is_left_alone(fast):
 def test_both_wires_share_goals():
     """A goal that free_fleet sent is watched and canceled by a ROS node."""
     with (
-        hosted(WORLD, wires=(RmwZenoh(), Ros2Dds())) as options,
+        served_world(WORLD, wires=(RmwZenoh(), Ros2Dds())) as options,
         FreeFleet(options) as client,
         RosClient(options.connect[0]) as node,
     ):
@@ -308,7 +308,7 @@ def test_a_robot_that_is_called_as_the_prefix_is_refused():
 
     with (
         pytest.raises(BadOptions, match="--prefix 'hmrsim' begins as the keys of robot 'hmrsim' do; name another"),
-        hosted(world, wires=(Ros2Dds(),)),
+        served_world(world, wires=(Ros2Dds(),)),
     ):
         pytest.fail("it was served")
 

@@ -18,9 +18,9 @@ import zenoh
 from hmrsim_zenoh.errors import PortTaken, PrefixTaken
 from hmrsim_zenoh.ros2.wires import RmwZenoh
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
-from tests.hosted import hosted
 from tests.ros2.client import SUCCEEDED, RosClient, goal_to, open_session, statuses
 from tests.ros2.processes import HMRSIM
+from tests.served_world import served_world
 
 PATIENCE = 30.0
 KEY = "0/wall_e/here"
@@ -160,7 +160,7 @@ def test_a_second_simulator_joins_the_first(options):
 @pytest.mark.usefixtures("router")
 def test_a_ros_client_drives_a_robot_of_a_simulator_that_has_joined(options):
     """Actions work as ever, feedback and latched statuses, too."""
-    served = hosted(options=options, wires=(RmwZenoh(),), real_time_factor=0)
+    served = served_world(options=options, wires=(RmwZenoh(),), real_time_factor=0)
     with served, RosClient(options.default) as client:
         action = client.action("/wall_e/navigate_to_pose").wait()
         goal = action.send(goal_to(5.0, 2.0))
@@ -180,7 +180,7 @@ def test_a_ros_client_drives_a_robot_of_a_simulator_that_has_joined(options):
 @pytest.mark.usefixtures("router")
 def test_the_command_line_finds_a_simulator_that_has_joined(options):
     """It connects to the router, where it would without it."""
-    with hosted(options=options, wires=(RmwZenoh(),)):
+    with served_world(options=options, wires=(RmwZenoh(),)):
         listed = subprocess.run(
             [HMRSIM, "action", "list", "--connect", options.default],
             capture_output=True,
@@ -195,9 +195,9 @@ def test_the_command_line_finds_a_simulator_that_has_joined(options):
 def test_a_second_simulator_of_the_same_prefix_is_refused(options):
     """With ROS it joins the first, sees that, and leaves."""
     with (
-        hosted(options=options),
+        served_world(options=options),
         pytest.raises(PrefixTaken, match="a simulator serves prefix 'hmrsim' already"),
-        hosted(options=options, wires=(RmwZenoh(),)),
+        served_world(options=options, wires=(RmwZenoh(),)),
     ):
         pytest.fail("it was served")
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 import yaml
 
+from tests.paths import ROOT
 from tests.ros2.processes import simulator
 
 pytestmark = pytest.mark.system
 
-ROOT = Path(__file__).parents[2]
 SCRIPT = Path(__file__).with_name("sdk_client.py")
 PATIENCE = 100.0
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6

@@ -22,7 +22,6 @@ from hmrsim_zenoh.host import Host, HostSettings
 from hmrsim_zenoh.ros2.codec.types import service_type
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 from hmrsim_zenoh.wire.session import SessionOptions
-from tests.hosted import hosted
 from tests.ros2.client import (
     ABORTED,
     CANCELED,
@@ -35,6 +34,7 @@ from tests.ros2.client import (
     goal_to,
     ros_action,
 )
+from tests.served_world import served_world
 from tests.simulation import SMALL_WORLD
 
 SMALL = World.model_validate(SMALL_WORLD)
@@ -46,7 +46,7 @@ LONG = {"time": {"sec": 3600}}
 @pytest.fixture(scope="module")
 def world():
     """Return where a world is served, in real time."""
-    with hosted(wires=(RmwZenoh(), Ros2Dds())) as options:
+    with served_world(wires=(RmwZenoh(), Ros2Dds())) as options:
         yield options.connect[0]
 
 

@@ -16,12 +16,13 @@ from bt_controller.running.mailbox import Mailbox
 from bt_controller.running.mission import Mission
 from bt_controller.running.runner import Runner
 from hmrsim_zenoh.client.client import Client
-from tests.hosted import hosted
+from tests.paths import REFERENCES
+from tests.served_world import served_world
 
 pytestmark = pytest.mark.system
 
 NAV2 = "navigate_to_pose_w_replanning_and_recovery.xml"
-THEIRS = Path(__file__).parents[3] / "shared" / "data" / "bt" / NAV2
+THEIRS = REFERENCES / "bt" / NAV2
 OURS = Path(__file__).with_name("navigate.xml")
 
 GOAL = "14;0"
@@ -83,7 +84,7 @@ def driven(tree):
 
     def run(world, goal=GOAL):
         plan = load(str(tree), values={"goal": goal})
-        with hosted(world, clock="lockstep") as options, Client(options, name="trees") as client:
+        with served_world(world, clock="lockstep") as options, Client(options, name="trees") as client:
             mission, mailbox = Mission("r", plan), Mailbox()
             clock = clock_for(client, mailbox, feedback=False, grace=0.1)
             runner = Runner(client, [mission], clock, mailbox, show=lambda *_: None, grace=5.0)

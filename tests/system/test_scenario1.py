@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 import queue
-from pathlib import Path
 
 import pytest
 
 from hmrsim_zenoh import Client, Commander, SessionOptions
+from tests.paths import REFERENCES
 
 pytestmark = pytest.mark.system
 
-DRAWING = Path(__file__).parents[3] / "shared" / "data" / "drawio" / "place_with_walls.drawio"
+DRAWING = REFERENCES / "drawio" / "place_with_walls.drawio"
 
 OURS = [
     ("/wall_e/navigate_to_pose", "{pose: {pose: {position: {x: 512, y: 215, z: 1}}}}"),

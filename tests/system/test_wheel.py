@@ -5,13 +5,12 @@ from __future__ import annotations
 import subprocess
 import sys
 import venv
-from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.system
+from tests.paths import ROOT
 
-ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.system
 
 
 def install(binaries, *arguments):

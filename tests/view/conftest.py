@@ -7,14 +7,14 @@ import threading
 import pytest
 
 from hmrsim_zenoh.wire.session import open_client
-from tests.hosted import hosted
+from tests.served_world import served_world
 from tests.view.pages import PATIENCE, opened, viewed
 
 
 @pytest.fixture(scope="module")
 def simulator():
     """A simulator of the small world; what a client connects with."""
-    with hosted() as options:
+    with served_world() as options:
         yield options
 
 

@@ -11,7 +11,7 @@ from websockets.exceptions import ConnectionClosed
 
 from hmrsim import __version__
 from hmrsim_zenoh.wire.session import SessionOptions
-from tests.hosted import hosted
+from tests.served_world import served_world
 from tests.view.pages import fetched, opened, viewed
 
 WAIT = {"goal": {"time": {"sec": 0, "nanosec": 1}}}
@@ -228,14 +228,14 @@ def test_gets_are_counted(page, session):
 def test_the_simulator_goes_and_comes_back():
     """The page is told both, and what it subscribed to comes from the new one."""
     with ExitStack() as stack, ExitStack() as simulator:
-        options = simulator.enter_context(hosted())
+        options = simulator.enter_context(served_world())
         page = stack.enter_context(opened(stack.enter_context(viewed(options)).url))
         page.say("subscribe", id=1, key="_world/clock")
         page.samples(lambda payload: payload["clock"]["nanosec"] > 0)
         simulator.close()
         while page.hear("alive")["alive"]:
             pass
-        stack.enter_context(hosted(options=SessionOptions(listen=options.connect)))
+        stack.enter_context(served_world(options=SessionOptions(listen=options.connect)))
 
         assert page.hear("alive")["alive"] is True
         assert page.samples(lambda payload: payload["clock"]["nanosec"] > 0)

@@ -9,9 +9,10 @@ import pytest
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world import ReadOptions
 from hmrsim.world_checks import load_world
+from tests.paths import REFERENCES
 
 HERE = Path(__file__).parent
-REFERENCE = HERE.parents[1].parent / "shared" / "data" / "drawio"
+REFERENCE = REFERENCES / "drawio"
 
 
 def spans(world):

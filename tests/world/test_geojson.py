@@ -14,10 +14,11 @@ from hmrsim.world import World
 from hmrsim.world.formats.geojson import FORMAT
 from hmrsim.world.route_graph import to_geojson
 from hmrsim.world_checks import load_world
+from tests.paths import REFERENCES
 from tests.profiles import examples
 
 HERE = Path(__file__).parent
-REFERENCE = HERE.parents[1].parent / "shared" / "data" / "nav2"
+REFERENCE = REFERENCES / "nav2"
 
 HOME = {"type": "Feature", "properties": {"id": 1}, "geometry": {"type": "Point", "coordinates": [0.0, 0.0]}}
 SHELF = {"type": "Feature", "properties": {"id": 2}, "geometry": {"type": "Point", "coordinates": [3.0, 4.0]}}

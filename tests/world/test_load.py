@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 import jsonschema
 import pytest
@@ -14,6 +13,7 @@ from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world.shipped import shipped_maps
 from hmrsim.world_checks import load_world
 from hmrsim.world_checks.schema import world_schema
+from tests.paths import ROOT
 
 MANY = """\
 name: many
@@ -294,6 +294,6 @@ def test_hospital_can_be_driven():
 
 def test_schema_in_the_repository_is_the_models():
     """schemas/world.schema.json is what the models say."""
-    path = Path(__file__).parents[2] / "schemas" / "world.schema.json"
+    path = ROOT / "schemas" / "world.schema.json"
 
     assert yaml.safe_load(path.read_text(encoding="utf-8")) == world_schema()

@@ -10,9 +10,10 @@ from hmrsim.errors import WorldError
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world import ReadOptions
 from hmrsim.world_checks import load_world
+from tests.paths import REFERENCES
 
 HERE = Path(__file__).parent
-REFERENCE = HERE.parents[1].parent / "shared" / "data" / "rmf"
+REFERENCE = REFERENCES / "rmf"
 CLINIC = HERE / "data" / "clinic.building.yaml"
 
 ONE_LANE = """\

@@ -10,7 +10,7 @@ from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.errors import GoalRejectedError, ResultExpired
-from tests.hosted import hosted
+from tests.served_world import served_world
 
 GOAL_ID = "00000000000000000000000000000abc"
 CLOCKS = {"realtime": {"real_time_factor": 10.0}, "lockstep": {"clock": "lockstep"}}
@@ -30,7 +30,7 @@ def send(client, seconds=1.0, goal_id=GOAL_ID, robot="wall_e", *, adopt=True):
 
 def test_a_goal_that_nobody_knows_is_sent(clock):
     """As any other."""
-    with hosted(**CLOCKS[clock]) as options, Client(options) as client:
+    with served_world(**CLOCKS[clock]) as options, Client(options) as client:
         goal = send(client)
         goal.result(20.0)
 
@@ -39,7 +39,7 @@ def test_a_goal_that_nobody_knows_is_sent(clock):
 
 def test_a_goal_that_runs_is_followed(clock):
     """Its result comes when it has one, whoever sent it."""
-    with hosted(**CLOCKS[clock]) as options:
+    with served_world(**CLOCKS[clock]) as options:
         with Client(options, name="first") as client:
             send(client, 30.0).wait_accepted(5.0)
         with Client(options, name="second") as client:
@@ -53,7 +53,7 @@ def test_a_goal_that_runs_is_followed(clock):
 @pytest.mark.parametrize("status", [GoalStatus.SUCCEEDED, GoalStatus.CANCELED])
 def test_a_goal_that_has_ended_has_its_result_at_once(clock, status):
     """No simulated time goes by for it."""
-    with hosted(**CLOCKS[clock]) as options:
+    with served_world(**CLOCKS[clock]) as options:
         with Client(options, name="first") as client:
             first = send(client, 30.0)
             first.wait_accepted(5.0)
@@ -69,7 +69,7 @@ def test_a_goal_that_has_ended_has_its_result_at_once(clock, status):
 
 def test_a_goal_whose_result_has_expired_says_how_it_ended(clock):
     """Of the result nothing is known, and a goal is not begun a second time."""
-    with hosted(keep_results=1, **CLOCKS[clock]) as options, Client(options) as client:
+    with served_world(keep_results=1, **CLOCKS[clock]) as options, Client(options) as client:
         send(client).result(20.0)
         send(client, goal_id="f" * 32).result(20.0)
         goal = send(client)
@@ -81,7 +81,7 @@ def test_a_goal_whose_result_has_expired_says_how_it_ended(clock):
 
 def test_who_does_not_adopt_is_refused(clock):
     """An id that somebody else has used is a mistake."""
-    with hosted(**CLOCKS[clock]) as options, Client(options) as client:
+    with served_world(**CLOCKS[clock]) as options, Client(options) as client:
         send(client).result(20.0)
         with pytest.raises(GoalRejectedError, match=r"duplicate_goal_id: goal .* was sent before and is SUCCEEDED"):
             send(client, adopt=False).result(5.0)

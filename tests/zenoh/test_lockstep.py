@@ -16,7 +16,7 @@ from hmrsim.protocol.goal import GoalStatus, made_goal_id
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.commander import Commander
 from hmrsim_zenoh.errors import ClientClosed, Dropped, GoalRejectedError, GoalTimeout, Idle, RequestError
-from tests.hosted import hosted
+from tests.served_world import served_world
 
 SOON = 10.0
 WAIT = registry()["wait"]
@@ -30,7 +30,7 @@ def seconds(number):
 @pytest.fixture
 def options():
     """Serve a world in lockstep."""
-    with hosted(clock="lockstep") as options:
+    with served_world(clock="lockstep") as options:
         yield options
 
 
@@ -183,7 +183,7 @@ def test_the_commander_needs_to_know_nothing(client):
 
 def test_a_goal_that_can_not_be_read_fails():
     """The others of the same advance as well, as nothing of it was done; the next may be better."""
-    with hosted(clock="lockstep", max_payload=500) as options, Client(options) as client:
+    with served_world(clock="lockstep", max_payload=500) as options, Client(options) as client:
         pickup = client.action_client("wall_e", registry()["pickup"]).send_goal(registry()["pickup"].goal())
         with pytest.raises(RequestError, match=r"payload of .* bytes; at most 500 are taken"):
             pickup.result(SOON)
@@ -283,7 +283,7 @@ def test_a_name_is_taken_once(client, options):
 
 def test_who_thinks_for_too_long_is_dropped():
     """All that was under way fails, and says why."""
-    with hosted(clock="lockstep", participant_timeout=0.1) as options, Client(options, name="nurse") as client:
+    with served_world(clock="lockstep", participant_timeout=0.1) as options, Client(options, name="nurse") as client:
         dropped = threading.Event()
         client.subscribe("hmrsim/_world/events", lambda _key, body: b"dropped" in body and dropped.set())
         goal = client.action_client("wall_e", WAIT).send_goal(seconds(100))
@@ -339,7 +339,10 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 with Client(SessionOptions(connect=(sys.argv[1],)), name="script") as client:
     Commander(client, "wall_e").wait(100)
 """
-    with hosted(clock="lockstep", participants=("nurse", "script")) as options, Client(options, name="nurse") as nurse:
+    with (
+        served_world(clock="lockstep", participants=("nurse", "script")) as options,
+        Client(options, name="nurse") as nurse,
+    ):
         command = [sys.executable, "-c", program, *options.connect]
         with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as script:
             nurse.sleep(1.0)

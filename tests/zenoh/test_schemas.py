@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 from hmrsim.actions import registry
 from hmrsim_zenoh.schemas import main
+from tests.paths import ROOT
 
-SCHEMAS = Path(__file__).parents[2] / "schemas"
+SCHEMAS = ROOT / "schemas"
 
 
 def test_the_committed_schemas_are_in_step():

@@ -19,7 +19,7 @@ from bt_controller.running.mission import Mission
 from bt_controller.running.runner import Runner
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.client import Client
-from tests.hosted import hosted
+from tests.served_world import served_world
 
 STEPS = ["Go to shelf", "Pick up parcel", "Go to bed", "Wait 4 s", "Place parcel"]
 """The leaves of the mission, in their order."""
@@ -77,7 +77,7 @@ def sent(monkeypatch):
 
 def run(plan, seconds, **time):
     """Run a tree in the ward; return whether it succeeded."""
-    with hosted(world(seconds), **time) as options, Client(options, name="trees") as client:
+    with served_world(world(seconds), **time) as options, Client(options, name="trees") as client:
         mission, mailbox = Mission("wall_e", plan), Mailbox()
         clock = clock_for(client, mailbox, feedback=False, grace=1.0)
         return Runner(client, [mission], clock, mailbox, show=None).run().succeeded

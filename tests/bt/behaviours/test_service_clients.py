@@ -24,7 +24,7 @@ from hmrsim.interfaces.simulation_interfaces import (
     StepSimulation,
 )
 from hmrsim_zenoh.client.client import Client
-from tests.hosted import hosted
+from tests.served_world import served_world
 
 CLOCKS = {"realtime": {}, "lockstep": {"clock": "lockstep"}}
 
@@ -32,7 +32,7 @@ CLOCKS = {"realtime": {}, "lockstep": {"clock": "lockstep"}}
 @pytest.fixture(params=CLOCKS)
 def run(request):
     """Return the function that runs a tree of one leaf: its status at the end."""
-    with hosted(**CLOCKS[request.param]) as options, Client(options) as client:
+    with served_world(**CLOCKS[request.param]) as options, Client(options) as client:
 
         def end(leaf):
             mailbox = Mailbox()

@@ -15,7 +15,7 @@ from bt_controller.running.mailbox import Mailbox
 from bt_controller.running.mission import missions_for
 from bt_controller.running.runner import Runner
 from hmrsim_zenoh.client.client import Client
-from tests.hosted import hosted
+from tests.served_world import served_world
 
 WORLD = {
     "waypoints": {"west": [0, 0], "shelf": [5, 0], "table": [15, 0], "east": [20, 0]},
@@ -40,7 +40,7 @@ class Day:
     def __init__(self, tasks, faults, robots=("ann", "bob"), **settings):
         self.news = []
         world, mailbox = {**WORLD, "faults": faults}, Mailbox()
-        with hosted(world, clock="lockstep") as options, Client(options, name="fleet") as client:
+        with served_world(world, clock="lockstep") as options, Client(options, name="fleet") as client:
             plan = Plan("test", lambda names: self._tree(names, tasks, settings), False, False, takes_robots=True)
             clock = clock_for(client, mailbox, feedback=False, grace=1.0)
             missions = missions_for(list(robots), plan)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pytest
 from py_trees.common import Status
@@ -13,8 +12,9 @@ from bt_controller.cli._tree_options import _value
 from bt_controller.cli.run import _report
 from bt_controller.core.node import PortError
 from bt_controller.running.runner import Outcome
+from tests.paths import TESTS
 
-FIXTURES = Path(__file__).parent.parent / "fixtures"
+FIXTURES = TESTS / "bt" / "fixtures"
 
 NAVIGATE = """\
 <root BTCPP_format="4" main_tree_to_execute="Go">

@@ -20,7 +20,9 @@ _ANYWHERE = SessionOptions(listen=("tcp/127.0.0.1:0",))
 
 
 @contextmanager
-def hosted(world: object = None, *, options: SessionOptions = _ANYWHERE, **settings: Any) -> Iterator[SessionOptions]:
+def served_world(
+    world: object = None, *, options: SessionOptions = _ANYWHERE, **settings: Any
+) -> Iterator[SessionOptions]:
     """Serve a world, the small one if none is given; yields what a client connects with."""
     model = World.model_validate(world or SMALL_WORLD)
     loaded: Any = SimpleNamespace(world=model, hash=world_hash(model), warnings=(), path=None)
