@@ -10,7 +10,7 @@ from typing import Final
 
 from hypothesis import HealthCheck, settings
 
-SHARES: Final = {"dev": 0.4, "ci": 1.0, "nightly": 20.0}
+SHARES: Final = {"dev": 0.5, "ci": 0.5, "nightly": 20.0}
 """How many times the examples that a test asks for are tried."""
 
 PROFILE: Final = os.environ.get("HYPOTHESIS_PROFILE") or ("ci" if os.environ.get("CI") else "dev")
@@ -20,7 +20,7 @@ _TOLERATED: Final = (HealthCheck.too_slow,)
 
 
 def examples(count: int, *, share_fixtures: bool = False) -> settings:
-    """Return the settings of a test that tries *count* examples in CI.
+    """Return the settings of a test that tries *count* examples, or its share of them.
 
     Args:
         count: How many.

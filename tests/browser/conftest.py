@@ -8,7 +8,6 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 import uuid
 from urllib.parse import urlsplit
 
@@ -17,6 +16,7 @@ import pytest
 from benchmarks import _browser
 from hmrsim_zenoh import Client, SessionOptions
 from hmrsim_zenoh.wire.keys import Verb
+from tests import processes
 from tests.paths import ROOT
 
 PATIENCE = 30.0
@@ -81,11 +81,10 @@ class Process:
     """One of our commands, and the words of its first line."""
 
     def __init__(self, *arguments, env=None):
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "hmrsim.cli", *map(str, arguments)],
-            stdout=subprocess.PIPE,
+        self.process = processes.start(
+            "hmrsim",
+            *arguments,
             stderr=subprocess.DEVNULL,
-            text=True,
             cwd=ROOT,
             env={
                 **{name: value for name, value in os.environ.items() if not name.startswith("HMRSIM_")},

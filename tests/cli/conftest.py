@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 
 import pytest
+
+from tests import processes
 
 FREE_PORT = ("--listen", "tcp/127.0.0.1:0")
 
@@ -16,11 +17,8 @@ def start():
     started = []
 
     def run(*arguments):
-        process = subprocess.Popen(
-            [sys.executable, "-m", "hmrsim.cli", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
-        started.append(process)
-        return process
+        started.append(processes.start("hmrsim", *arguments))
+        return started[-1]
 
     yield run
     for process in started:
@@ -31,7 +29,7 @@ def start():
 @pytest.fixture(scope="module")
 def endpoint():
     """Return where a simulator of scenario 1 listens, one for all tests of a module."""
-    words = [sys.executable, "-m", "hmrsim.cli", "run", "scenario1", "--real-time-factor", "10", *FREE_PORT]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+    words = ("run", "scenario1", "--real-time-factor", "10", *FREE_PORT)
+    with processes.start("hmrsim", *words, stderr=subprocess.DEVNULL) as process:
         yield process.stdout.readline().split()[1]
         process.kill()

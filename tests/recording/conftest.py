@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import pytest
 
 from hmrsim.cli.rosout import told
@@ -12,6 +9,7 @@ from hmrsim.protocol.time import TimeState
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.sink import RecordingSink
 from hmrsim_zenoh.recording.writing import RecordingFile
+from tests import processes
 from tests.simulation import simulate
 
 STATE = TimeState(0.0, "realtime", 1.0, False, 0, (), (), 0.0)
@@ -42,14 +40,8 @@ def start():
     started = []
 
     def run(*arguments):
-        process = subprocess.Popen(
-            [sys.executable, "-m", "hmrsim.cli", *map(str, arguments)],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        started.append(process)
-        return process
+        started.append(processes.start("hmrsim", *arguments))
+        return started[-1]
 
     yield run
     for process in started:

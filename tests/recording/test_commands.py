@@ -213,10 +213,9 @@ def test_a_file_that_cannot_be_written_is_wrong_use(start, tmp_path):
     assert (2, "", f"hmrsim: {tmp_path}: can't be written: is a directory\n") == (code, out, err)
 
 
-def test_a_full_disk_ends_the_run(simulator):
+def test_a_full_disk_ends_the_run(start):
     """As it does with a trace: one line, exit code 1."""
-    process, _ = simulator("--record", "/dev/full", "--log-level", "error")
-    code, _, err = end(process)
+    code, _, err = end(start("run", "scenario1", *FREE_PORT, "--record", "/dev/full", "--log-level", "error"))
 
     assert 1 == code
     assert ["recording to /dev/full", "hmrsim: the recording can't be written: no space left on device"] == (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import socket
-import subprocess
 import sys
 import tempfile
 from contextlib import contextmanager
@@ -14,7 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
+from tests import processes
+
 if TYPE_CHECKING:
+    import subprocess
     from collections.abc import Iterator
 
 HMRSIM = Path(sys.executable).with_name("hmrsim")
@@ -67,12 +69,7 @@ def simulator(world: Any, *arguments: object, endpoint: str = "tcp/127.0.0.1:0")
             file = Path(folder) / "world.yaml"
             file.write_text(yaml.safe_dump(world))
             world = str(file)
-        process = subprocess.Popen(
-            [HMRSIM, "run", world, "--ros2", "--listen", endpoint, *map(str, arguments)],
-            stdout=subprocess.PIPE,
-            stderr=log,
-            text=True,
-        )
+        process = processes.start("hmrsim", "run", world, "--ros2", "--listen", endpoint, *arguments, stderr=log)
         assert process.stdout is not None
         try:
             ready = process.stdout.readline().split()

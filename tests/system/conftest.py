@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
+from tests import processes
 from tests.paths import ROOT
 
 PATIENCE = 60.0
@@ -20,15 +18,7 @@ class Started:
     """A process of ours, with what it has written."""
 
     def __init__(self, arguments, *, env=None, cwd=ROOT):
-        self.process = subprocess.Popen(
-            arguments,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            stdin=subprocess.DEVNULL,
-            text=True,
-            cwd=cwd,
-            env={**os.environ, "PYTHONUNBUFFERED": "1", **(env or {})},
-        )
+        self.process = processes.start(*arguments, cwd=cwd, env={**os.environ, "PYTHONUNBUFFERED": "1", **(env or {})})
 
     def line(self):
         """Return the next line of its standard output."""
@@ -55,8 +45,7 @@ def start():
     started = []
 
     def run(command, *arguments, env=None, cwd=ROOT):
-        script = Path(sys.executable).with_name(command)
-        started.append(Started([str(script), *map(str, arguments)], env=env, cwd=cwd))
+        started.append(Started([command, *arguments], env=env, cwd=cwd))
         return started[-1]
 
     yield run

@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 import signal
 import socket
-import subprocess
-import sys
 
 import pytest
 
 from hmrsim.cli import main
+from tests import processes
 from tests.view.pages import PATIENCE, fetched, opened
 
 pytestmark = pytest.mark.system
@@ -22,8 +21,7 @@ def start():
     started = []
 
     def run(*arguments):
-        command = [sys.executable, "-m", "hmrsim.cli", *arguments]
-        started.append(subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
+        started.append(processes.start("hmrsim", *arguments))
         return started[-1]
 
     yield run
@@ -94,7 +92,7 @@ def test_a_signal_ends_it_well(start, simulator, number):
     with opened(url) as page:
         page.get("_world/info")
         process.send_signal(number)
-        out, err = process.communicate(timeout=2.0)
+        out, err = process.communicate(timeout=PATIENCE)
 
     assert ("ready", 0, "", "") == (word, process.returncode, out, err)
 
