@@ -87,9 +87,9 @@ class Log:
         return result
 
     def happened(self, kind: str) -> list[tuple[float, dict[str, object]]]:
-        """Return the times of what happened of a kind, and its fields."""
+        """Return the times of what happened of a kind, and its fields, as JSON has them."""
         return [
-            (time, dict(event.fields))
+            (time, json.loads(json.dumps(event.fields)))
             for time, event in self.events
             if isinstance(event, Happened) and event.kind == kind
         ]

@@ -101,7 +101,7 @@ def _simulate(args: argparse.Namespace) -> int:
         "sim_time": simulator.now,
         "wall_time": wall_time,
         "goals": dict(sorted(tally.statuses.items())),
-        "robots": [{**script.describe(), "ended": script.ended} for script in scripts],
+        "robots": [{**script.event().to_json(), "ended": script.ended} for script in scripts],
     }
     if args.json:
         show_json(summary)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hmrsim.engine.sim_time import stamp
 from hmrsim.protocol.gateway import Happened, Sampled, Topic
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     import simpy
 
+    from hmrsim.events import Event as WorldEvent
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.gateway import Event, Sink
 
@@ -63,7 +64,7 @@ class Interest:
 
 
 class Happenings:
-    """Tells what happens in the world.
+    """Publishes what happens in the world, if a sink wants to know.
 
     Args:
         env: The simulation's clock.
@@ -79,17 +80,17 @@ class Happenings:
         self._env = env
         self._emit = emit
 
-    def __call__(self, kind: str, fields: Callable[[], dict[str, Any]]) -> None:
-        """Tell that something of a *kind* happened at this instant; *fields* gives JSON values, if they are wanted."""
+    def publish(self, make: Callable[[], WorldEvent]) -> None:
+        """Publish an event of this instant; it is made only if it is wanted."""
         if self.interest.events:
-            self._emit(Happened(stamp(self._env.now), kind, fields()))
+            self._emit(Happened(stamp(self._env.now), make()))
+
+    def publish_untraced(self, make: Callable[[], WorldEvent]) -> None:
+        """Likewise one that no trace has."""
+        if self.interest.motion:
+            self._emit(Happened(stamp(self._env.now), make()))
 
     def sampled(self, topic: Topic, robot: str, message: Callable[[], Message]) -> None:
-        """Tell what a topic of a robot is now, since it has changed, if anybody wants it."""
+        """Publish what a topic of a robot is now, since it has changed, if it is wanted."""
         if self.interest.in_(topic):
             self._emit(Sampled(topic, robot, message()))
-
-    def watched(self, kind: str, fields: Callable[[], dict[str, Any]]) -> None:
-        """Tell what no trace has, of one of the kinds in `WATCHED`, if somebody watches."""
-        if self.interest.motion:
-            self._emit(Happened(stamp(self._env.now), kind, fields()))

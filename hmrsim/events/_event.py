@@ -7,7 +7,7 @@ from enum import StrEnum
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self, dataclass_transform, get_type_hints
 
-from pydantic import BaseModel, ConfigDict, Field, create_model
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from pydantic.fields import FieldInfo
 
 from hmrsim.events._text import render
@@ -136,15 +136,17 @@ class Event(tuple[Any, ...], metaclass=_EventType):
 
     # --- JSON -----------------------------------------------------------------------------------------------------
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the fields in plain values, by their names in JSON; without kind and time."""
-        fields = {
-            name: [*value] if isinstance(value, tuple) else value for name, value in zip(self._names, self, strict=True)
-        }
+    def as_dict(self) -> dict[str, Any]:
+        """Return the fields by their names in JSON, without kind and time; arrays may be tuples."""
+        fields = dict(zip(self._names, self, strict=True))
         for name, default in self._optional:
             if fields[name] == default:
                 del fields[name]
         return self._spread(fields) if self.rest else fields
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the same as JSON has it: with lists only."""
+        return {name: _listed(value) for name, value in self.as_dict().items()}
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
@@ -156,7 +158,11 @@ class Event(tuple[Any, ...], metaclass=_EventType):
         if cls.rest:
             rest = {name: value for name, value in fields.items() if name not in (*cls._names, *_ENVELOPE)}
             fields = {**fields, cls.rest: rest}
-        values = model_of(cls).model_validate(fields)
+        try:
+            values = model_of(cls).model_validate(fields)
+        except ValidationError as error:
+            wrong = (f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in error.errors(include_url=False))
+            raise ValueError("; ".join(wrong)) from None
         return cls(**{field: getattr(values, field.rstrip("_") + "_") for field in cls._fields})
 
     def _spread(self, fields: dict[str, Any]) -> dict[str, Any]:
@@ -172,18 +178,18 @@ class Event(tuple[Any, ...], metaclass=_EventType):
     def severity(self) -> Severity:
         """How much it matters."""
         template = self.presentation.severity
-        return Severity(render(template, self.to_json()) if "{" in template else template)
+        return Severity(render(template, self.as_dict()) if "{" in template else template)
 
     @property
     def subject(self) -> str:
         """Whom or what it is about; empty for the whole world."""
-        fields = self.to_json()
+        fields = self.as_dict()
         found = next((fields[name] for name in self.presentation.subject if fields.get(name) is not None), "")
-        return "-".join(found) if isinstance(found, list) else "" if found == WORLD else str(found)
+        return "-".join(found) if isinstance(found, (list, tuple)) else "" if found == WORLD else str(found)
 
     def text(self, formats: Mapping[str, Format] | None = None) -> str:
         """Return what it says of its subject; *formats* are further ones for its template."""
-        return render(self.presentation.text, self.to_json(), formats)
+        return render(self.presentation.text, self.as_dict(), formats)
 
     def describe(self) -> str:
         """Return it as a sentence, without a full stop."""
@@ -219,6 +225,10 @@ def description_of(event: type[Event], field: str) -> str:
     hint = get_type_hints(event, include_extras=True)[field]
     said = (each.description for each in getattr(hint, "__metadata__", ()) if isinstance(each, FieldInfo))
     return next(filter(None, said), None) or ""
+
+
+def _listed(value: Any) -> Any:
+    return [_listed(each) for each in value] if isinstance(value, (list, tuple)) else value
 
 
 _CONFIG: Final = ConfigDict(extra="ignore", allow_inf_nan=False)

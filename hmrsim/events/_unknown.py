@@ -18,16 +18,16 @@ class UnknownEvent(Event, severity=Severity.INFO, subject=_SUBJECTS):
     """An event of a newer version, or of a plug-in that is not installed here: its kind and its fields."""
 
     name: str
-    fields: Mapping[str, Any]
+    values: Mapping[str, Any]
 
     @property
     def kind(self) -> str:  # type: ignore[override]  # of each, not of the class
         """What happened."""
         return self.name
 
-    def to_json(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Any]:
         """Return its fields as they came."""
-        return dict(self.fields)
+        return dict(self.values)
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
@@ -38,7 +38,7 @@ class UnknownEvent(Event, severity=Severity.INFO, subject=_SUBJECTS):
         """Return its kind in words, and its fields but for nested ones."""
         shown = (
             f"{name} {plain(value)}"
-            for name, value in self.fields.items()
+            for name, value in self.values.items()
             if name not in _SUBJECTS and isinstance(value, (str, int, float))
         )
         return ": ".join(filter(None, (self.name.replace("_", " "), ", ".join(shown))))

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final
 
 from pydantic import Field
 
 from hmrsim.events._event import Event, EventGroup
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 _Participant = Annotated[str, Field(description="The participant's name.")]
 _Why = Annotated[str, Field(description="Why, if not of its own accord.")]
@@ -38,5 +41,12 @@ class ParticipantDropped(
     participant: _Participant
     why: _Why = ""
 
+
+PARTICIPATION: Final[Mapping[str, type[ParticipantJoined | ParticipantLeft | ParticipantDropped]]] = {
+    "joined": ParticipantJoined,
+    "left": ParticipantLeft,
+    "dropped": ParticipantDropped,
+}
+"""By how a controller's part in time changes."""
 
 EVENTS: Final = EventGroup("participants", (ParticipantJoined, ParticipantLeft, ParticipantDropped))

@@ -56,7 +56,7 @@ class LaneClosed(Event, kind="lane_closed", severity="warning", subject=("lane",
     """A lane is closed: no robot enters it; a robot that is on it may leave it."""
 
     lane: LaneName
-    why: Annotated[str, Field(description="All that keeps it closed, for people.")] = ""
+    why: Annotated[str, Field(description="All that keeps it closed, for people.")]
 
 
 class LaneOpened(Event, kind="lane_opened", subject=("lane",), text="is open again"):

@@ -13,6 +13,7 @@ from simpy import Interrupt
 
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import GoalAborted, GoalRejected
+from hmrsim.events.goals import SendGoalRejected
 from hmrsim.goals.connectivity import CutOff, no_connection
 from hmrsim.goals.servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
@@ -136,7 +137,7 @@ class Dispatcher:
                 error_msg=str(rejection),
             )
             self._answer(command.reply_to, answer)
-            self._happened("rejected", lambda: _rejected(command, answer))
+            self._happened.publish(lambda: _rejected(command, answer))
             return
         goal = ServedGoal(server, goal_id, self._stamp(), from_client=command.goal_id is not None)
         self._answer(command.reply_to, GoalResponse(True, goal_id, goal.stamp))
@@ -170,7 +171,7 @@ class Dispatcher:
         goal.server.goals[goal.goal_id] = goal
         goal.message = message
         if self._interest.motion:
-            self._happened.watched("goal", goal.describe)
+            self._happened.publish_untraced(goal.accepted)
         self._publish(goal, message)
         self._change(goal, GoalEvent.EXECUTE)
         goal.server.robot.act(action.name, begins=True)
@@ -409,11 +410,5 @@ class Dispatcher:
         return StatusChanged(server.robot.name, server.action.name, entries)
 
 
-def _rejected(command: SendGoal, answer: GoalResponse) -> dict[str, Any]:
-    return {
-        "robot": command.robot,
-        "action": command.action,
-        "goal_id": answer.goal_id,
-        "reason": answer.reason,
-        "error_msg": answer.error_msg,
-    }
+def _rejected(command: SendGoal, answer: GoalResponse) -> SendGoalRejected:
+    return SendGoalRejected(command.robot, command.action, answer.goal_id, answer.reason, answer.error_msg)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from hmrsim.actions import FRAMES
 from hmrsim.errors import GoalRejected
+from hmrsim.events.goals import GoalAccepted
 from hmrsim.protocol.gateway import GoalEntry
 from hmrsim.protocol.goal import WORLD, ZERO_ID, GoalStatus, made_goal_id, parse_goal_id
 
@@ -85,11 +86,10 @@ class ServedGoal:
         made: Message = (self.failure or self.server.action.failure)(code, message)
         return made
 
-    def describe(self) -> dict[str, Any]:
-        """Return what is asked of whom, as JSON values; of the message what was set."""
+    def accepted(self) -> GoalAccepted:
+        """Return the event that says what is asked for; of the message what was set."""
         asked = self.message.model_dump(mode="json", exclude_unset=True) if self.message else None
-        named = {"robot": self.server.robot.name, "action": self.server.action.name, "goal_id": self.goal_id}
-        return {**named, "goal": asked}
+        return GoalAccepted(self.server.robot.name, self.server.action.name, self.goal_id, asked)
 
     def entry(self) -> GoalEntry:
         """Return its line in a status list."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.events.planning import PlannerChanged, PlanRequested
 from hmrsim.protocol.gateway import PlanWanted
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class Plans:
         self._asked += 1
         number = self._asked
         answered = self._waiting[number] = self._env.event()
-        self._happened("plan_wanted", lambda: {"robot": robot, "request": number})
+        self._happened.publish(lambda: PlanRequested(robot, number))
         self._emit(PlanWanted(number, robot, goal))
         try:
             result: ComputePathToPose.Result = yield answered
@@ -80,4 +81,4 @@ class Plans:
         """Note that a planner has come, or has gone."""
         if present != self.present:
             self.present = present
-            self._happened("planner", lambda: {"present": present})
+            self._happened.publish(lambda: PlannerChanged(present))

@@ -10,9 +10,10 @@ had begun where it would have had to set out to be as fast by now.
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from hmrsim.events.robots import MotionBegan
 from hmrsim.geometry import Pose, between, distance, turn
 from hmrsim.navigation.route import Leg
 
@@ -104,23 +105,25 @@ class Piece(NamedTuple):
         length = -self.length if backwards and self.length else self.length
         return length / self.duration, self.turned / self.duration
 
-    def describe(self) -> dict[str, Any]:
-        """Return what an observer needs to draw the piece, as JSON values.
-
-        Of a turn it has what is ``turned``; where the speed is not constant its ``profile``: distance, speed and
-        acceleration of the `Trapezoid`, and how much of that distance lies behind the piece. In a ``ride`` one is
-        carried, and is where it began until it is over.
-        """
+    def event(self, robot: str) -> MotionBegan:
+        """Return the event that says that a robot begins it: all that an observer needs to draw it."""
         leg, profile = self.leg, self.profile
-        return {
-            "from": [*self.start],
-            "to": [*self.end],
-            "duration": self.duration,
-            "lane": list(leg.lane) if leg and leg.lane else None,
-            **({} if leg else {"turned": self.turned}),
-            **({"ride": True} if leg and leg.ride else {}),
-            **({"profile": [*astuple(profile), self.driven_before]} if profile else {}),
-        }
+        return MotionBegan(
+            robot,
+            self.start,
+            self.end,
+            self.duration,
+            leg.lane if leg else None,
+            turned=None if leg else self.turned,
+            ride=bool(leg and leg.ride),
+            profile=(profile.distance, profile.speed, profile.acceleration, self.driven_before) if profile else None,
+        )
+
+    def describe(self) -> dict[str, Any]:
+        """Return what an observer needs to draw the piece, as JSON values."""
+        fields = self.event("").to_json()
+        del fields["robot"]
+        return fields
 
     def driven(self, elapsed: float) -> float:
         """Return the length driven *elapsed* seconds after the start, from 0 to `length`."""

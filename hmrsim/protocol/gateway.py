@@ -16,12 +16,14 @@ from enum import Enum
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from hmrsim.errors import SimulationStopped
+from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.protocol.goal import ZERO_ID, GoalStatus
 from hmrsim.protocol.time import TimeAnswer, TimeCommand, TimeState
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from hmrsim.events import Event as WorldEvent
     from hmrsim.interfaces.message import Message
     from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 
@@ -111,13 +113,9 @@ class Topic(Enum):
     CLOCK = "clock"
     EVENTS = "events"
     MOTION = "motion"
-    """What whoever watches is told among the events, and no trace has: the kinds in `WATCHED`."""
+    """Those of the events that no trace has (`hmrsim.events.Event.traced`)."""
     TIME = "time/state"
     """How time moves, and whom it waits for."""
-
-
-WATCHED = frozenset({"motion", "route", "goal"})
-"""Events of which no trace has any: a lane driven or a turn made, a way that is taken, what is asked of a robot."""
 
 
 class Read(NamedTuple):
@@ -288,6 +286,12 @@ class GoalChanged(NamedTuple):
     goal: Message | None = None
     result: Message | None = None
 
+    def event(self, *, results_from: GoalStatus = GoalStatus.SUCCEEDED) -> GoalStatusChanged:
+        """Return it as an event of the world; with the result in plain values, from some terminal status on."""
+        wanted = self.result is not None and self.status >= results_from
+        result = self.result.model_dump(mode="json") if wanted and self.result is not None else None
+        return GoalStatusChanged(self.robot, self.action, self.goal_id, int(self.status), result)
+
 
 class StatusChanged(NamedTuple):
     """All goals kept of one robot's action, in order of acceptance, after one of them changed."""
@@ -347,13 +351,21 @@ class Happened(NamedTuple):
 
     Attributes:
         stamp: When.
-        kind: What, such as ``status`` or ``picked``.
-        fields: To whom and how; JSON values.
+        event: What.
     """
 
     stamp: int
-    kind: str
-    fields: Mapping[str, object]
+    event: WorldEvent
+
+    @property
+    def kind(self) -> str:
+        """What happened, by its kind."""
+        return self.event.kind
+
+    @property
+    def fields(self) -> dict[str, Any]:
+        """To whom and how; JSON values, though arrays may be tuples."""
+        return self.event.as_dict()
 
 
 Published = StatusChanged | FeedbackSent | Sampled | Happened

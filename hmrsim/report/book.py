@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import registry
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.report.occurrence import Misfit, text, whole
+from hmrsim.report.occurrence import Misfit, text
 from hmrsim.report.pursuit import Pursuit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from hmrsim.events.goals import GoalAccepted, GoalStatusChanged, SendGoalRejected
     from hmrsim.geometry import Point
     from hmrsim.interfaces.message import Message
-    from hmrsim.report.occurrence import Occurrence
+    from hmrsim.report.occurrence import Commanded
 
 _MOST: Final = 80
 """Characters of what was asked for."""
@@ -24,41 +25,39 @@ _MOST: Final = 80
 
 @dataclass(slots=True)
 class Book:
-    """All goals, in order of acceptance, and those that were rejected."""
+    """All goals, in order of acceptance, and those that were rejected: when, and during which faults."""
 
     goals: list[Pursuit] = field(default_factory=list)
-    rejected: list[tuple[int, Mapping[str, Any]]] = field(default_factory=list)
+    rejected: list[tuple[int, SendGoalRejected, tuple[str, ...]]] = field(default_factory=list)
     _asked: dict[tuple[str, str], Any] = field(default_factory=dict)
     _known: dict[str, Pursuit] = field(default_factory=dict)
 
-    def ask_of(self, event: Occurrence) -> None:
-        """Take note of what is asked for by an event or a command, if it is a goal's."""
-        if event.fields.get("command", "send_goal") == "send_goal":
-            self.ask(event.fields)
-
-    def ask(self, fields: Mapping[str, Any]) -> None:
+    def ask_of(self, _at: int, event: GoalAccepted) -> None:
         """Take note of what is asked for by the goal that is going to be accepted next."""
-        self._asked[text(fields, "robot"), text(fields, "action")] = fields.get("goal")
+        self._asked[event.robot, event.action] = event.goal
 
-    def change(self, event: Occurrence) -> Pursuit:
+    def command(self, _at: int, command: Commanded) -> None:
+        """Likewise of what a line of a trace asks for, if it is that of a goal."""
+        line = command.line or {}
+        if line.get("command") == "send_goal":
+            self._asked[text(line, "robot"), text(line, "action")] = line.get("goal")
+
+    def change(self, at: int, event: GoalStatusChanged) -> Pursuit:
         """Take note of the status of a goal, and return the goal."""
-        fields = event.fields
-        robot, action = text(fields, "robot"), text(fields, "action")
-        status = GoalStatus(whole(fields, "status"))
+        robot, action, goal_id, status = event.robot, event.action, event.goal_id, GoalStatus(event.status)
         if status is GoalStatus.UNKNOWN:
             raise Misfit("status is that of no goal")
-        goal_id = text(fields, "goal_id")
         goal = self._known.get(goal_id)
         if goal is None or (goal.ended is not None and not status.terminal):
             known = registry().get(action)
-            goal = Pursuit(robot, action, goal_id, event.at, holds_base=known is None or known.holds_base)
+            goal = Pursuit(robot, action, goal_id, at, holds_base=known is None or known.holds_base)
             goal.asked = self._asked.pop((robot, action), None)
             self.goals.append(goal)
             self._known[goal_id] = goal
         goal.status = status
         if status.terminal:
-            goal.ended = event.at
-            goal.error_code, goal.error_msg = error_in(fields.get("result"))
+            goal.ended = at
+            goal.error_code, goal.error_msg = error_in(event.result)
         return goal
 
 

@@ -195,10 +195,10 @@ def _wait(standing: Standing) -> model.Wait:
 
 
 def _fault(trouble: Trouble) -> model.Fault:
-    said = trouble.fields
+    said = trouble.settings
     lane = said.get("lane")
     subjects = [trouble.robot, as_text(said.get("door")), " → ".join(map(str, lane)) if isinstance(lane, list) else ""]
-    known = {"fault", "name", "robot", "door", "lane", "stamp", "kind", "type", "at", "until"}
+    known = {"robot", "door", "lane", "type", "at", "until"}
     detail = ", ".join(f"{key} {value}" for key, value in sorted(said.items()) if key not in known)
     return model.Fault(
         name=trouble.name,

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from hmrsim.report.occurrence import text
 from hmrsim.report.track import Track
 
 if TYPE_CHECKING:
-    from hmrsim.report.occurrence import Occurrence
+    from hmrsim.events.entities import Deleted, Spawned, Teleported
+    from hmrsim.events.simulation import SimulationReset, WorldLoaded
 
 
 @dataclass
@@ -40,34 +40,34 @@ class Crew:
         track.catch_up(at)
         return track
 
-    def spawned(self, event: Occurrence) -> None:
+    def spawned(self, at: int, event: Spawned) -> None:
         """Take note of who has come."""
-        if text(event.fields, "type", "") != "item":
-            self.track(text(event.fields, "entity"), event.at, text(event.fields, "type", ""))
+        if event.type != "item":
+            self.track(event.entity, at, event.type)
 
-    def deleted(self, event: Occurrence) -> None:
+    def deleted(self, at: int, event: Deleted) -> None:
         """Take note of who has gone."""
-        track = self.tracks.get(text(event.fields, "entity"))
+        track = self.tracks.get(event.entity)
         if track is not None and track.ended is None:
-            self._leave(track, event.at, "deleted")
+            self._leave(track, at, event.kind)
 
-    def teleported(self, event: Occurrence) -> None:
+    def teleported(self, at: int, event: Teleported) -> None:
         """Take note of who was put elsewhere."""
-        track = self.tracks.get(text(event.fields, "entity"))
+        track = self.tracks.get(event.entity)
         if track is not None and track.ended is None:
-            track.catch_up(event.at)
-            track.halt(event.at)
-            track.settle(event.at)
+            track.catch_up(at)
+            track.halt(at)
+            track.settle(at)
 
-    def begin_anew(self, event: Occurrence) -> None:
+    def begin_anew(self, at: int, event: SimulationReset | WorldLoaded) -> None:
         """Take note that all were put where they begin; what holds of them is told anew."""
         for track in self.tracks.values():
             if track.ended is None:
-                track.catch_up(event.at)
-                track.stand_no_more(event.at, event.kind)
-                track.halt(event.at)
+                track.catch_up(at)
+                track.stand_no_more(at, event.kind)
+                track.halt(at)
                 track.ailments, track.cut_off, track.charging, track.charge = set(), set(), False, None
-                track.settle(event.at)
+                track.settle(at)
 
     def keep(self, names: set[str], at: int) -> None:
         """Take note that all others are there no longer."""

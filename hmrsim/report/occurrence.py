@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from hmrsim.events import Event, from_json
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 
 if TYPE_CHECKING:
@@ -18,22 +19,62 @@ class Misfit(ValueError):
     """What is said to have happened is not said as this version says it."""
 
 
-class Occurrence(NamedTuple):
-    """Something happened, as `_world/events` tells it; besides there are three kinds that nobody is told.
+class SceneSeen(NamedTuple):
+    """All that can be seen at some time (`hmrsim.simulation.snapshot`)."""
 
-    ``scene`` is all that can be seen (`hmrsim.simulation.snapshot`), ``battery`` what is in a robot's battery: `robot`,
-    `percentage`, and `charge` in units of energy, if it is known; ``commanded`` says only when something came from
-    outside, before which nothing else may have happened for long.
+    fields: Mapping[str, Any]
+
+
+class BatterySeen(NamedTuple):
+    """What is in a robot's battery: a share, and units of energy if they are known."""
+
+    robot: str
+    percentage: float
+    charge: float | None = None
+
+
+class Commanded(NamedTuple):
+    """Something came from outside, before which nothing else may have happened for long; its line if one was read."""
+
+    line: Mapping[str, Any] | None = None
+
+
+class Malformed(NamedTuple):
+    """An event that was read, and is not as its kind is."""
+
+    kind: str
+    error: str
+
+
+Happening = Event | SceneSeen | BatterySeen | Commanded | Malformed
+
+
+class Occurrence(NamedTuple):
+    """Something happened, or was seen.
 
     Attributes:
         at: When, in nanoseconds of simulated time.
-        kind: What.
-        fields: To whom and how.
+        event: What.
     """
 
     at: int
-    kind: str
-    fields: Mapping[str, Any]
+    event: Happening
+
+    @property
+    def counted(self) -> str:
+        """As what it is counted in a report; empty for not at all."""
+        match self.event:
+            case Event() as event:
+                return event.kind if event.traced else ""
+            case Malformed(kind):
+                return kind
+            case Commanded(line) if line is not None:
+                return COMMAND
+        return ""
+
+
+COMMAND = "command"
+"""The kind of a trace's lines that say what came from outside."""
 
 
 def occurrence_of(event: Mapping[str, Any]) -> Occurrence:
@@ -42,7 +83,11 @@ def occurrence_of(event: Mapping[str, Any]) -> Occurrence:
     Raises:
         Misfit: It has no kind, or no time.
     """
-    return Occurrence(time_of(event.get("stamp")), text(event, "kind"), event)
+    at, kind = time_of(event.get("stamp")), text(event, "kind")
+    try:
+        return Occurrence(at, Commanded(event) if kind == COMMAND else from_json(event))
+    except ValueError as error:
+        return Occurrence(at, Malformed(kind, str(error)))
 
 
 def time_of(stamp: Any) -> int:

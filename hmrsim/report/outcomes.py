@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report import model
 from hmrsim.report.book import name_of, target_of
-from hmrsim.report.quantities import as_text, in_seconds, rounded
+from hmrsim.report.quantities import in_seconds, rounded
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
+    from hmrsim.events.goals import SendGoalRejected
     from hmrsim.report.pursuit import Pursuit
     from hmrsim.report.story import Story
 
@@ -48,7 +49,7 @@ def goal_of(goal: Pursuit, *, exact: bool) -> model.Goal:
 def errors_of(story: Story) -> Iterator[model.Error]:
     """Return what went wrong, in order of time."""
     found = [_aborted(goal) for goal in story.book.goals if goal.status is GoalStatus.ABORTED]
-    found += [_rejected(at, fields) for at, fields in story.book.rejected]
+    found += [_rejected(*each) for each in story.book.rejected]
     yield from sorted(found, key=lambda error: (error.at, error.robot, error.goal_id))
 
 
@@ -71,17 +72,20 @@ def _aborted(goal: Pursuit) -> model.Error:
     )
 
 
-def _rejected(at: int, fields: Mapping[str, Any]) -> model.Error:
+def _rejected(at: int, event: SendGoalRejected, faults: tuple[str, ...]) -> model.Error:
     return model.Error(
         at=in_seconds(at),
-        **{key: as_text(fields.get(key)) for key in ("robot", "action", "goal_id", "error_msg")},
+        robot=event.robot,
+        action=event.action,
+        goal_id=event.goal_id,
+        error_msg=event.error_msg,
         status="REJECTED",
         error_code=None,
-        error_name=as_text(fields.get("reason")),
+        error_name=event.reason,
         target="",
         waited_for="",
         waiting_since=None,
-        faults=fields["faults"],
+        faults=faults,
         deadlock=False,
     )
 

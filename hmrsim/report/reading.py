@@ -14,7 +14,17 @@ from hmrsim.errors import TraceError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.report.crew import Crew
 from hmrsim.report.model import Source
-from hmrsim.report.occurrence import LATEST, Misfit, Occurrence, number, occurrence_of, text, time_of
+from hmrsim.report.occurrence import (
+    LATEST,
+    BatterySeen,
+    Misfit,
+    Occurrence,
+    SceneSeen,
+    number,
+    occurrence_of,
+    text,
+    time_of,
+)
 from hmrsim.report.story import Story
 from hmrsim.report.watching import Watcher
 from hmrsim.report.wording import times
@@ -94,7 +104,7 @@ def _as_written(lines: Iterable[str], header: Mapping[str, Any], why: str) -> To
             happened = occurrence_of(event)
         except Misfit as error:
             raise TraceError(f"line {i}: {error}") from None
-        last = happened.kind
+        last = event["kind"]
         story.take(happened)
     story.end()
     notes = [_MISSING.format(why=why)]
@@ -156,26 +166,25 @@ def _sampled(key: str, payload: Mapping[str, Any]) -> Occurrence | None:
         if key == "_world/events":
             return occurrence_of(payload)
         if key == "_world/scene":
-            return Occurrence(time_of(payload.get("stamp")), "scene", payload)
+            return Occurrence(time_of(payload.get("stamp")), SceneSeen(payload))
         robot, _, topic = key.partition("/")
         if topic == "battery_state":
             header = payload.get("header")
             at = time_of(header.get("stamp") if isinstance(header, dict) else None)
-            return Occurrence(at, "battery", {"robot": robot, **_charge(payload)})
+            return Occurrence(at, _battery(robot, payload))
     except Misfit:
         return None
     return None
 
 
-def _charge(state: Mapping[str, Any]) -> dict[str, Any]:
+def _battery(robot: str, state: Mapping[str, Any]) -> BatterySeen:
     """Return units of energy of a state in ampere hours, by the nominal voltage that its voltage is in line with."""
     share = number(state, "percentage")
     if not 0.0 <= share <= 1.0:
         raise Misfit("percentage is no share")
-    said = {"percentage": share}
     if state.get("voltage") is None or state.get("charge") is None:
-        return said
-    return {**said, "charge": number(state, "charge") * number(state, "voltage") / voltage_at(share) * 3600.0}
+        return BatterySeen(robot, share)
+    return BatterySeen(robot, share, number(state, "charge") * number(state, "voltage") / voltage_at(share) * 3600.0)
 
 
 def _misfits(story: Story) -> Iterator[str]:

@@ -6,7 +6,12 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.report.occurrence import lane, records, text, texts, whole
+from hmrsim.events.docks import Docked, DockQueued, Undocked
+from hmrsim.events.doors import DoorClosed, DoorOpened, DoorOpening
+from hmrsim.events.lifts import LiftArrived, LiftCalled, LiftDeparted
+from hmrsim.events.traffic import LaneClosed, LaneOpened
+from hmrsim.report.occurrence import lane as lane_of
+from hmrsim.report.occurrence import records, text, texts
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -43,19 +48,19 @@ class Sites:
     docks: dict[str, Use] = field(default_factory=lambda: defaultdict(Use))
     closed: dict[tuple[str, str], Use] = field(default_factory=lambda: defaultdict(Use))
 
-    def take(self, kind: str, at: int, fields: Mapping[str, Any]) -> None:
+    def take(self, at: int, event: object) -> None:
         """Take note of what happened, if it concerns one of them."""
-        if kind.startswith("door_"):
-            self._door(kind, at, fields)
-        elif kind.startswith("lift_"):
-            self._lift(kind, at, fields)
-        elif kind.startswith("dock_"):
-            self._dock(kind, at, fields)
-        elif kind in ("lane_closed", "lane_opened"):
-            named = lane(fields)
-            if named is not None:
-                use = self.closed[named]
-                (use.begin if kind == "lane_closed" else use.end)(at)
+        match event:
+            case DoorOpening() | DoorOpened() | DoorClosed():
+                self._door(at, event)
+            case LiftCalled() | LiftDeparted() | LiftArrived():
+                self._lift(at, event)
+            case DockQueued() | Docked() | Undocked():
+                self._dock(at, event)
+            case LaneClosed(lane):
+                self.closed[lane].begin(at)
+            case LaneOpened(lane):
+                self.closed[lane].end(at)
 
     def see(self, at: int, scene: Mapping[str, Any]) -> None:
         """Take over what a scene says."""
@@ -71,7 +76,7 @@ class Sites:
             if fixture.get("kind") == "door" and "open" in texts(fixture, "tags"):
                 self.doors[text(fixture, "name")].begin(at)
         for closed in records(scene, "closed_lanes"):
-            named = lane(closed)
+            named = lane_of(closed)
             if named is not None:
                 self.closed[named].begin(at)
 
@@ -80,36 +85,40 @@ class Sites:
         for use in (use for kind in (self.doors, self.lifts, self.docks, self.closed) for use in kind.values()):
             use.end(at)
 
-    def _door(self, kind: str, at: int, fields: Mapping[str, Any]) -> None:
-        use, by = self.doors[text(fields, "door")], text(fields, "by", "")
-        if by:
-            use.robots.add(by)
-        if kind == "door_opening":
-            use.uses += 1
-        elif kind == "door_opened":
-            use.begin(at)
-        elif kind == "door_closed":
-            use.end(at)
-
-    def _lift(self, kind: str, at: int, fields: Mapping[str, Any]) -> None:
-        use = self.lifts[text(fields, "lift")]
-        use.robots |= {*texts(fields, "robots")}
-        if kind == "lift_departed":
-            use.uses += 1
-            use.begin(at)
-        elif kind == "lift_arrived":
-            use.end(at)
-
-    def _dock(self, kind: str, at: int, fields: Mapping[str, Any]) -> None:
-        use, robot = self.docks[text(fields, "dock")], text(fields, "robot")
-        if kind == "dock_queued":
-            use.queue = max(use.queue, whole(fields, "position"))
-        elif kind == "dock_docked":
-            use.uses += 1
-            use.robots.add(robot)
-            use.inside.add(robot)
-            use.begin(at)
-        elif kind == "dock_undocked":
-            use.inside.discard(robot)
-            if not use.inside:
+    def _door(self, at: int, event: DoorOpening | DoorOpened | DoorClosed) -> None:
+        use = self.doors[event.door]
+        if not isinstance(event, DoorClosed) and event.by:
+            use.robots.add(event.by)
+        match event:
+            case DoorOpening():
+                use.uses += 1
+            case DoorOpened():
+                use.begin(at)
+            case DoorClosed():
                 use.end(at)
+
+    def _lift(self, at: int, event: LiftCalled | LiftDeparted | LiftArrived) -> None:
+        use = self.lifts[event.lift]
+        match event:
+            case LiftDeparted(robots=robots):
+                use.robots |= {*robots}
+                use.uses += 1
+                use.begin(at)
+            case LiftArrived(robots=robots):
+                use.robots |= {*robots}
+                use.end(at)
+
+    def _dock(self, at: int, event: DockQueued | Docked | Undocked) -> None:
+        use = self.docks[event.dock]
+        match event:
+            case DockQueued(position=position):
+                use.queue = max(use.queue, position)
+            case Docked(robot=robot):
+                use.uses += 1
+                use.robots.add(robot)
+                use.inside.add(robot)
+                use.begin(at)
+            case Undocked(robot=robot):
+                use.inside.discard(robot)
+                if not use.inside:
+                    use.end(at)

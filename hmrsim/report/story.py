@@ -7,10 +7,30 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.engine.sim_time import JITTER
+from hmrsim.events import traffic as events
+from hmrsim.events.batteries import EVENTS as BATTERIES
+from hmrsim.events.batteries import BatteryEmpty, BatteryEvent, BatteryRevived, ChargingBegan, ChargingEnded
+from hmrsim.events.docks import Docked, DockQueued
+from hmrsim.events.entities import Deleted, Spawned, Teleported
+from hmrsim.events.faults import FaultBegan, FaultEnded
+from hmrsim.events.goals import GoalAccepted, GoalStatusChanged, SendGoalRejected
+from hmrsim.events.robots import MotionBegan, Stopped
+from hmrsim.events.simulation import SimulationReset, WorldLoaded
+from hmrsim.events.traffic import Deadlock, MadeRoom, Rerouted, WentOn
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report.book import Book
 from hmrsim.report.crew import Crew
-from hmrsim.report.occurrence import Misfit, Occurrence, number, point, records, text, whole
+from hmrsim.report.occurrence import (
+    BatterySeen,
+    Commanded,
+    Malformed,
+    Occurrence,
+    SceneSeen,
+    number,
+    records,
+    text,
+    whole,
+)
 from hmrsim.report.pursuit import Standing
 from hmrsim.report.sites import Sites
 from hmrsim.report.track import Motion, Track
@@ -20,22 +40,11 @@ from hmrsim.report.waiting import Waiting
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-_UNTOLD: Final = {"scene", "battery", "commanded", "motion", "route", "goal"}
-"""Kinds that are no events for people."""
+_SAMPLED: Final = (SceneSeen, BatterySeen)
+"""What may come late, so that it does not tell that time began anew."""
 
-_SAMPLED: Final = {"scene", "battery"}
-"""Kinds that may come late, so that they do not tell that time began anew."""
-
-_EMPTY: Final = "battery_empty"
-_OF_BATTERIES: Final = (
-    "battery_low",
-    "battery_critical",
-    _EMPTY,
-    "battery_revived",
-    "battery_full",
-    "charging_began",
-    "charging_ended",
-)
+_EMPTY: Final = BatteryEmpty.kind
+"""What ails a robot with an empty battery."""
 
 
 @dataclass
@@ -67,37 +76,37 @@ class Story:
     def __post_init__(self) -> None:
         """Say who takes note of what."""
         crew, self.waiting = self.crew, Waiting(self.crew)
-        self._takers: dict[str, Callable[[Occurrence], None]] = {
-            "scene": self._scene,
-            "motion": self._motion,
-            "stopped": self._stopped,
-            "teleported": crew.teleported,
-            "goal": self.book.ask_of,
-            "command": self.book.ask_of,
-            "status": self._status,
-            "rejected": self._rejected,
-            "waiting": self.waiting.begin,
-            **dict.fromkeys(("went_on", "rerouted", "made_room"), self.waiting.end),
-            "dock_queued": self.waiting.queue,
-            "dock_docked": self.waiting.dock,
-            "deadlock": self.waiting.lock,
-            "battery": self._battery,
-            **dict.fromkeys(_OF_BATTERIES, self._told_battery),
-            "fault_began": self._fault_began,
-            "fault_ended": self._fault_ended,
-            "spawned": crew.spawned,
-            "deleted": crew.deleted,
-            "reset": self._begun_anew,
-            "world_loaded": self._begun_anew,
+        self._takers: dict[type, Callable[[int, Any], object]] = {
+            SceneSeen: self._scene,
+            MotionBegan: self._motion,
+            Stopped: self._stopped,
+            Teleported: crew.teleported,
+            GoalAccepted: self.book.ask_of,
+            Commanded: self.book.command,
+            GoalStatusChanged: self._status,
+            SendGoalRejected: self._rejected,
+            events.Waiting: self.waiting.begin,
+            **dict.fromkeys((WentOn, Rerouted, MadeRoom), self.waiting.end),
+            DockQueued: self.waiting.queue,
+            Docked: self.waiting.dock,
+            Deadlock: self.waiting.lock,
+            BatterySeen: self._battery,
+            **dict.fromkeys(BATTERIES.events, self._told_battery),
+            FaultBegan: self._fault_began,
+            FaultEnded: self._fault_ended,
+            Spawned: crew.spawned,
+            Deleted: crew.deleted,
+            SimulationReset: self._begun_anew,
+            WorldLoaded: self._begun_anew,
+            Malformed: self._left_out,
         }
 
     def take(self, happened: Occurrence) -> None:
         """Take note of what happened; what can't be understood is left out, and counted."""
         try:
             self._take(happened)
-        except (Misfit, ValueError) as error:
-            self.misfits += 1
-            self.first_misfit = self.first_misfit or f"{happened.kind}: {error}"
+        except ValueError as error:
+            self._left_out(happened.at, Malformed(happened.counted or type(happened.event).__name__, str(error)))
 
     def end(self, at: int | None = None) -> None:
         """Take note that the run has ended, at some time or when the last thing happened."""
@@ -128,33 +137,38 @@ class Story:
         at = (0 if happened.at == 1 else happened.at) + self._offset
         if self.crew.began is None:
             self.crew.began = self.now = at
-        if happened.kind in _SAMPLED or at >= self.now - JITTER:
+        event = happened.event
+        if isinstance(event, _SAMPLED) or at >= self.now - JITTER:
             at = max(at, self.now)
         else:
             self._offset += self.now - at
             self.restarts += 1
             at = self.now
         self.now = at
-        if happened.kind not in _UNTOLD:
-            self.counts[happened.kind] += 1
-        taker = self._takers.get(happened.kind)
+        if happened.counted:
+            self.counts[happened.counted] += 1
+        taker = self._takers.get(type(event))
         if taker is not None:
-            taker(happened._replace(at=at))
-        self.sites.take(happened.kind, at, happened.fields)
+            taker(at, event)
+        self.sites.take(at, event)
 
-    def _scene(self, event: Occurrence) -> None:
-        said = records(event.fields, "robots")
+    def _left_out(self, _at: int, event: Malformed) -> None:
+        self.misfits += 1
+        self.first_misfit = self.first_misfit or f"{event.kind}: {event.error}"
+
+    def _scene(self, at: int, scene: SceneSeen) -> None:
+        said = records(scene.fields, "robots")
         names = {text(robot, "name") for robot in said}
         if self._anew:
-            self.crew.keep(names, event.at)
+            self.crew.keep(names, at)
         for robot in said:
             known = self.crew.tracks.get(text(robot, "name"))
             if self._anew or known is None or known.ended is not None:
-                self._see(robot, event.at, gone=not self._anew)
+                self._see(robot, at, gone=not self._anew)
         if self._anew:
-            for fault in records(event.fields, "faults"):
-                self._hit(self.troubles.begin(event.at, fault), event.at, begins=True)
-            self.sites.see(event.at, event.fields)
+            for fault in records(scene.fields, "faults"):
+                self._hit(self.troubles.begin(at, FaultBegan.from_json(fault)), at, begins=True)
+            self.sites.see(at, scene.fields)
         self._anew = False
 
     def _see(self, robot: Mapping[str, Any], at: int, *, gone: bool) -> None:
@@ -169,8 +183,8 @@ class Story:
             track.charging = bool(battery.get("charging"))
         for goal in records(robot, "goals"):
             if not GoalStatus(whole(goal, "status")).terminal:
-                self.book.ask(goal)
-                self._status(Occurrence(at, "status", goal))
+                self.book.ask_of(at, GoalAccepted.from_json(goal))
+                self._status(at, GoalStatusChanged.from_json(goal))
         motion = self._motion_in(robot, at, track)
         # It may have been told already that it drives, or waits.
         if motion is None or not track.drives(motion):
@@ -188,63 +202,63 @@ class Story:
             return None
         began = motion.get("began")
         since = round(number(motion, "began") * 1e9) + self._offset if began is not None else at
-        return Motion.of(min(since, at), motion, track.goal)
+        return Motion.of(min(since, at), MotionBegan.from_json({**motion, "robot": track.name}), track.goal)
 
-    def _motion(self, event: Occurrence) -> None:
-        track = self.crew.track(text(event.fields, "robot"), event.at)
-        track.stand_no_more(event.at, "went_on")
-        track.stop_queueing(event.at, "went_on")
-        track.go(Motion.of(event.at, event.fields, track.goal))
-        track.settle(event.at)
+    def _motion(self, at: int, event: MotionBegan) -> None:
+        track = self.crew.track(event.robot, at)
+        track.stand_no_more(at, WentOn.kind)
+        track.stop_queueing(at, WentOn.kind)
+        track.go(Motion.of(at, event, track.goal))
+        track.settle(at)
 
-    def _stopped(self, event: Occurrence) -> None:
-        track = self.crew.track(text(event.fields, "robot"), event.at)
-        track.stand_no_more(event.at, "stopped")
-        track.halt(event.at, point(event.fields, "at"))
-        track.settle(event.at)
+    def _stopped(self, at: int, event: Stopped) -> None:
+        track = self.crew.track(event.robot, at)
+        track.stand_no_more(at, event.kind)
+        track.halt(at, event.at)
+        track.settle(at)
 
-    def _status(self, event: Occurrence) -> None:
-        goal = self.book.change(event)
-        track = self.crew.track(goal.robot, event.at)
+    def _status(self, at: int, event: GoalStatusChanged) -> None:
+        goal = self.book.change(at, event)
+        track = self.crew.track(goal.robot, at)
         if goal.ended is None:
             track.running[goal.goal_id] = goal
         else:
             track.running.pop(goal.goal_id, None)
-            goal.waiting = track.waiting_for(goal, event.at)
+            goal.waiting = track.waiting_for(goal, at)
             goal.faults = self.troubles.at(goal.robot)
             if track.queued is not None and track.queued.goal is goal:
-                track.stop_queueing(event.at, "end")
-        track.settle(event.at)
+                track.stop_queueing(at, "end")
+        track.settle(at)
 
-    def _rejected(self, event: Occurrence) -> None:
-        faults = self.troubles.at(text(event.fields, "robot", ""))
-        self.book.rejected.append((event.at, {**event.fields, "faults": faults}))
+    def _rejected(self, at: int, event: SendGoalRejected) -> None:
+        self.book.rejected.append((at, event, self.troubles.at(event.robot)))
 
     # --- energy and faults ----------------------------------------------------------------------------------------
 
-    def _battery(self, event: Occurrence) -> None:
-        track, share = self.crew.track(text(event.fields, "robot"), event.at), number(event.fields, "percentage")
-        if event.fields.get("charge") is None:
-            track.measure(event.at, share)
+    def _battery(self, at: int, battery: BatterySeen) -> None:
+        track = self.crew.track(battery.robot, at)
+        if battery.charge is None:
+            track.measure(at, battery.percentage)
         else:
-            track.weigh(event.at, number(event.fields, "charge"), share)
+            track.weigh(at, battery.charge, battery.percentage)
 
-    def _told_battery(self, event: Occurrence) -> None:
-        track = self.crew.track(text(event.fields, "robot"), event.at)
-        track.measure(event.at, number(event.fields, "percentage"))
-        if event.kind == _EMPTY:
-            track.ailments.add(event.kind)
-        elif event.kind == "battery_revived":
-            track.ailments.discard(_EMPTY)
-        elif event.kind.startswith("charging_"):
-            track.charging = event.kind == "charging_began"
-        track.settle(event.at)
+    def _told_battery(self, at: int, event: BatteryEvent) -> None:
+        track = self.crew.track(event.robot, at)
+        track.measure(at, event.percentage)
+        match event:
+            case BatteryEmpty():
+                track.ailments.add(_EMPTY)
+            case BatteryRevived():
+                track.ailments.discard(_EMPTY)
+            case ChargingBegan() | ChargingEnded():
+                track.charging = isinstance(event, ChargingBegan)
+        track.settle(at)
 
-    def _fault_began(self, event: Occurrence) -> None:
-        self._hit(self.troubles.begin(event.at, event.fields), event.at, begins=True)
+    def _fault_began(self, at: int, event: FaultBegan) -> None:
+        self._hit(self.troubles.begin(at, event), at, begins=True)
 
-    def _fault_ended(self, event: Occurrence) -> None:
-        self._hit(self.troubles.end(event.at, text(event.fields, "name")), event.at, begins=False)
+    def _fault_ended(self, at: int, event: FaultEnded) -> None:
+        self._hit(self.troubles.end(at, event.name), at, begins=False)
 
     def _hit(self, trouble: Trouble | None, at: int, *, begins: bool) -> None:
         if trouble is not None and trouble.robot in self.crew.tracks:
@@ -252,7 +266,7 @@ class Story:
             hit(trouble, track, begins=begins)
             track.settle(at)
 
-    def _begun_anew(self, event: Occurrence) -> None:
+    def _begun_anew(self, at: int, event: SimulationReset | WorldLoaded) -> None:
         self._anew = True
         self.troubles.going_on.clear()
-        self.crew.begin_anew(event)
+        self.crew.begin_anew(at, event)

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.geometry import distance
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.navigation.motion import Trapezoid
-from hmrsim.report.occurrence import Misfit, number, point
-from hmrsim.report.occurrence import lane as lane_of
+from hmrsim.report.occurrence import Misfit
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
+    from hmrsim.events.robots import MotionBegan
     from hmrsim.geometry import Point
     from hmrsim.report.model import State
     from hmrsim.report.pursuit import Pursuit, Standing
@@ -24,8 +22,6 @@ _INSTANT: Final = 5
 
 _LONGEST: Final = 1e9
 """Seconds; no piece of way takes longer."""
-
-_PROFILE: Final = 4
 
 
 @dataclass(slots=True)
@@ -43,20 +39,19 @@ class Motion:
     goal: Pursuit | None
 
     @classmethod
-    def of(cls, at: int, fields: Mapping[str, Any], goal: Pursuit | None) -> Motion:
-        """Return the piece that an event or a scene describes.
+    def of(cls, at: int, event: MotionBegan, goal: Pursuit | None) -> Motion:
+        """Return the piece that an event tells of.
 
         Raises:
             Misfit: It describes none.
         """
-        start, end, seconds = point(fields, "from"), point(fields, "to"), number(fields, "duration")
-        if not 0 <= seconds <= _LONGEST:
+        start, end = event.from_[:2], event.to[:2]
+        if not 0 <= event.duration <= _LONGEST:
             raise Misfit("duration out of range")
-        carried = bool(fields.get("ride")) or "turned" in fields
-        profile, behind = _profile(fields.get("profile"))
-        until = at + round(seconds * NANOSECONDS)
-        length = 0.0 if carried else distance(start, end)
-        return cls(at, until, start, end, length, lane_of(fields), profile, behind, goal)
+        profile, behind = _profile(event.profile)
+        until = at + round(event.duration * NANOSECONDS)
+        length = 0.0 if event.ride or event.turned is not None else distance(start, end)
+        return cls(at, until, start, end, length, event.lane, profile, behind, goal)
 
     def driven(self, at: int) -> float:
         """Return how far it has led by some time."""
@@ -248,12 +243,10 @@ class Track:
             self.curve.append((at, share))
 
 
-def _profile(said: Any) -> tuple[Trapezoid | None, float]:
+def _profile(said: tuple[float, float, float, float] | None) -> tuple[Trapezoid | None, float]:
     if said is None:
         return None, 0.0
-    if not isinstance(said, (list, tuple)) or len(said) != _PROFILE:
-        raise Misfit("no profile")
-    length, speed, acceleration, behind = (number({"": each}, "") for each in said)
+    length, speed, acceleration, behind = said
     if length < 0 or speed <= 0 or acceleration <= 0:
         raise Misfit("no profile")
     return Trapezoid(length, speed, acceleration), behind

@@ -5,29 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.report.occurrence import text
-
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from hmrsim.events.faults import FaultBegan
     from hmrsim.report.track import Track
 
 
 @dataclass(slots=True)
 class Trouble:
-    """A fault, from when it began."""
+    """A fault, from when it began; *robot* is empty if it is no robot's."""
 
     name: str
     fault: str
-    fields: Mapping[str, Any]
+    robot: str
+    settings: Mapping[str, Any]
     began: int
     ended: int | None = None
-
-    @property
-    def robot(self) -> str:
-        """Whom it hits; empty if no robot."""
-        said = self.fields.get("robot", "")
-        return said if isinstance(said, str) else ""
 
 
 @dataclass(slots=True)
@@ -37,9 +31,9 @@ class Troubles:
     all: list[Trouble] = field(default_factory=list)
     going_on: dict[str, Trouble] = field(default_factory=dict)
 
-    def begin(self, at: int, fields: Mapping[str, Any]) -> Trouble:
+    def begin(self, at: int, event: FaultBegan) -> Trouble:
         """Take note that a fault has begun, and return it."""
-        trouble = Trouble(text(fields, "name"), text(fields, "fault"), fields, at)
+        trouble = Trouble(event.name, event.fault, event.robot, event.settings, at)
         self.all.append(trouble)
         self.going_on[trouble.name] = trouble
         return trouble

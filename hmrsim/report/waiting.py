@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from hmrsim.report.occurrence import lane, point, text, texts
+from hmrsim.events import traffic as events
 from hmrsim.report.pursuit import Standing
 
 if TYPE_CHECKING:
+    from hmrsim.events.docks import Docked, DockQueued
     from hmrsim.report.crew import Crew
-    from hmrsim.report.occurrence import Occurrence
 
 
 @dataclass
@@ -31,50 +31,37 @@ class Waiting:
         stood = [standing for track in self.crew.tracks.values() for standing in track.stood]
         return sorted(stood, key=lambda standing: (standing.began, standing.robot))
 
-    def begin(self, event: Occurrence) -> None:
+    def begin(self, at: int, event: events.Waiting) -> None:
         """Take note of one that waits on its way."""
-        fields = event.fields
-        track = self.crew.track(text(fields, "robot"), event.at)
-        track.stand_no_more(event.at, "waiting")
-        track.halt(event.at, point(fields, "at"))
-        track.standing = Standing(
-            track.name,
-            event.at,
-            "way",
-            texts(fields, "for"),
-            text(fields, "why", ""),
-            lane(fields),
-            point(fields, "at"),
-            track.goal,
-        )
-        track.settle(event.at)
+        track = self.crew.track(event.robot, at)
+        track.stand_no_more(at, event.kind)
+        track.halt(at, event.at)
+        robots = event.for_ or ()
+        track.standing = Standing(track.name, at, "way", robots, event.why, event.lane, event.at, track.goal)
+        track.settle(at)
 
-    def end(self, event: Occurrence) -> None:
+    def end(self, at: int, event: events.WentOn | events.Rerouted | events.MadeRoom) -> None:
         """Take note of one that goes on, or elsewhere."""
-        track = self.crew.track(text(event.fields, "robot"), event.at)
-        track.stand_no_more(event.at, event.kind)
-        if event.kind == "rerouted" and track.goal is not None:
+        track = self.crew.track(event.robot, at)
+        track.stand_no_more(at, event.kind)
+        if isinstance(event, events.Rerouted) and track.goal is not None:
             track.goal.reroutes += 1
-        track.settle(event.at)
+        track.settle(at)
 
-    def queue(self, event: Occurrence) -> None:
+    def queue(self, at: int, event: DockQueued) -> None:
         """Take note of one in the queue of a dock."""
-        track = self.crew.track(text(event.fields, "robot"), event.at)
-        track.stop_queueing(event.at, "waiting")
-        dock = text(event.fields, "dock")
-        track.queued = Standing(track.name, event.at, "dock", why=dock, goal=track.goal)
+        track = self.crew.track(event.robot, at)
+        track.stop_queueing(at, events.Waiting.kind)
+        track.queued = Standing(track.name, at, "dock", why=event.dock, goal=track.goal)
 
-    def dock(self, event: Occurrence) -> None:
+    def dock(self, at: int, event: Docked) -> None:
         """Take note of one whose turn it was."""
-        self.crew.track(text(event.fields, "robot"), event.at).stop_queueing(event.at, "docked")
+        self.crew.track(event.robot, at).stop_queueing(at, "docked")
 
-    def lock(self, event: Occurrence) -> None:
+    def lock(self, at: int, event: events.Deadlock) -> None:
         """Take note of some that wait for each other."""
-        robots = texts(event.fields, "robots")
-        said = event.fields.get("lanes", [])
-        lanes = [lane({"lane": each}) for each in said] if isinstance(said, list) else []
-        self.deadlocks.append((event.at, robots, tuple(each for each in lanes if each)))
-        for name in robots:
+        self.deadlocks.append((at, event.robots, event.lanes))
+        for name in event.robots:
             track = self.crew.tracks.get(name)
             for goal in track.running.values() if track else ():
                 goal.deadlock = True

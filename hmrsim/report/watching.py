@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from hmrsim.engine.sim_time import stamp
-from hmrsim.protocol.gateway import WATCHED, GoalChanged, Happened, Topic
-from hmrsim.report.occurrence import Occurrence
+from hmrsim.events.robots import RouteTaken
+from hmrsim.events.simulation import SimulationReset, WorldLoaded
+from hmrsim.protocol.gateway import GoalChanged, Happened, Topic
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.report.occurrence import BatterySeen, Commanded, Occurrence, SceneSeen
 from hmrsim.simulation.snapshot import scene
 
 if TYPE_CHECKING:
@@ -14,8 +17,6 @@ if TYPE_CHECKING:
 
     from hmrsim.protocol.gateway import Command, Event
     from hmrsim.simulation.simulator import Simulator
-
-_ANEW: Final = ("reset", "world_loaded")
 
 
 class Watcher:
@@ -41,20 +42,18 @@ class Watcher:
     def emit(self, event: Event) -> None:
         """Tell what happened."""
         if isinstance(event, Happened):
-            if event.kind == "route":
+            what = event.event
+            if isinstance(what, RouteTaken):
                 return
-            self._take(Occurrence(*event))
-            if event.kind in _ANEW:
+            self._take(Occurrence(event.stamp, what))
+            if isinstance(what, SimulationReset | WorldLoaded):
                 self._see()
             # In between the charge falls, or rises, and never both.
-            robot = event.fields.get("robot")
-            if isinstance(robot, str) and event.kind not in WATCHED:
+            robot = getattr(what, "robot", None)
+            if isinstance(robot, str) and what.traced:
                 self._weigh(robot)
         elif isinstance(event, GoalChanged):
-            result = (
-                event.result.model_dump(mode="json") if event.result is not None and event.status >= _FAILED else None
-            )
-            self._take(Occurrence(event.stamp, "status", {**event._asdict(), "goal": None, "result": result}))
+            self._take(Occurrence(event.stamp, event.event(results_from=GoalStatus.CANCELED)))
             if event.status.terminal:
                 self._weigh(event.robot)
 
@@ -66,10 +65,10 @@ class Watcher:
     def _commanded(self, command: Command, by: str) -> None:
         """Tell the time: what is asked for may be that it begins anew."""
         self._record(command, by)
-        self._take(Occurrence(stamp(self._simulator.now), "commanded", {}))
+        self._take(Occurrence(stamp(self._simulator.now), Commanded()))
 
     def _see(self) -> None:
-        self._take(Occurrence(stamp(self._simulator.now), "scene", scene(self._simulator)))
+        self._take(Occurrence(stamp(self._simulator.now), SceneSeen(scene(self._simulator))))
         self.weigh_all()
 
     def _weigh(self, name: str) -> None:
@@ -77,9 +76,4 @@ class Watcher:
         if robot is None or robot.energy is None:
             return
         battery, now = robot.energy.battery, robot.now
-        said = {"robot": name, "charge": battery.charge(now), "percentage": battery.share(now)}
-        self._take(Occurrence(stamp(now), "battery", said))
-
-
-_FAILED: Final = 5
-"""The first status of a goal of which the result says what went wrong."""
+        self._take(Occurrence(stamp(now), BatterySeen(name, battery.share(now), battery.charge(now))))

@@ -8,18 +8,31 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hmrsim.engine.sim_time import nanoseconds
+from hmrsim.events.batteries import (
+    BatteryCritical,
+    BatteryEmpty,
+    BatteryFull,
+    BatteryLow,
+    BatteryRevived,
+    ChargingBegan,
+    ChargingEnded,
+)
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim.protocol.gateway import Topic
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from hmrsim.components.battery import Battery
     from hmrsim.engine.environment import Alarm, Environment
     from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.events.batteries import BatteryEvent
+    from hmrsim.geometry import Point
     from hmrsim.robots.robot import Robot
 
 _EMPTY = "battery_empty"
@@ -92,7 +105,7 @@ class Energy:
         else:
             battery.drain, battery.charging = 0.0 if self.level is Level.EMPTY else self._demand(), 0.0
         if charged_before is not bool(battery.charging):
-            self._tell("charging_ended" if charged_before else "charging_began")
+            self._tell(ChargingEnded if charged_before else ChargingBegan)
         self._expect()
 
     def _demand(self) -> float:
@@ -198,9 +211,9 @@ class Energy:
         elif self.level is Level.EMPTY:
             self.level = self._level()
             self._robot.recover(_EMPTY)
-            self._tell("battery_revived")
+            self._tell(BatteryRevived)
         else:
-            self._tell("battery_full")
+            self._tell(BatteryFull)
         self.switch()
 
     def _tell_levels(self) -> None:
@@ -209,9 +222,9 @@ class Energy:
             if self.level < level <= self._level():
                 self.level = level
                 if level is not Level.EMPTY:
-                    self._tell(f"battery_{level.name.lower()}")
+                    self._tell(BatteryLow if level is Level.LOW else BatteryCritical)
         if self.level is Level.EMPTY and _EMPTY not in self._robot.ailments:
-            self._tell(_EMPTY, at=[*self._robot.pose().point])
+            self._tell(BatteryEmpty, self._robot.pose().point)
             self._robot.fall_ill(_EMPTY, self._why_empty())
         self.switch()
 
@@ -229,10 +242,10 @@ class Energy:
         level = min(self.level, self._level())
         return charging + ([f"battery_{level.name.lower()}"] if level in (Level.LOW, Level.CRITICAL) else [])
 
-    def _tell(self, kind: str, **more: Any) -> None:
+    def _tell(self, event: Callable[..., BatteryEvent], *more: Point) -> None:
         now = self._env.now
         charge, share = self.battery.charge(now), self.battery.share(now)
-        self._happened(kind, lambda: {"robot": self._robot.name, "charge": charge, "percentage": share, **more})
+        self._happened.publish(lambda: event(self._robot.name, charge, share, *more))
         self._happened.sampled(Topic.BATTERY_STATE, self._robot.name, self.state)
 
     def state(self) -> BatteryState:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from hmrsim.components import registry as components
 from hmrsim.components.battery import Battery
 from hmrsim.engine.sim_time import stamp
+from hmrsim.events.items import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.geometry import SAME_PLACE, Pose
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.geometry_msgs import PoseStamped
@@ -338,14 +339,14 @@ class Robot(Mobile):
         if self.energy is not None:
             self.energy.carry(handled=True)
         self._passage.closures.clear(item.name)
-        self._happened("picked", lambda: {"robot": self.name, "item": item.name})
+        self._happened.publish(lambda: ItemPicked(self.name, item.name))
 
     def put(self, item: Item, point: Point) -> None:
         """Lay the item down at *point*."""
         self._lay(item, point)
         if self.energy is not None:
             self.energy.carry(handled=True)
-        self._happened("placed", lambda: {"robot": self.name, "item": item.name, "at": [*point]})
+        self._happened.publish(lambda: ItemPlaced(self.name, item.name, point))
 
     def drop(self, item: Item) -> None:
         """Let an item fall where it is; nobody gets past it on a lane, however small it is."""
@@ -353,7 +354,7 @@ class Robot(Mobile):
         self.lose(item)
         self._lay(item, point)
         self._passage.closures.obstruct(item.name, point, f"{item.name} has fallen there")
-        self._happened("dropped", lambda: {"robot": self.name, "item": item.name, "at": [*point]})
+        self._happened.publish(lambda: ItemDropped(self.name, item.name, point))
 
     def _lay(self, item: Item, point: Point) -> None:
         item.carrier, item.point = None, point

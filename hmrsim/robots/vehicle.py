@@ -12,6 +12,8 @@ from simpy import Event, Timeout
 from simpy.events import NORMAL
 
 from hmrsim.errors import NoRoute
+from hmrsim.events.robots import RouteTaken, Stopped
+from hmrsim.events.traffic import Rerouted
 from hmrsim.geometry import Pose, distance, turn
 from hmrsim.navigation.motion import Piece, Progress, drive
 
@@ -231,7 +233,7 @@ class Mobile:
         self._passage.stopped(self, leg)
         if self.changed is not None:
             self.changed()
-        self._happened("stopped", lambda: {"robot": self.name, "at": [*self._rest.point]})
+        self._happened.publish(lambda: Stopped(self.name, self._rest.point))
 
     def give_up(self, why: GoalAborted) -> None:
         """Stop on its way, and end what it drives for."""
@@ -282,7 +284,7 @@ class Mobile:
             # Without a turning rate no piece of the drive says so.
             start, self._rest = self._rest, Pose(*self._rest.point, final_yaw)
             turned = Piece(start, self._rest, 0.0, 0.0, turned=turn(start.yaw, final_yaw))
-            self._happened.watched("motion", lambda: {"robot": self.name, **turned.describe()})
+            self._happened.publish_untraced(lambda: turned.event(self.name))
 
     def perform(self, driven: Drive) -> Generator[Any, Any, None]:
         """Carry out a motion that begins here, whatever is in its way; an interrupt stops it where it is."""
@@ -332,7 +334,7 @@ class Mobile:
         self._drive, self._seconds, self._number, self._waits = driven, driven.seconds, 0, False
         self._began = self._env.now
         if self._happened.interest.motion:
-            self._happened.watched("route", lambda: {"robot": self.name, "points": self.route()})
+            self._happened.publish_untraced(lambda: RouteTaken(self.name, [leg.end for leg in self.legs_ahead]))
         if admitted or self._may_begin(0):
             self._set_out(0)
 
@@ -363,8 +365,8 @@ class Mobile:
     def _moves(self) -> None:
         if self.changed is not None:
             self.changed()
-        if self._happened.interest.motion:
-            self._happened.watched("motion", lambda: {"robot": self.name, **(self.motion() or {})})
+        if self._happened.interest.motion and (piece := self.piece):
+            self._happened.publish_untraced(lambda: piece.event(self.name))
 
     def _may_begin(self, number: int) -> bool:
         """Return whether nothing is in the way of a piece of its drive; if something is, it waits here."""
@@ -442,7 +444,7 @@ class Mobile:
         self._way = route, way[1]
         self.recoveries += 1
         self.rerouted += 1
-        self._happened("rerouted", lambda: {"robot": self.name, "at": [*self.pose().point]})
+        self._happened.publish(lambda: Rerouted(self.name, self.pose().point))
         # It may have to turn first, and then asks later.
         self._passage.forget(self)
         self._begin(self._driven(route.legs))

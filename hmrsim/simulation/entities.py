@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hmrsim.events.entities import Deleted, Spawned, Teleported
 from hmrsim.facilities import Fixture, Site, install_all
 from hmrsim.facilities.docks import Berths
 from hmrsim.protocol.gateway import RosterChanged
@@ -150,14 +151,14 @@ class Roster:
         """Add a robot of a type of the world; the name must be free."""
         robot = self._robot(name, RobotSpec(type=kind, at=pose.point, yaw=pose.yaw))
         self.spawned.add(name)
-        self._happened("spawned", lambda: {"entity": name, "type": kind, "at": [*pose.point]})
+        self._happened.publish(lambda: Spawned(name, kind, pose.point))
         self._change({**self.robots, name: robot})
 
     def spawn_item(self, name: str, weight: float, point: Point) -> None:
         """Add an item; the name must be free."""
         self.items[name] = Item(name, weight, point)
         self.spawned.add(name)
-        self._happened("spawned", lambda: {"entity": name, "type": "item", "at": [*point]})
+        self._happened.publish(lambda: Spawned(name, "item", point))
 
     def delete(self, name: str, why: str = "the robot was deleted") -> None:
         """Take out who or what has a name; a robot lays down what it holds."""
@@ -170,14 +171,14 @@ class Roster:
             self.robots[name].let_go()
             self.robots[name].retire()
             self.passage.remove(self.robots[name])
-            self._happened("deleted", lambda: {"entity": name})
+            self._happened.publish(lambda: Deleted(name))
             self._change({other: robot for other, robot in self.robots.items() if other != name})
         elif item is not None:
             if item.carrier is not None:
                 item.carrier.lose(item)
             del self.items[name]
             self.passage.closures.clear(name)
-            self._happened("deleted", lambda: {"entity": name})
+            self._happened.publish(lambda: Deleted(name))
 
     def move(self, entity: Robot | Item, pose: Pose, why: str) -> None:
         """Put a robot or an item somewhere else at once; a goal that holds the robot's base is aborted first."""
@@ -190,8 +191,7 @@ class Roster:
             if entity.carrier is not None:
                 entity.carrier.lose(entity)
             self._lay(entity, pose.point)
-        where = {"entity": entity.name, "at": [*pose.point], "yaw": pose.yaw}
-        self._happened("teleported", lambda: where)
+        self._happened.publish(lambda: Teleported(entity.name, pose.point, pose.yaw))
 
     def connect(self, name: str, *, connected: bool) -> None:
         """Let a robot be reached from outside, or not."""

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from simpy import Timeout
 
 from hmrsim.components.battery import Battery
+from hmrsim.events.faults import FaultBegan, FaultEnded, FaultMissed
 from hmrsim.faults import Case
 from hmrsim.faults import registry as faults
 from hmrsim.world_checks.faults import There, flaws
@@ -57,10 +58,21 @@ class Mishap:
     alarm: Alarm | None = None
     over: Timeout | None = None
 
-    def describe(self) -> dict[str, Any]:
-        """Return what somebody is told of it, as JSON values."""
-        said = self.settings.model_dump(mode="json", exclude_none=True, exclude={"name"})
-        return {"fault": self.fault.name, "name": self.name, **said}
+    def began(self) -> FaultBegan:
+        """Return the event that says that it begins."""
+        return FaultBegan(self.fault.name, self.name, self._said())
+
+    def ended(self) -> FaultEnded:
+        """Return the event that says that it is over."""
+        return FaultEnded(self.fault.name, self.name, self._said())
+
+    def missed(self, why: str) -> FaultMissed:
+        """Return the event that says why it does not begin."""
+        return FaultMissed(self.fault.name, self.name, self._said(), why)
+
+    def _said(self) -> dict[str, Any]:
+        settings: Occurrence = self.settings
+        return settings.model_dump(mode="json", exclude_none=True, exclude={"name"})
 
 
 class Mishaps:
@@ -161,16 +173,16 @@ class Mishaps:
         if missing is None:
             self._begin(mishap)
             return
-        self._happened("fault_missed", lambda: {**mishap.describe(), "why": missing.message})
+        self._happened.publish(lambda: mishap.missed(missing.message))
         self._after(mishap)
 
     def _begin(self, mishap: Mishap) -> None:
         mishap.since = self._env.now
-        self._happened("fault_began", mishap.describe)
+        self._happened.publish(mishap.began)
         case = Case(mishap.name, mishap.settings, self._roster, mishap.what, partial(self._fellows, mishap))
         end = mishap.fault.begin(case)
         if not mishap.fault.lasts:
-            self._happened("fault_ended", mishap.describe)
+            self._happened.publish(mishap.ended)
             self._after(mishap)
             return
         mishap.end = end
@@ -216,7 +228,7 @@ class Mishaps:
         end, mishap.end = mishap.end, None
         if end is not None:
             end()
-        self._happened("fault_ended", mishap.describe)
+        self._happened.publish(mishap.ended)
 
     def _fellows(self, mishap: Mishap) -> Sequence[Any]:
         """Return the settings of the other faults of a kind that go on at the same subject."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.events.simulation import SimulationReset, SimulationStateChanged, WorldLoaded
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, SimulationState
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.protocol.gateway import RosterChanged
@@ -45,7 +46,7 @@ def reset(simulator: Simulator, scope: int = _ALL) -> None:
         simulator.mishaps.begin(simulator.world, simulator.seed)
     if scope & _STATE:
         simulator.begin_scripts()
-    simulator.happened("reset", lambda: {"scope": scope})
+    simulator.happened.publish(lambda: SimulationReset(scope))
 
 
 def load(simulator: Simulator, world: World) -> None:
@@ -59,7 +60,7 @@ def load(simulator: Simulator, world: World) -> None:
     _restart_time(simulator)
     simulator.mishaps.begin(world, simulator.seed)
     simulator.begin_scripts()
-    simulator.happened("world_loaded", lambda: {"name": world.name})
+    simulator.happened.publish(lambda: WorldLoaded(world.name))
     simulator.tell(RosterChanged())
 
 
@@ -69,7 +70,7 @@ def set_state(simulator: Simulator, state: int, why: str) -> None:
         reset(simulator)
     simulator.roster.abort(why, WORLD)
     simulator.gate.set(state, why)
-    simulator.happened("simulation_state", lambda: {"state": state})
+    simulator.happened.publish(lambda: SimulationStateChanged(state))
 
 
 def _end_all(simulator: Simulator, why: str, *, scripts: bool) -> None:

@@ -16,6 +16,7 @@ import simpy
 from hmrsim.actions import error_of
 from hmrsim.diagnostics import shown
 from hmrsim.errors import printable
+from hmrsim.events.robots import ScriptEnded
 from hmrsim.goals.script_orders import Order, read_order
 from hmrsim.protocol.gateway import Answered, GetResult, GoalResponse, ResultResponse, SendGoal
 from hmrsim.protocol.goal import GoalStatus
@@ -58,15 +59,9 @@ class Script:
     error: str = ""
     ended: float | None = None
 
-    def describe(self) -> dict[str, Any]:
-        """Return how it went, as JSON values."""
-        return {
-            "robot": self.robot,
-            "orders": len(self.orders),
-            "done": self.done,
-            "state": self.state.value,
-            "error": self.error,
-        }
+    def event(self) -> ScriptEnded:
+        """Return the event that says how it went."""
+        return ScriptEnded(self.robot, len(self.orders), self.done, self.state.value, self.error)
 
 
 class Scripts:
@@ -127,7 +122,7 @@ class Scripts:
             script.done += 1
         script.state = ScriptState.FAILED if script.error else ScriptState.DONE
         script.ended = self._env.now
-        self._happened("script_ended", script.describe)
+        self._happened.publish(script.event)
         how = script.error or f"carried out, {script.done} orders"
         _log.info("sim %.3f | %s script: %s", script.ended, script.robot, printable(how))
 

@@ -15,6 +15,7 @@ from hmrsim.engine.environment import Environment
 from hmrsim.engine.sampling import Telemetry
 from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.engine.subscriptions import Happenings, Interest
+from hmrsim.events.participants import PARTICIPATION
 from hmrsim.goals.dispatcher import Dispatcher
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
@@ -230,8 +231,7 @@ class Simulator:
                 if not self.interest.detections:
                     self.detections.forget()
             case Participation(participant, change, why):
-                told = {"participant": participant} | ({"why": why} if why else {})
-                self.happened(f"participant_{change}", lambda: told)
+                self.happened.publish(lambda: PARTICIPATION[change](participant, why))
             case PlannerPresent(present):
                 self.plans.announce(present=present)
             case PlanAnswered():

@@ -56,7 +56,7 @@ def scene(simulator: Simulator) -> dict[str, Any]:
         "closed_lanes": [
             {"lane": [*lane], "why": "; ".join(why.values())} for lane, why in roster.passage.closures.lanes.items()
         ],
-        "faults": [mishap.describe() for _, mishap in sorted(mishaps.items()) if mishap.end is not None],
+        "faults": [mishap.began().to_json() for _, mishap in sorted(mishaps.items()) if mishap.end is not None],
     }
 
 
@@ -93,7 +93,7 @@ def _goals(kept: list[ServedGoal]) -> list[dict[str, Any]]:
     ended = [goal for goal in kept if goal.status.terminal]
     return [
         {
-            **goal.describe(),
+            **goal.accepted().to_json(),
             "stamp": values_of(goal.stamp),
             "ended": None if goal.ended is None else values_of(goal.ended),
             "status": int(goal.status),

@@ -25,7 +25,6 @@ from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.protocol.gateway import (
-    WATCHED,
     CallService,
     CancelGoal,
     GoalChanged,
@@ -147,7 +146,7 @@ class Trace:
             self._lines.append(self._status(event))  # type: ignore[arg-type]  # by its exact type: asked for each event
             if len(self._lines) >= _BATCH:
                 self.flush()
-        elif kind is Happened and event.kind not in WATCHED:  # type: ignore[union-attr]  # likewise
+        elif kind is Happened and event.event.traced:  # type: ignore[union-attr]  # likewise
             self._add(_happened(event))  # type: ignore[arg-type]
 
     def _status(self, event: GoalChanged) -> str:
@@ -213,7 +212,7 @@ def _plan_answered(command: PlanAnswered) -> dict[str, Any]:
 
 
 def _happened(event: Happened) -> dict[str, Any]:
-    fields: dict[str, Any] = _rounded(dict(event.fields))
+    fields: dict[str, Any] = _rounded(event.fields)
     return {**fields, "kind": event.kind, "stamp": values_of(event.stamp)}
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from hmrsim.errors import GoalAborted, NoRoute
+from hmrsim.events.traffic import MadeRoom, Waiting, WentOn
 from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
 from hmrsim.traffic.lane_closures import Closures
@@ -325,9 +326,8 @@ class Passage:
     def push(self, robot: Mobile, leg: Leg, by: Mobile) -> None:
         """Have a robot make room for another by driving a leg, whose slots it has been given."""
         self.forget(robot)
-        start = [*robot.pose().point]
-        told = {"robot": robot.name, "by": by.name, "from": start, "to": [*leg.end]}
-        self.happened("made_room", lambda: told)
+        start = robot.pose().point
+        self.happened.publish(lambda: MadeRoom(robot.name, by.name, start, leg.end))
         robot.sidestep(leg)
 
     def release(self, robot: Mobile) -> None:
@@ -336,7 +336,7 @@ class Passage:
         self.forget(robot)
         self._enter_barriers(robot, wait.leg)
         waited = self._env.now - wait.since
-        self.happened("went_on", lambda: {"robot": robot.name, "waited": waited})
+        self.happened.publish(lambda: WentOn(robot.name, waited))
         robot.go_on()
 
     def try_again(self, robot: Mobile) -> None:
@@ -385,7 +385,7 @@ class Passage:
         if self._rules is not None:
             self._rules.stand(robot, robot.slots[-1:])
         self._patience.begin(wait)
-        self.happened("waiting", lambda: self._described(wait))
+        self.happened.publish(lambda: self._described(wait))
 
     def _waits_since(self, robot: Mobile, leg: Leg) -> float:
         """Return since when a robot has waited that begins to: whoever is sent the same way again has not just come."""
@@ -403,19 +403,15 @@ class Passage:
         elif self._rules is not None:
             self._rules.blocked(robot)
 
-    def _described(self, wait: Wait) -> dict[str, Any]:
-        robot, leg = wait.robot, wait.leg
-        fields: dict[str, Any] = {"robot": robot.name, "at": [*robot.pose().point]}
-        if leg.lane:
-            fields["lane"] = [*leg.lane]
-        if wait.why:
-            return fields | {"why": wait.why}
-        return fields | {"for": sorted(other.name for other in self.blockers(robot))}
+    def _described(self, wait: Wait) -> Waiting:
+        robot, lane = wait.robot, wait.leg.lane or None
+        others = None if wait.why else tuple(sorted(other.name for other in self.blockers(robot)))
+        return Waiting(robot.name, robot.pose().point, lane, wait.why, others)
 
     def waiting(self, robot: Mobile) -> dict[str, Any] | None:
         """Return what a robot waits for on its way, as JSON values, and since when; None if it does not."""
         wait = self.waits.get(robot)
-        return {"since": wait.since, **self._described(wait)} if wait else None
+        return {"since": wait.since, **self._described(wait).to_json()} if wait else None
 
     def _still_waits(self, wait: Wait) -> bool:
         return self.waits.get(wait.robot) is wait

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from hmrsim.events.traffic import LaneClosed, LaneOpened
 from hmrsim.traffic.obstructions import Obstructions
 
 if TYPE_CHECKING:
@@ -93,15 +94,12 @@ class Closures:
             return
         self._graph.closed = now
         if self.changed is not None:
-            for kind, lanes in (("lane_closed", now - before), ("lane_opened", before - now)):
-                for lane in sorted(lanes):
-                    self._happened(kind, partial(self._described, lane))
+            for lane in sorted(now - before):
+                self._happened.publish(partial(LaneClosed, lane, "; ".join(self.lanes[lane].values())))
+            for lane in sorted(before - now):
+                self._happened.publish(partial(LaneOpened, lane))
             self.changed()
         self._follow()
-
-    def _described(self, lane: Lane) -> dict[str, Any]:
-        fields: dict[str, Any] = {"lane": [*lane]}
-        return fields | ({"why": "; ".join(self.lanes[lane].values())} if lane in self.lanes else {})
 
 
 def _cause(name: str) -> str:

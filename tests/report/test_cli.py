@@ -142,7 +142,6 @@ def test_lines_that_are_no_json_object(file, capsys, line):
         {"kind": "motion", "robot": "wall_e", "from": [0, 0], "to": [1, 1], "duration": -1},
         {"kind": "dock_docked", "robot": "wall_e", "dock": None},
         {"kind": "battery_low", "robot": "wall_e", "percentage": "much"},
-        {"kind": "scene", "robots": [{"name": "wall_e", "goals": 7, "motion": 7}], "fixtures": 7},
     ],
 )
 def test_events_that_make_no_sense_are_left_out(file, capsys, event):

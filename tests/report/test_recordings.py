@@ -6,10 +6,12 @@ from types import SimpleNamespace
 
 import pytest
 
+from hmrsim.events import Event
+from hmrsim.events.doors import DoorClosed
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.protocol.gateway import CallService
 from hmrsim.report import of_recording, report_of
-from hmrsim.report.occurrence import Occurrence
+from hmrsim.report.occurrence import Occurrence, SceneSeen
 from hmrsim.report.story import Story
 from hmrsim.report.watching import Watcher
 from hmrsim.services import registry as services
@@ -28,12 +30,11 @@ def _recorded(world, *, since=0.0, battery=None):
 
     def keep(happened):
         stamp = Time.from_nanoseconds(happened.at).model_dump()
-        if happened.kind == "scene":
-            samples.append((happened.at, "_world/scene", dict(happened.fields) | {"stamp": stamp}))
-        elif happened.kind not in ("battery", "commanded"):
-            samples.append(
-                (happened.at, "_world/events", dict(happened.fields) | {"kind": happened.kind, "stamp": stamp})
-            )
+        event = happened.event
+        if isinstance(event, SceneSeen):
+            samples.append((happened.at, "_world/scene", dict(event.fields) | {"stamp": stamp}))
+        elif isinstance(event, Event):
+            samples.append((happened.at, "_world/events", event.to_json() | {"kind": event.kind, "stamp": stamp}))
         elif battery:
             samples.append((happened.at, f"{battery}/battery_state", _state(simulator, battery)))
 
@@ -104,13 +105,13 @@ def test_a_motion_that_a_scene_tells_again_is_one():
     """After a reset the robot drives off at once, and half a second later a scene says the same."""
     told = _recorded(ALONE)
     scene = next(payload for _, key, payload in told.samples() if key == "_world/scene")
-    motion = {"began": 0.0, "from": [0.0, 0.0], "to": [4.0, 0.0], "duration": 4.0, "lane": ["home", "door"]}
+    motion = {"began": 0.0, "from": [0.0, 0.0, 0.0], "to": [4.0, 0.0, 0.0], "duration": 4.0, "lane": ["home", "door"]}
     (robot,) = scene["robots"]
     again = {**scene, "robots": [{**robot, "motion": motion, "goals": []}], "stamp": {"sec": 0, "nanosec": 500_000_000}}
     drive = {**motion, "kind": "motion", "robot": "wall_e", "stamp": {"sec": 0, "nanosec": 1}}
     samples = [
         (1, "_world/scene", {**again, "robots": [{**robot, "motion": None, "goals": []}], "stamp": drive["stamp"]}),
-        (1, "_world/events", {"kind": "reset", "stamp": drive["stamp"]}),
+        (1, "_world/events", {"kind": "reset", "scope": 255, "stamp": drive["stamp"]}),
         (1, "_world/events", drive),
         (500_000_000, "_world/scene", again),
     ]
@@ -165,7 +166,7 @@ def test_a_little_step_back_is_no_restart(back, restarts):
     """A millisecond, as everywhere: what is heard over a network may come in another order."""
     story = Story()
     for at in (1_000_000_000, 1_000_000_000 - back):
-        story.take(Occurrence(at, "door_closed", {"door": "d"}))
+        story.take(Occurrence(at, DoorClosed("d")))
 
     assert (restarts, 1_000_000_000) == (story.restarts, story.now)
 

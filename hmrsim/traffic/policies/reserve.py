@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 from pydantic import Field
 
 from hmrsim.errors import GoalAborted
+from hmrsim.events.traffic import Deadlock
 from hmrsim.interfaces.nav2_msgs import FollowPath
 from hmrsim.traffic.policies import Policy, Settings
 from hmrsim.traffic.policies._clearance import rooms_of_waypoints
@@ -151,8 +152,8 @@ class Reserve:
         if instant == self._told:
             return
         self._told = instant
-        lanes = [[*leg.lane] for robot in circle if (leg := robot.next_leg) and leg.lane]
-        self.passage.happened("deadlock", lambda: {"robots": [robot.name for robot in circle], "lanes": lanes})
+        lanes = tuple(leg.lane for robot in circle if (leg := robot.next_leg) and leg.lane)
+        self.passage.happened.publish(lambda: Deadlock(tuple(robot.name for robot in circle), lanes))
 
 
 def rank(robot: Mobile) -> tuple[float, str]:
