@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._report import Row
+from hmrsim.events.robots import MotionBegan
 from hmrsim.protocol.gateway import Happened, Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import World
@@ -39,7 +40,9 @@ class _Lanes:
 
     def emit(self, event: Event) -> None:
         """Count the event if a robot begins a lane."""
-        self.driven += isinstance(event, Happened) and event.kind == "motion" and event.fields["lane"] is not None
+        self.driven += (
+            isinstance(event, Happened) and isinstance(event.event, MotionBegan) and event.event.lane is not None
+        )
 
     def wants(self, topic: Topic) -> bool:
         """Return whether it takes a topic."""

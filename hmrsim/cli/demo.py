@@ -10,6 +10,7 @@ import time
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim import events
 from hmrsim.cli import numbers
 from hmrsim.cli.children import Child
 from hmrsim.cli.demo_screen import JsonLines, Screen
@@ -22,6 +23,7 @@ from hmrsim.cli.time_options import add_clock_options, add_run_options
 from hmrsim.cli.tracing import check_writable
 from hmrsim.cli.view_options import add_view_options, check_port
 from hmrsim.errors import HmrsimError
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.program.log_options import add_log_options, log_level
 from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim_zenoh.client.client import Client
@@ -190,7 +192,9 @@ class _Demo:
         """Take an event of the world, or a tree of the controller."""
         match item:
             case bytes():
-                lines = story.happened(json.loads(item))
+                event = json.loads(item)
+                at = Time.model_validate(event["stamp"]).to_nanoseconds() / NANOSECONDS
+                lines = story.happened(at, events.from_json(event))
             case (str() as tree,):
                 lines = story.ticked(json.loads(tree))
             case _:

@@ -6,14 +6,17 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from hmrsim.cli.goal_summary import error_in
-from hmrsim.cli.telling import words_for
+from hmrsim.cli.telling import text_of
+from hmrsim.events.goals import GoalStatusChanged
+from hmrsim.events.items import ItemPicked, ItemPlaced
+from hmrsim.events.robots import MotionBegan, Stopped
 from hmrsim.protocol.goal import GoalStatus
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-_SECOND: Final = 1e-9
+    from hmrsim.events import Event
+
 _MARKS: Final = {"SUCCESS": "done", "FAILURE": "failed", "RUNNING": "begun"}
 
 
@@ -82,36 +85,18 @@ class Story:
         self.sim_time = 0.0
         self._trees: dict[str, dict[str, str]] = {name: {} for name in robots}
 
-    def happened(self, event: dict[str, Any]) -> Iterator[Line]:
-        """Take an event of ``_world/events``; yield what people want to know."""
-        stamp = event["stamp"]
-        self.sim_time = stamp["sec"] + stamp["nanosec"] * _SECOND
-        told = words_for(event)
-        if told:
-            yield Line(self.sim_time, "world", event.get("robot") or "", told)
-        robot = self.robots.get(event.get("robot", ""))
-        if robot is None:
-            return
-        text = ""
+    def happened(self, at: float, event: Event) -> Iterator[Line]:
+        """Take an event of the simulation, and when it happened; yield what people want to know."""
+        self.sim_time = at
+        name = event.subject
         ended = False
-        match event["kind"]:
-            case "status":
-                ended = GoalStatus(event["status"]).terminal
-                text = _goal_change(robot, event)
-            case "picked":
-                robot.carries = event["item"]
-                text = f"picked up {event['item']}"
-            case "placed":
-                robot.carries = ""
-                robot.moved.append(event["item"])
-                text = f"put {event['item']} down at {_point(event['at'])}"
-            case "motion":
-                robot.target = (event["to"][0], event["to"][1])
-                robot.distance += math.dist(event["from"][:2], robot.target)
-            case "stopped":
-                robot.distance -= math.dist(event["at"], robot.target)
-        if text:
-            yield Line(self.sim_time, "world", event["robot"], text, hands_over=ended)
+        if (robot := self.robots.get(name)) is not None:
+            ended = _follow(robot, event)
+        elif getattr(event, "robot", ""):
+            # It is about a robot that is not in the mission.
+            return
+        if text := text_of(event):
+            yield Line(at, "world", name, text, hands_over=ended)
 
     def ticked(self, tree: dict[str, Any]) -> Iterator[Line]:
         """Take a tree as the controller shows it; yield which behaviours began and ended."""
@@ -146,17 +131,25 @@ class Story:
         }
 
 
-def _goal_change(robot: RobotSum, event: dict[str, Any]) -> str:
-    """Count a goal that has ended; return what is worth telling."""
-    status = GoalStatus(event["status"])
-    if not status.terminal:
-        return f"{event['action']} accepted" if status is GoalStatus.ACCEPTED else ""
-    if status is GoalStatus.SUCCEEDED:
-        robot.succeeded += 1
-        return f"{event['action']} {status.name}"
-    robot.failed += 1
-    why = error_in(event.get("result", {}))
-    return f"{event['action']} {status.name}{f': {why}' if why else ''}"
+def _follow(robot: RobotSum, event: Event) -> bool:
+    """Take note of what a robot does; return whether a goal has ended."""
+    match event:
+        case GoalStatusChanged():
+            status = GoalStatus(event.status)
+            robot.succeeded += status is GoalStatus.SUCCEEDED
+            robot.failed += status.terminal and status is not GoalStatus.SUCCEEDED
+            return status.terminal
+        case ItemPicked():
+            robot.carries = event.item
+        case ItemPlaced():
+            robot.carries = ""
+            robot.moved.append(event.item)
+        case MotionBegan():
+            robot.target = event.to[:2]
+            robot.distance += math.dist(event.from_[:2], robot.target)
+        case Stopped():
+            robot.distance -= math.dist(event.at, robot.target)
+    return False
 
 
 def _leaves(nodes: Sequence[dict[str, Any]]) -> Iterator[dict[str, Any]]:
@@ -164,7 +157,3 @@ def _leaves(nodes: Sequence[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     for node, after in zip(nodes, (*nodes[1:], {"depth": 0}), strict=True):
         if after["depth"] <= node["depth"]:
             yield node
-
-
-def _point(at: Sequence[float]) -> str:
-    return f"({at[0]:g}, {at[1]:g})"

@@ -11,7 +11,7 @@ from hmrsim.events._event import Event, EventGroup
 from hmrsim.events._fields import ActionName, GoalId, RobotName, Whole
 
 
-class GoalAccepted(Event, kind="goal", text="accepts {action}[ {goal:goal}]", traced=False):
+class GoalAccepted(Event, kind="goal", text="{action} accepted[: {goal:goal}]", traced=False):
     """A goal is about to be accepted: what it asks for."""
 
     robot: RobotName

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import zenoh
 from pydantic_core import from_json
 
+from hmrsim import events
 from hmrsim.actions import registry as actions
+from hmrsim.events.simulation import SimulatorReturned
 from hmrsim.interfaces.builtin_interfaces import Time, values_of
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
@@ -135,8 +137,8 @@ class Listener:
         self.interrupted = False
         recorder = self._recorder
         if self.begun:
-            now, fields = recorder.time.simulated, {"kind": "simulator_returned"}
-            recorder.event(fields, dump({"stamp": values_of(now), **fields}), now)
+            now, event = recorder.time.simulated, SimulatorReturned()
+            recorder.event(event, dump({"stamp": values_of(now), "kind": event.kind}), now)
             recorder.world_stale = True
         self._ask()
 
@@ -210,9 +212,7 @@ class Listener:
     def _record_world(self, topic: str, payload: bytes) -> None:
         if topic == "events":
             event = _object_in(payload)
-            if not isinstance(event["kind"], str):
-                raise TypeError("an event of no kind")
-            self._recorder.event(event, payload, Time.model_validate(event["stamp"]).to_nanoseconds())
+            self._recorder.event(events.from_json(event), payload, Time.model_validate(event["stamp"]).to_nanoseconds())
         elif topic == "clock":
             clock = Clock.model_validate_json(payload)
             self._recorder.sample(Sampled(Topic.CLOCK, "", clock), clock.clock.to_nanoseconds())

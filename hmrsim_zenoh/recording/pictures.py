@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.events.doors import DoorClosed, DoorOpened, DoorOpening
+from hmrsim.events.items import ItemDropped, ItemPicked, ItemPlaced
+from hmrsim.events.traffic import LaneClosed, LaneOpened
 from hmrsim.interfaces.visualization_msgs import Marker
 from hmrsim.world.model import Solid, World
 from hmrsim_zenoh.recording.marking import MAP, Marking, colour_of_type
@@ -15,12 +18,14 @@ from hmrsim_zenoh.recording.marking import MAP, Marking, colour_of_type
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from hmrsim.events import Event
+
 _WORLD: Final = "world"
 
 _UNIT: Final = {"m": 1.0, "px": 40.0}
 """What is a metre about, in the world's unit: for what has no size."""
 
-_DOORS: Final = {"door_opening": "opening", "door_opened": "open", "door_closed": "closed"}
+_DOORS: Final[Mapping[type[Event], str]] = {DoorOpening: "opening", DoorOpened: "open", DoorClosed: "closed"}
 """The states that events tell of doors."""
 
 
@@ -53,20 +58,19 @@ class Pictures:
         self._doors = {door["name"]: "open" if "open" in door["tags"] else "closed" for door in doors}
         self._closed = {(lane["lane"][0], lane["lane"][1]): lane["why"] for lane in scene["closed_lanes"]}
 
-    def change(self, event: Mapping[str, Any]) -> bool:
+    def change(self, event: Event) -> bool:
         """Show what has happened; return whether that makes a difference to `things`."""
         match event:
-            case {"kind": "picked", "robot": str(robot), "item": str(name)} if name in self._items:
+            case ItemPicked(robot, name) if name in self._items:
                 self._items[name]["carrier"] = robot
-            case {"kind": "placed" | "dropped", "item": str(name), "at": at} if name in self._items:
-                x, y, *_ = at
-                self._items[name].update(carrier=None, at=(float(x), float(y)))
-            case {"kind": str(kind), "door": str(door)} if kind in _DOORS and self._doors.get(door) != _DOORS[kind]:
-                self._doors[door] = _DOORS[kind]
-            case {"kind": "lane_closed", "lane": [a, b], **more}:
-                self._closed[a, b] = more.get("why", "")
-            case {"kind": "lane_opened", "lane": [a, b]}:
-                self._closed.pop((a, b), None)
+            case ItemPlaced(_, name, at) | ItemDropped(_, name, at) if name in self._items:
+                self._items[name].update(carrier=None, at=at)
+            case DoorOpening() | DoorOpened() | DoorClosed() if self._doors.get(event.door) != _DOORS[type(event)]:
+                self._doors[event.door] = _DOORS[type(event)]
+            case LaneClosed(lane, why):
+                self._closed[lane] = why
+            case LaneOpened(lane):
+                self._closed.pop(lane, None)
             case _:
                 return False
         return True

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim import CONTRACT, __version__
 from hmrsim.actions import registry as actions
+from hmrsim.events.entities import Deleted, Spawned, Teleported
+from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.interfaces.action_msgs import GoalStatusArray
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.interfaces.nav_msgs import Odometry
@@ -25,6 +27,7 @@ from hmrsim_zenoh.wire.envelopes import dump
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from hmrsim.events import Event
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.gateway import FeedbackSent, Sampled, StatusChanged
     from hmrsim_zenoh.recording.writing import RecordingFile
@@ -35,10 +38,9 @@ ABOUT: Final = "hmrsim"
 """The metadata record of what is to be known of a recording itself."""
 MARKERS, THINGS = "/world/markers", "/world/things"
 
-_BEGINS_ANEW: Final = frozenset({"reset", "world_loaded"})
+_BEGINS_ANEW: Final = (SimulationReset, WorldLoaded)
 """What changes so much that everything is to be told anew, at once."""
-_MAKES_SCENE_STALE: Final = _BEGINS_ANEW | {"spawned", "deleted", "teleported"}
-_MAKES_WORLD_STALE: Final = frozenset({"world_loaded"})
+_MAKES_SCENE_STALE: Final = (*_BEGINS_ANEW, Spawned, Deleted, Teleported)
 
 _LATCHED: Final = frozenset({MARKERS, THINGS, "/tf_static"})
 _INFINITE: Final = "{sec: 9223372036, nsec: 854775807}"
@@ -79,7 +81,7 @@ class Recorder:
 
     Args:
         file: Where to.
-        words: What people are told of an event, given its fields; None for nothing.
+        words: What people are told of an event; None for nothing.
 
     Attributes:
         stale: Whether `scene` is to be told anew, some time.
@@ -87,7 +89,7 @@ class Recorder:
         time: The recording's time.
     """
 
-    def __init__(self, file: RecordingFile, words: Callable[[Mapping[str, Any]], Told | None]) -> None:
+    def __init__(self, file: RecordingFile, words: Callable[[Event], Told | None]) -> None:
         self._file = file
         self._words = words
         self._pictures = Pictures()
@@ -144,25 +146,25 @@ class Recorder:
         self._add(MARKERS, MarkerArray, self._pictures.markers(self.time.now))
         self._write_things(self.time.now)
 
-    def event(self, fields: Mapping[str, Any], payload: bytes, nanoseconds: int) -> None:
+    def event(self, event: Event, payload: bytes, nanoseconds: int) -> None:
         """Write something that happened, and what people are told of it.
 
         Args:
-            fields: What it is; a result may be a message.
+            event: What it is.
             payload: The same, as on the wire.
             nanoseconds: When, in simulated time.
         """
-        kind, told = fields["kind"], self._words(fields)
+        told = self._words(event)
         time = self._go_to(nanoseconds)
         if self.time.offset:
             payload = dump({**json.loads(payload), "stamp": values_of(time)})
         self._file.add(self._json_channel(EVENTS, schemas.EVENT), time, payload)
-        self.stale |= kind in _MAKES_SCENE_STALE
-        self._begun_anew |= kind in _BEGINS_ANEW
-        self.world_stale |= kind in _MAKES_WORLD_STALE
+        self.stale |= isinstance(event, _MAKES_SCENE_STALE)
+        self._begun_anew |= isinstance(event, _BEGINS_ANEW)
+        self.world_stale |= isinstance(event, WorldLoaded)
         if told is not None:
             self.log(told)
-        self._things_changed |= self._pictures.change(fields)
+        self._things_changed |= self._pictures.change(event)
 
     def log(self, told: Told) -> None:
         """Write what people are told now."""

@@ -55,10 +55,9 @@ class RecordingSink:
             case Sampled():
                 self._sample(event)
             case GoalChanged():
-                self._recorder.event({**event._asdict(), "kind": "status"}, encoding.happened(event), event.stamp)
+                self._recorder.event(event.event(), encoding.happened(event), event.stamp)
             case Happened():
-                fields = {"kind": event.kind, **event.fields}
-                self._recorder.event(fields, encoding.happened(event), event.stamp)
+                self._recorder.event(event.event, encoding.happened(event), event.stamp)
             case StatusChanged():
                 self._recorder.status(event)
             case FeedbackSent():

@@ -47,18 +47,18 @@ def test_demo(told):
 
 def test_demo_tells_cause_before_effect(told):
     """What the tree and the world say of one robot is in order, and its times never go back."""
-    traffic = ("left ", "waits", "takes ", "makes ")
+    traffic = ("undocked ", "waits", "takes ", "moves ")
     said = [line for line in told[0][:-1] if line["robot"] == "wall_e"]
     lines = [line for line in said if not line["text"].startswith(traffic)]
 
     assert [
         "Go to pharmacy begun",
-        "navigate_to_pose accepted",
+        "navigate_to_pose accepted: (6, 18)",
         "navigate_to_pose SUCCEEDED",
         "Go to pharmacy done",
         "Pick up medicine begun",
-        "pickup accepted",
-        "picked up medicine",
+        "pickup accepted: medicine",
+        "picks up medicine",
         "pickup SUCCEEDED",
         "Pick up medicine done",
     ] == [line["text"] for line in lines[:9]]
@@ -79,7 +79,7 @@ def test_demo_for_people(capsys):
 
     out = capsys.readouterr().out
     assert 0 == code
-    assert " | world | wall_e   | picked up medicine\n" in out
+    assert " | world | wall_e   | picks up medicine\n" in out
     assert " | tree  | wall_e   | Pick up medicine done\n" in out
     assert "What the fleet did" in out
     assert "the mission succeeded: " in out

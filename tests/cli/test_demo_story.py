@@ -5,11 +5,13 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.cli.demo_story import Story
+from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
+from hmrsim.events.items import ItemPicked, ItemPlaced
+from hmrsim.events.robots import MotionBegan, Stopped
+from hmrsim.events.simulation import SimulationReset
 
-
-def event(kind, sec=2, robot="eve", **fields):
-    """Return an event as it is published."""
-    return {"stamp": {"sec": sec, "nanosec": 500_000_000}, "kind": kind, "robot": robot, **fields}
+GOAL = ("eve", "wait", "1" * 32)
+LINEN = ("eve", "linen")
 
 
 def tree(*statuses, root="RUNNING"):
@@ -28,43 +30,43 @@ def story():
 
 
 @pytest.mark.parametrize(
-    ("what", "text"),
+    ("event", "robot", "text"),
     [
-        (event("status", action="wait", status=1), "wait accepted"),
-        (event("status", action="wait", status=4), "wait SUCCEEDED"),
-        (event("status", action="wait", status=6, result={"error_msg": "no"}), "wait ABORTED: no"),
-        (event("picked", item="linen"), "picked up linen"),
-        (event("placed", item="linen", at=[1.0, 2.5]), "put linen down at (1, 2.5)"),
+        (GoalAccepted(*GOAL, {"time": {"sec": 5}}), "eve", "wait accepted: 5 s"),
+        (GoalStatusChanged(*GOAL, 4), "eve", "wait SUCCEEDED"),
+        (GoalStatusChanged(*GOAL, 6, {"error_msg": "no"}), "eve", "wait ABORTED: no"),
+        (ItemPicked(*LINEN), "eve", "picks up linen"),
+        (ItemPlaced(*LINEN, (1.0, 2.5)), "eve", "puts down linen at (1, 2.5)"),
+        (SimulationReset(255), "", "the simulation was reset"),
     ],
 )
-def test_events_are_told(what, text, story):
+def test_events_are_told(event, robot, text, story):
     """What happens is told with time and robot."""
-    (line,) = story.happened(what)
+    (line,) = story.happened(2.5, event)
 
-    assert f"    2.500 | world | eve      | {text}" == str(line)
+    assert f"    2.500 | world | {robot:<8} | {text}" == str(line)
 
 
 @pytest.mark.parametrize(
-    "what",
+    "event",
     [
-        event("status", action="wait", status=2),
-        event("motion", **{"from": [0, 0, 0], "to": [1, 0, 0]}),
-        event("picked", robot="hal", item="linen"),
-        event("reset", robot=""),
+        GoalStatusChanged(*GOAL, 2),
+        MotionBegan("eve", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 1.0, None),
+        ItemPicked("hal", "linen"),
     ],
 )
-def test_what_is_not_told(what, story):
-    """Steps in between and strangers are passed over."""
-    assert [] == list(story.happened(what))
+def test_what_is_not_told(event, story):
+    """Steps in between and robots of other missions are passed over."""
+    assert [] == list(story.happened(2.5, event))
 
 
 @pytest.mark.parametrize(
     ("status", "hands_over"),
-    [(1, False), (4, True), (5, True), (6, True)],
+    [(4, True), (5, True), (6, True)],
 )
 def test_the_end_of_a_goal_hands_over(status, hands_over, story):
     """When a goal has ended it is the tree's turn."""
-    (line,) = story.happened(event("status", action="wait", status=status))
+    (line,) = story.happened(2.5, GoalStatusChanged(*GOAL, status))
 
     assert hands_over == line.hands_over
 
@@ -78,33 +80,33 @@ def test_the_begin_of_a_behaviour_hands_over(story):
 
 def test_a_line_for_programs(story):
     """A line has its time in milliseconds."""
-    (line,) = story.happened(event("picked", item="linen"))
+    (line,) = story.happened(2.5, ItemPicked(*LINEN))
 
-    assert {"sim_time": 2.5, "source": "world", "robot": "eve", "text": "picked up linen"} == line.to_json()
+    assert {"sim_time": 2.5, "source": "world", "robot": "eve", "text": "picks up linen"} == line.to_json()
 
 
 def test_goals_are_counted(story):
     """Goals that succeeded and that did not are counted apart."""
     for status in (1, 2, 4, 4, 5, 6):
-        list(story.happened(event("status", action="wait", status=status)))
+        list(story.happened(2.5, GoalStatusChanged(*GOAL, status)))
 
     assert (2, 2) == (story.robots["eve"].succeeded, story.robots["eve"].failed)
 
 
 def test_distance_is_what_was_driven(story):
     """A piece of a route that was broken off counts as far as it was driven."""
-    list(story.happened(event("motion", **{"from": [0.0, 0.0, 0.0], "to": [3.0, 4.0, 0.0]})))
-    list(story.happened(event("motion", **{"from": [3.0, 4.0, 0.0], "to": [3.0, 14.0, 0.0]})))
-    list(story.happened(event("stopped", at=[3.0, 6.0])))
+    list(story.happened(0.0, MotionBegan("eve", (0.0, 0.0, 0.0), (3.0, 4.0, 0.0), 5.0, None)))
+    list(story.happened(5.0, MotionBegan("eve", (3.0, 4.0, 0.0), (3.0, 14.0, 0.0), 10.0, None)))
+    list(story.happened(7.0, Stopped("eve", (3.0, 6.0))))
 
     assert 7.0 == story.robots["eve"].distance
 
 
 def test_items_are_moved_once_they_lie(story):
     """An item that is carried has not been moved yet."""
-    list(story.happened(event("picked", item="linen")))
+    list(story.happened(2.5, ItemPicked(*LINEN)))
     carried = story.robots["eve"].carries, list(story.robots["eve"].moved)
-    list(story.happened(event("placed", item="linen", at=[1.0, 2.0])))
+    list(story.happened(2.5, ItemPlaced(*LINEN, (1.0, 2.0))))
 
     assert ("linen", []) == carried
     assert ("", ["linen"]) == (story.robots["eve"].carries, story.robots["eve"].moved)
@@ -136,7 +138,7 @@ def test_what_a_robot_does(story):
 
 def test_sum(story):
     """The sum is there for programs, too."""
-    list(story.happened(event("status", action="wait", status=4)))
+    list(story.happened(2.5, GoalStatusChanged(*GOAL, 4)))
 
     assert {
         "eve": {"type": "courier", "succeeded": 1, "failed": 0, "distance": 0.0, "items_moved": []}

@@ -1,25 +1,27 @@
-"""What happens, in a few words."""
+"""What people are told of events."""
 
 from __future__ import annotations
 
 import pytest
 
-from hmrsim.cli.telling import words_for
-
-EVENTS = [
-    ({"kind": "waiting", "robot": "eve", "for": ["ann", "bob"]}, "waits for ann and bob"),
-    ({"kind": "waiting", "robot": "eve", "why": "a-b is closed: visitors"}, "waits: a-b is closed: visitors"),
-    ({"kind": "waiting", "robot": "eve", "for": []}, "waits for its turn"),
-    ({"kind": "rerouted", "robot": "eve"}, "takes another way"),
-    ({"kind": "made_room", "robot": "eve", "by": "ann"}, "makes room for ann"),
-    ({"kind": "deadlock", "robots": ["ann", "bob"], "lanes": []}, "deadlock of ann, bob"),
-    ({"kind": "dock_queued", "robot": "eve", "dock": "bay", "position": 2}, "queues for bay, as number 2"),
-    ({"kind": "battery_low", "robot": "eve", "percentage": 0.2, "charge": 20.0}, "battery low, 20%"),
-    ({"kind": "motion", "robot": "eve"}, ""),
-]
+from hmrsim.cli.telling import text_of
+from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
+from hmrsim.events.robots import Stopped
+from hmrsim.events.traffic import Waiting
 
 
-@pytest.mark.parametrize(("event", "words"), EVENTS, ids=[words or event["kind"] for event, words in EVENTS])
-def test_an_event_is_told_in_few_words(event, words):
-    """Or not at all."""
-    assert words == words_for(event)
+@pytest.mark.parametrize(
+    ("event", "text"),
+    [
+        (Waiting("eve", (1.0, 2.0), for_=("ann", "bob")), "waits for ann and bob"),
+        (GoalAccepted("eve", "wait", "1" * 32, {"time": {"sec": 5}}), "wait accepted: 5 s"),
+        (GoalAccepted("eve", "wait", "1" * 32, {"time": "long"}), "wait accepted"),
+        (GoalAccepted("eve", "juggle", "1" * 32, {"balls": 3}), "juggle accepted"),
+        (GoalStatusChanged("eve", "wait", "1" * 32, 6, {"error_msg": "no"}), "wait ABORTED: no"),
+        (GoalStatusChanged("eve", "wait", "1" * 32, 2), ""),
+        (Stopped("eve", (1.0, 2.0)), ""),
+    ],
+)
+def test_an_event_is_told_unless_it_is_for_debugging(event, text):
+    """With what a goal asks for, where the action is known and its message can be read."""
+    assert text == text_of(event)

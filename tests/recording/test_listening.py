@@ -20,7 +20,8 @@ from hmrsim_zenoh.wire.keys import Keys
 from tests.recording.conftest import STATE
 from tests.simulation import SMALL_WORLD
 
-RESET = {"kind": "reset", "stamp": {"sec": 2, "nanosec": 0}}
+RESET = {"kind": "reset", "scope": 255, "stamp": {"sec": 2, "nanosec": 0}}
+SPAWNED = {"kind": "spawned", "entity": "e", "type": "carrier", "at": [0.0, 0.0]}
 
 
 class Link:
@@ -179,7 +180,7 @@ def test_robots_that_come_all_at_once_are_asked_for_once_a_second(heard):
     """A scene of very many robots takes the simulator long."""
     asked = []
     for tenth in range(30):
-        event = {"kind": "spawned", "entity": "e", "stamp": {"sec": tenth // 10 + 2, "nanosec": tenth % 10 * 10**8}}
+        event = {**SPAWNED, "stamp": {"sec": tenth // 10 + 2, "nanosec": tenth % 10 * 10**8}}
         heard.hear("_world/events", json.dumps(event).encode())
         if heard.link.asked:
             asked.append(tenth)

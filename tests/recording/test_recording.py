@@ -12,6 +12,8 @@ from rosbags.rosbag2.metadata import parse_qos
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from hmrsim.cli.rosout import told
+from hmrsim.events.items import ItemPicked
+from hmrsim.events.robots import Stopped
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.gateway import CallService, SendGoal
@@ -148,9 +150,9 @@ def test_rosout_says_how_goals_fare(record):
     path = record((1.0, go(5.0, 2.0)), (6.0, go(15.0, 8.0, goal_id="1" * 32)))
 
     assert [
-        (1.0, 20, "wall_e", "navigate_to_pose accepted (5, 2)"),
+        (1.0, 20, "wall_e", "navigate_to_pose accepted: (5, 2)"),
         (5.0, 20, "wall_e", "navigate_to_pose SUCCEEDED"),
-        (6.0, 20, "wall_e", "navigate_to_pose accepted (15, 8)"),
+        (6.0, 20, "wall_e", "navigate_to_pose accepted: (15, 8)"),
         (6.0, 40, "wall_e", "navigate_to_pose ABORTED: no route from (5, 2) to (15, 8)"),
     ] == log(path)
 
@@ -263,8 +265,7 @@ def test_what_changes_at_once_is_drawn_once(tmp_path):
         scene = {"robots": [], "items": items, "fixtures": [], "closed_lanes": [], "stamp": {"sec": 1, "nanosec": 0}}
         recorder.scene(scene)
         for milliseconds, item in ((2000, "i0"), (2000, "i1"), (2050, "i2"), (2200, "none")):
-            event = {"kind": "picked", "robot": "wall_e", "item": item}
-            recorder.event(event, b"{}", milliseconds * 1_000_000)
+            recorder.event(ItemPicked("wall_e", item), b"{}", milliseconds * 1_000_000)
         recorder.settle()
 
     assert [(1.0, 0), (2.0, 2), (2.2, 3)] == [
@@ -325,7 +326,9 @@ def test_what_controllers_publish_of_their_trees_is_recorded(tmp_path):
     state = {"tree_id": "patrol", "nodes": []}
     with RecordingFile(path) as file:
         recorder = Recorder(file, lambda _event: None)
-        recorder.event({"kind": "stopped"}, b'{"kind":"stopped","stamp":{"sec":2,"nanosec":0}}', 2_000_000_000)
+        recorder.event(
+            Stopped("wall_e", (1.0, 2.0)), b'{"kind":"stopped","stamp":{"sec":2,"nanosec":0}}', 2_000_000_000
+        )
         recorder.tree("wall_e", state)
 
     with path.open("rb") as file:
