@@ -44,13 +44,15 @@ lint: $(READY)  ## Check style, types and the direction of imports
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python -m hmrsim_zenoh.schemas --check
+	$(BIN)/python -m tools.event_tables --check
 
 format: $(READY)  ## Format the code, and mend what can be mended
 	$(BIN)/ruff check --fix-only --quiet .
 	$(BIN)/ruff format .
 
-schemas: $(READY)  ## Write schemas/ anew from the models
+schemas: $(READY)  ## Write schemas/ and the tables of events in docs/ anew
 	$(BIN)/python -m hmrsim_zenoh.schemas
+	$(BIN)/python -m tools.event_tables
 
 bench: $(READY)  ## Measure, and print tables; some of them by ARGS="scale --quick"
 	$(BIN)/python -m benchmarks $(ARGS)

@@ -1,4 +1,4 @@
-"""Writes ``schemas/``: the JSON Schema of worlds, of actions' and services' messages, of envelopes and of reports.
+"""Writes ``schemas/``: the JSON Schema of worlds, events, actions' and services' messages, envelopes and reports.
 
 Run as ``python -m hmrsim_zenoh.schemas [--check] [DIRECTORY]``; the files are generated and never edited.
 """
@@ -16,6 +16,9 @@ from pydantic import BaseModel
 from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from hmrsim.actions import registry
+from hmrsim.events import flaws, model_of
+from hmrsim.events import registry as events
+from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.report.model import Report
 from hmrsim.services import registry as services
 from hmrsim.world_checks.schema import world_schema
@@ -27,6 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hmrsim.actions import AnyAction
+    from hmrsim.events import Event
     from hmrsim.services import AnyService
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -92,12 +96,39 @@ def report_schema() -> dict[str, Any]:
     return {"$schema": _DIALECT, **Report.model_json_schema(mode="serialization")}
 
 
+def event_schema() -> dict[str, Any]:
+    """Return the schema of what is published on ``_world/events``; kinds that are not in it may have any fields."""
+    definitions, cases = {}, []
+    for kind, event in events().items():
+        definitions[event.__name__] = _fields_schema(event)
+        condition = {"properties": {"kind": {"const": kind}}}
+        cases.append({"if": condition, "then": {"$ref": f"#/$defs/{event.__name__}"}})
+    stamp = {"description": "When, in simulated time.", **Time.model_json_schema()}
+    properties = {"stamp": stamp, "kind": {"type": "string", "description": "What happened.", "examples": [*events()]}}
+    head = {"$schema": _DIALECT, "title": "Events", "type": "object"}
+    return {**head, "required": ["stamp", "kind"], "properties": properties, "allOf": cases, "$defs": definitions}
+
+
+def _fields_schema(event: type[Event]) -> dict[str, Any]:
+    """Return the schema of an event's fields; without titles, which would say their names again."""
+    schema = model_of(event).model_json_schema(by_alias=True)
+    if event.rest:
+        del schema["properties"][event.rest]
+        schema["required"].remove(event.rest)
+    for field in schema.get("properties", {}).values():
+        field.pop("title", None)
+        if field.get("default") is None:
+            field.pop("default", None)
+    return {"description": schema.pop("description"), **schema}
+
+
 def all_schemas() -> dict[str, dict[str, Any]]:
     """Return every schema by the name of its file below ``schemas/``."""
     actions = {f"actions/{name}.schema.json": action_schema(action) for name, action in registry().items()}
     asked = {f"services/{name}.schema.json": service_schema(service) for name, service in services().items()}
     shared = {"envelopes.schema.json": envelope_schema(), "time.schema.json": time_schema()}
     shared |= {"tree.schema.json": tree_schema(), "report.schema.json": report_schema()}
+    shared |= {"events.schema.json": event_schema()}
     return {"world.schema.json": world_schema(), **shared, **actions, **asked}
 
 
@@ -108,6 +139,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a file is out of date")
     arguments = parser.parse_args(argv)
     stale = 0
+    for flaw in flaws():
+        sys.stderr.write(f"{flaw}\n")
+        stale += 1
     for name, schema in all_schemas().items():
         path = arguments.directory / name
         text = json.dumps(schema, indent=2, ensure_ascii=False) + "\n"

@@ -5,8 +5,20 @@ tables in the docs and the texts on the page are generated from them. Other pack
 entry points of the group ``hmrsim.events``, each of which names a module with an `EventGroup` called ``EVENTS``.
 """
 
-from hmrsim.events._event import Event, EventGroup, Severity
+from hmrsim.events._event import Event, EventGroup, Severity, model_of
+from hmrsim.events._flaws import flaws
 from hmrsim.events._registry import from_json, groups, registry, texts
 from hmrsim.events._unknown import UnknownEvent
 
-__all__ = ["Event", "EventGroup", "Severity", "UnknownEvent", "from_json", "groups", "registry", "texts"]
+__all__ = [
+    "Event",
+    "EventGroup",
+    "Severity",
+    "UnknownEvent",
+    "flaws",
+    "from_json",
+    "groups",
+    "model_of",
+    "registry",
+    "texts",
+]

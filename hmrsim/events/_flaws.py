@@ -1,0 +1,52 @@
+"""What is missing in the declarations of events; `make lint` fails where something is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.events._event import Event, Severity, description_of
+from hmrsim.events._registry import registry
+from hmrsim.events._text import FORMATS, fields_in, render
+from hmrsim.events._unknown import UnknownEvent
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_FORMATS = {*FORMATS, "goal"}
+"""Those that a template may name; what a goal asks for is for the reader to say."""
+
+
+def flaws() -> Iterator[str]:
+    """Yield what is missing or wrong in any event's declaration, one line each."""
+    known = {*registry().values()}
+    for event in _concrete(Event):
+        if event.kind and event not in known:
+            yield f"{event.__module__}: {event.__name__} is not in EVENTS"
+    for event in registry().values():
+        yield from (f"{event.__module__}: {event.__name__}: {flaw}" for flaw in _flaws_of(event))
+
+
+def _concrete(event: type[Event]) -> Iterator[type[Event]]:
+    for subclass in event.__subclasses__():
+        if subclass is not UnknownEvent:
+            yield subclass
+            yield from _concrete(subclass)
+
+
+def _flaws_of(event: type[Event]) -> Iterator[str]:
+    if not event.__doc__:
+        yield "has no docstring"
+    for field in event._fields:
+        if not description_of(event, field):
+            yield f"{field} has no description"
+    names = {field.rstrip("_") for field in event._fields}
+    severity, subject, text = event.presentation
+    for name, form in [*fields_in(severity), *fields_in(text), *((name, "") for name in subject)]:
+        if name not in names and not event.rest:
+            yield f"is shown with {name!r}, which is no field of it"
+        if form not in _FORMATS:
+            yield f"is shown with a format {form!r}, which there is not"
+    if not text:
+        yield "has no text"
+    if "{" not in severity and render(severity, {}) not in [*Severity]:
+        yield f"has the severity {severity!r}, which there is not"
