@@ -20,12 +20,13 @@ from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.recording import add_record_option, recorded
 from hmrsim.cli.ros2_options import add_ros2_options, ros2_wires
-from hmrsim.cli.run_log import GoalLog, Later, LogLines
+from hmrsim.cli.run_log import EventLog, Later, LogLines
 from hmrsim.cli.time_options import TIME_STANDS, add_run_options, add_time_options
 from hmrsim.cli.tracing import traced
 from hmrsim.cli.view_options import add_view_options, check_port, viewed
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.errors import HmrsimError, printable
+from hmrsim.events import Severity
 from hmrsim.program.log_options import add_log_options, log_level
 from hmrsim.program.signals import on_signals
 from hmrsim.protocol.time import REALTIME
@@ -208,10 +209,11 @@ def _shown(host: Host, loaded: LoadedWorld, level: int) -> Iterator[HostTable | 
 
         with HostTable(host, loaded.world.name) as table, LogLines(table.print, level):
             host.attach(table)
+            host.attach(EventLog(Severity.ERROR, goals=False))
             yield table
         return
     with LogLines(level=level):
-        log = Later(GoalLog())
+        log = Later(EventLog())
         if level <= logging.INFO:
             host.attach(log)
             host.pacing.on_wait.append(log.hand_on)

@@ -1,4 +1,4 @@
-"""What a simulator logs: which goals came and how they ended."""
+"""What a simulator logs: which goals came and how they ended, and what else happens."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Final, Self
 from hmrsim.actions import error_of
 from hmrsim.cli.goal_summary import summary
 from hmrsim.errors import printable
+from hmrsim.events import Severity
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.program.log_options import PACKAGES
-from hmrsim.protocol.gateway import GoalChanged, Topic
+from hmrsim.protocol.gateway import GoalChanged, Happened, Topic
 from hmrsim.protocol.goal import GoalStatus
 
 if TYPE_CHECKING:
@@ -29,23 +30,47 @@ _MOST_WAITING: Final = 10_000
 _MOST_LATER: Final = 1_000
 _LAST_WORDS: Final = 0.5
 
+_LEVELS: Final = {
+    Severity.DEBUG: logging.DEBUG,
+    Severity.INFO: logging.INFO,
+    Severity.WARNING: logging.WARNING,
+    Severity.ERROR: logging.ERROR,
+}
+
 _log = logging.getLogger(__name__)
 
 
-class GoalLog:
-    """A sink that logs goals when they are accepted and when they end."""
+class EventLog:
+    """A sink that logs goals when they are accepted and when they end, and what else happens.
 
-    def wants(self, _topic: Topic) -> bool:
-        """Return False: goals' changes come unasked."""
-        return False
+    Args:
+        least: Events that matter less are not logged.
+        goals: Whether goals are.
+    """
+
+    def __init__(self, least: Severity = Severity.INFO, *, goals: bool = True) -> None:
+        self._least = _LEVELS[least]
+        self._goals = goals
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether it takes a topic: events, but not how robots move."""
+        return topic is Topic.EVENTS
 
     def emit(self, event: Event) -> None:
         """Log what concerns people."""
-        if not isinstance(event, GoalChanged):
-            return
+        if isinstance(event, GoalChanged):
+            if self._goals:
+                self._log_goal(event)
+        elif isinstance(event, Happened):
+            level = _LEVELS[event.event.severity]
+            if level >= self._least and _log.isEnabledFor(level):
+                at, text = event.stamp / NANOSECONDS, printable(event.event.describe())
+                _log.log(level, "sim %.3f | %s", at, text)
+
+    def _log_goal(self, event: GoalChanged) -> None:
         text = ""
         if event.status is GoalStatus.ACCEPTED:
-            text = f"accepted {summary(event.goal)}" if event.goal else "accepted"
+            text = f"accepted: {summary(event.goal)}" if event.goal else "accepted"
         elif event.status.terminal and event.result is not None:
             why = error_of(event.result) if event.status is GoalStatus.ABORTED else ""
             text = f"{event.status.name}{f': {why}' if why else ''}"
@@ -55,7 +80,7 @@ class GoalLog:
 
 
 class Later:
-    """A sink that hands goals' changes on when there is time, so that nobody waits for what is told of them.
+    """A sink that hands on goals' changes and events when there is time, so that the simulation does not wait for it.
 
     Args:
         sink: To whom.
@@ -65,13 +90,14 @@ class Later:
         self._sink = sink
         self._events: list[Event] = []
 
-    def wants(self, _topic: Topic) -> bool:
-        """Return False: goals' changes come unasked."""
-        return False
+    def wants(self, topic: Topic) -> bool:
+        """Return whether the other sink takes a topic."""
+        return self._sink.wants(topic)
 
     def emit(self, event: Event) -> None:
-        """Keep a goal's change for a moment."""
-        if type(event) is GoalChanged:
+        """Keep an event for a moment."""
+        kind = type(event)
+        if kind is GoalChanged or kind is Happened:
             self._events.append(event)
             if len(self._events) >= _MOST_LATER:
                 self.hand_on()

@@ -13,7 +13,7 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
-from hmrsim.cli.run_log import GoalLog
+from hmrsim.cli.run_log import EventLog
 from hmrsim.cli.time_options import add_run_options
 from hmrsim.cli.tracing import traced
 from hmrsim.cli.world_options import add_world_options, read_world
@@ -87,7 +87,7 @@ def _simulate(args: argparse.Namespace) -> int:
     # Nobody will ask for old results.
     simulator = Simulator(loaded.world, [tally], seed=args.seed, keep_results=1)
     if log_level(args) <= logging.INFO:
-        simulator.attach(GoalLog())
+        simulator.attach(EventLog())
     collect_rarely()
     began = time.perf_counter()
     with logging_to_stderr(args), traced(args.trace, simulator):

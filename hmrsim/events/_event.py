@@ -117,7 +117,9 @@ class Event(tuple[Any, ...], metaclass=_EventType):
             traced: See the attribute.
             rest: See the attribute.
         """
-        cls.kind, cls.traced, cls.rest = kind, traced, rest or cls.rest
+        if kind:
+            cls.kind = kind
+        cls.traced, cls.rest = traced, rest or cls.rest
         cls.presentation = Presentation(str(severity), subject, text)
         cls._names = tuple(field.rstrip("_") for field in cls._fields)
         cls._optional = tuple((field.rstrip("_"), default) for field, default in cls._field_defaults.items())

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from hmrsim.components.claw import Claw
+    from hmrsim.events import Event
     from hmrsim.robots.robot import Robot
     from hmrsim.simulation.entities import Roster
 
@@ -117,6 +118,10 @@ class Case(Generic[S]):
         """That robot's claw."""
         claw: Claw = self.robot.components["claw"]
         return claw
+
+    def publish(self, make: Callable[[], Event]) -> None:
+        """Publish an event of the fault's own; it is made only if it is wanted."""
+        self.roster.publish(make)
 
     def happens(self, probability: float) -> bool:
         """Return whether something happens that does so with a probability."""

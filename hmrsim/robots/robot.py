@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.errors import GoalAborted
+    from hmrsim.events import Event as WorldEvent
     from hmrsim.facilities.docks import Berths
     from hmrsim.geometry import Point
     from hmrsim.navigation.external_planner import Plans
@@ -332,6 +333,10 @@ class Robot(Mobile):
             self.doing.remove(action)
         if self.energy is not None:
             self.energy.act()
+
+    def publish(self, make: Callable[[], WorldEvent]) -> None:
+        """Publish an event of an action's own; it is made only if it is wanted."""
+        self._happened.publish(make)
 
     def pick(self, item: Item) -> None:
         """Take an item, which moves with the robot from now on."""

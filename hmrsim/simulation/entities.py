@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.events import Event as WorldEvent
     from hmrsim.geometry import Point, Pose
     from hmrsim.goals.dispatcher import Dispatcher
     from hmrsim.navigation.external_planner import Plans
@@ -192,6 +193,10 @@ class Roster:
                 entity.carrier.lose(entity)
             self._lay(entity, pose.point)
         self._happened.publish(lambda: Teleported(entity.name, pose.point, pose.yaw))
+
+    def publish(self, make: Callable[[], WorldEvent]) -> None:
+        """Publish an event of a fault's own; it is made only if it is wanted."""
+        self._happened.publish(make)
 
     def connect(self, name: str, *, connected: bool) -> None:
         """Let a robot be reached from outside, or not."""

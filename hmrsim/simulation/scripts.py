@@ -6,7 +6,6 @@ goal that does not: also when a controller on the network takes the robot over.
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,6 @@ import simpy
 
 from hmrsim.actions import error_of
 from hmrsim.diagnostics import shown
-from hmrsim.errors import printable
 from hmrsim.events.robots import ScriptEnded
 from hmrsim.goals.script_orders import Order, read_order
 from hmrsim.protocol.gateway import Answered, GetResult, GoalResponse, ResultResponse, SendGoal
@@ -27,8 +25,6 @@ if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.protocol.gateway import Command, Event, Topic
     from hmrsim.world.model import World
-
-_log = logging.getLogger(__name__)
 
 
 class ScriptState(Enum):
@@ -123,8 +119,6 @@ class Scripts:
         script.state = ScriptState.FAILED if script.error else ScriptState.DONE
         script.ended = self._env.now
         self._happened.publish(script.event)
-        how = script.error or f"carried out, {script.done} orders"
-        _log.info("sim %.3f | %s script: %s", script.ended, script.robot, printable(how))
 
     def _carry_out(self, robot: str, order: Order) -> Generator[Any, Any, str]:
         """Have a robot do something; return why it did not, or ""."""

@@ -8,10 +8,14 @@ import threading
 
 import pytest
 
-from hmrsim.cli.run_log import GoalLog, Later, LogLines
+from hmrsim.cli.run_log import EventLog, Later, LogLines
+from hmrsim.events import Severity
+from hmrsim.events.batteries import BatteryEmpty
+from hmrsim.events.doors import DoorOpening
+from hmrsim.events.traffic import Deadlock, Rerouted
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.gateway import GoalChanged, SendGoal, Topic
+from hmrsim.protocol.gateway import GoalChanged, Happened, SendGoal, Topic
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
@@ -27,21 +31,21 @@ def simulator():
 
 def test_goals_are_logged_with_target_and_end(simulator, caplog):
     """A goal that comes and one that arrives are a line each, with the simulated time."""
-    simulator.attach(GoalLog())
+    simulator.attach(EventLog())
 
     with caplog.at_level(logging.INFO):
         simulator.submit(SendGoal("wall_e", "navigate_to_pose", MEDICINE_ROOM))
         simulator.run()
 
     assert [
-        "sim 0.000 | wall_e navigate_to_pose accepted (512, 215)",
+        "sim 0.000 | wall_e navigate_to_pose accepted: (512, 215)",
         "sim 1.773 | wall_e navigate_to_pose SUCCEEDED",
     ] == caplog.messages
 
 
 def test_an_aborted_goal_is_logged_with_the_reason(simulator, caplog):
     """The reason is that of the result."""
-    simulator.attach(GoalLog())
+    simulator.attach(EventLog())
 
     with caplog.at_level(logging.INFO):
         simulator.submit(SendGoal("wall_e", "pickup", Pickup.Goal(target_name="moon")))
@@ -50,14 +54,38 @@ def test_an_aborted_goal_is_logged_with_the_reason(simulator, caplog):
     assert "sim 0.000 | wall_e pickup ABORTED: no item 'moon'; there are: medicine" == caplog.messages[-1]
 
 
-def test_the_log_makes_the_simulation_compute_nothing():
-    """Whoever only logs wants no samples."""
-    assert not any(GoalLog().wants(topic) for topic in Topic)
+def test_the_log_makes_the_simulation_compute_no_samples():
+    """It takes events only, and none for each lane."""
+    assert [Topic.EVENTS] == [topic for topic in Topic if EventLog().wants(topic)]
+    assert [Topic.EVENTS] == [topic for topic in Topic if Later(EventLog()).wants(topic)]
+
+
+def test_events_are_logged_at_the_level_of_their_severity(caplog):
+    """Those that happen too often are not, unless debugging is asked for of the log itself."""
+    log = EventLog()
+
+    with caplog.at_level(logging.DEBUG):
+        log.emit(Happened(2_000_000_000, BatteryEmpty("eve", 0.0, 0.0, (1.0, 2.0))))
+        log.emit(Happened(2_000_000_000, DoorOpening("gate")))
+
+    assert [("ERROR", "sim 2.000 | eve has an empty battery")] == [(r.levelname, r.message) for r in caplog.records]
+
+
+def test_beside_a_table_only_errors_are_logged(caplog):
+    """The table has the goals."""
+    log = EventLog(Severity.ERROR, goals=False)
+
+    with caplog.at_level(logging.INFO):
+        log.emit(GoalChanged(1, "eve", "wait", "0" * 32, GoalStatus.ACCEPTED))
+        log.emit(Happened(1, Rerouted("eve", (1.0, 2.0))))
+        log.emit(Happened(1, Deadlock(("ann", "eve"), ())))
+
+    assert ["sim 0.000 | deadlock of ann and eve"] == caplog.messages
 
 
 def test_goals_can_be_logged_later(simulator, caplog):
     """Nobody waits for the words; the time is that of the goal."""
-    later = Later(GoalLog())
+    later = Later(EventLog())
     simulator.attach(later)
 
     with caplog.at_level(logging.INFO):
@@ -72,7 +100,7 @@ def test_goals_can_be_logged_later(simulator, caplog):
 
 def test_other_events_are_not_logged(caplog):
     """Executing and canceling are steps in between."""
-    log = GoalLog()
+    log = EventLog()
 
     with caplog.at_level(logging.INFO):
         log.emit(GoalChanged(1, "wall_e", "wait", "0" * 32, GoalStatus.CANCELING))

@@ -110,16 +110,16 @@ def test_robots_and_items_can_be_added(simulate, rooms):
 
 
 def test_goals_are_logged_when_asked_for(simulate, rooms):
-    """Each goal's acceptance and end, and each script's end, is a line on stderr; the summary alone is on stdout."""
+    """Each goal's acceptance and end, and each event, is a line on stderr; the summary alone is on stdout."""
     _, out, err = simulate(rooms, "--log-level", "info", "--json")
 
     lines = err.splitlines()
-    assert "[INFO] sim 0.000 | wall_e navigate_to_pose accepted (9, 2)" == lines[0]
+    assert "[INFO] sim 0.000 | wall_e navigate_to_pose accepted: (9, 2)" == lines[0]
     assert [
         "[INFO] sim 16.000 | wall_e place SUCCEEDED",
-        "[INFO] sim 16.000 | wall_e script: carried out, 4 orders",
+        "[INFO] sim 16.000 | wall_e finishes its script (4 of 4 orders)",
     ] == (lines[-2:])
-    assert 9 == len(lines)
+    assert 11 == len(lines)
     assert 16.0 == json.loads(out)["sim_time"]
 
 

@@ -120,8 +120,8 @@ def test_the_simulator_tells_what_goes_on(serve):
 
     assert 0 == code
     for words in (
-        "navigate_to_pose accepted (512, 215)",
-        "pickup accepted medicine",
+        "navigate_to_pose accepted: (512, 215)",
+        "pickup accepted: medicine",
         "navigate_to_pose SUCCEEDED",
         "place SUCCEEDED",
     ):

@@ -1,0 +1,64 @@
+"""Texts of events in the page, as Python makes them."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hmrsim.events import Event, texts
+from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
+from hmrsim.protocol.gateway import GoalChanged, Happened
+from hmrsim.simulation.simulator import Simulator
+from hmrsim.world_checks import load_world
+from tests.simulation import Log
+
+pytestmark = pytest.mark.browser
+
+_TOLD = """async (events) => {
+  const { severityOf, subjectOf, textOf } = await import('/model/event_text.js');
+  const texts = await (await fetch('/events.json')).json();
+  return events.map((event) => [severityOf(event, texts), subjectOf(event, texts), textOf(event, texts)]);
+}"""
+
+ID = "0" * 32
+
+
+def _published(name: str) -> list[Event]:
+    """Return all events of a shipped world's scripts."""
+    simulator = Simulator(load_world(name).world)
+    log = Log(simulator=simulator)
+    simulator.attach(log)
+    simulator.run_scripts(60.0)
+    return [
+        event.event() if isinstance(event, GoalChanged) else event.event
+        for _, event in log.events
+        if isinstance(event, GoalChanged | Happened)
+    ]
+
+
+def test_the_page_says_what_python_says(viewed, open_page):
+    """Severity, subject and text of all that happens in some worlds, and of goals that end in some other way."""
+    _, url = viewed("scenario1")
+    events = [event for name in ("hospital", "zoo/lift", "zoo/corridor_swap") for event in _published(name)]
+    events += [GoalStatusChanged("eve", "wait", ID, 6, {"error_code": {"val": -1, "message": "no"}})]
+    events += [GoalStatusChanged("_world", "simulate_steps", ID, 5, {"error_msg": "canceled"})]
+    events += [GoalAccepted("eve", "wait", ID, {"time": {"sec": 2}})]
+
+    told = open_page(url).evaluate(_TOLD, [json.loads(json.dumps({"kind": e.kind, **e.to_json()})) for e in events])
+
+    assert len(events) > 50
+    assert [[event.severity.value, event.subject, event.text()] for event in events] == told
+
+
+def test_what_the_page_does_not_know_is_told_by_its_kind(viewed, open_page):
+    """And points by their names, where it has a format of its own."""
+    _, url = viewed("scenario1")
+    page = open_page(url)
+
+    assert [["info", "eve", "floor cleaned"]] == page.evaluate(_TOLD, [{"kind": "floor_cleaned", "robot": "eve"}])
+    assert "stops at home" == page.evaluate(
+        "async (texts) => (await import('/model/event_text.js'))"
+        ".textOf({kind: 'stopped', robot: 'eve', at: [1, 2]}, texts, {point: () => 'home'})",
+        texts(),
+    )

@@ -1,0 +1,113 @@
+"""What every kind of event promises, whoever wrote it: run over the whole registry."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from hmrsim import events
+from hmrsim.events import Event, registry
+from hmrsim.events import _flaws as flaws
+from hmrsim.protocol.gateway import GoalChanged, Happened
+from hmrsim.simulation.simulator import Simulator
+from hmrsim.world_checks import load_world
+from hmrsim_zenoh.schemas import event_schema
+from hmrsim_zenoh.wire import encoding
+from tests.simulation import Log
+from tools.event_tables import main as tables
+
+
+@pytest.fixture(params=registry().values(), ids=registry())
+def kind(request):
+    """Return each kind of event in turn."""
+    return request.param
+
+
+def _example(schema):
+    """Return plain values that a schema of an event's field allows."""
+    if "anyOf" in schema:
+        return _example(schema["anyOf"][0])
+    if "prefixItems" in schema:
+        return [_example(item) for item in schema["prefixItems"]]
+    known = {"string": "x", "number": 1.5, "integer": 1, "boolean": True, "object": {"robot": "eve"}}
+    return [_example(schema["items"])] if schema["type"] == "array" else known[schema["type"]]
+
+
+def example(kind):
+    """Return an event with all of its fields."""
+    schema = events.model_of(kind).model_json_schema(by_alias=True)
+    fields = {name: _example(field) for name, field in schema.get("properties", {}).items()}
+    return kind.from_json(fields | (fields.pop(kind.rest) if kind.rest else {}))
+
+
+def test_it_comes_back_from_its_json(kind):
+    """As a class of its own, with all fields."""
+    event = example(kind)
+
+    assert event == events.from_json(json.loads(json.dumps({"kind": kind.kind, **event.to_json()})))
+
+
+def test_its_text_has_no_gaps(kind):
+    """All of its fields are given; nothing is left of the template."""
+    text = example(kind).describe()
+
+    assert text
+    assert not {*"{}[]|"} & {*text}
+    assert text == text.strip()
+    assert "  " not in text
+
+
+def test_it_is_as_its_schema_says(kind):
+    """And one without its fields is not."""
+    validator = Draft202012Validator(event_schema())
+    head = {"kind": kind.kind, "stamp": {"sec": 1, "nanosec": 0}}
+
+    assert [] == [*validator.iter_errors({**head, **json.loads(json.dumps(example(kind).to_json()))})]
+    assert bool([*validator.iter_errors(head)]) == bool(kind._fields)
+
+
+@pytest.mark.parametrize("name", ["crossing", "door", "lift", "charger_queue"])
+def test_what_a_run_publishes_is_as_the_schema_says(name):
+    """Every event of a small world, as it is on the wire."""
+    validator = Draft202012Validator(event_schema())
+    simulator = Simulator(load_world(f"zoo/{name}").world)
+    log = Log(simulator=simulator)
+    simulator.attach(log)
+    simulator.run_scripts()
+    published = [encoding.happened(event) for _, event in log.events if isinstance(event, GoalChanged | Happened)]
+
+    assert published
+    assert [] == [error for payload in published for error in validator.iter_errors(json.loads(payload))]
+
+
+def test_ours_are_without_flaws():
+    """As make lint checks."""
+    assert [] == [*events.flaws()]
+
+
+def test_the_tables_in_the_docs_are_in_step():
+    """Whoever changes an event runs make schemas."""
+    assert 0 == tables(["--check"])
+
+
+def test_flaws_are_found(monkeypatch):
+    """An event in no group, a field without description, a text of what is no field: each is named."""
+
+    class Bad(Event, kind="bad", severity="dreadful", text="{nothing} {robot:loud}"):
+        robot: str
+
+    monkeypatch.setattr(flaws, "registry", lambda: {"bad": Bad})
+    monkeypatch.setattr(flaws, "_concrete", lambda _event: [Bad])
+    found = [*events.flaws()]
+    monkeypatch.setattr(flaws, "registry", dict)
+
+    assert [
+        "has no docstring",
+        "robot has no description",
+        "is shown with 'nothing', which is no field of it",
+        "is shown with a format 'loud', which there is not",
+        "has the severity 'dreadful', which there is not",
+    ] == [line.rpartition("Bad: ")[2] for line in found]
+    assert [f"{__name__}: Bad is not in EVENTS"] == [*events.flaws()]
