@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import registry as actions
+from hmrsim.events import texts
 from hmrsim.faults import registry as faults
 from hmrsim.geometry import crosses, distance
 from hmrsim.traffic.policies import registry as policies
@@ -17,13 +18,14 @@ if TYPE_CHECKING:
 def shown(world: World) -> dict[str, Any]:
     """Return all that a program needs which shows a simulation of a world, but for what changes in it.
 
-    That is the world itself, `resolved`, and the forms of what may be asked of it: the JSON Schemas of what people fill
-    in for each action and for each fault, by name.
+    That is the world itself, `resolved`; the forms of what may be asked of it, the JSON Schemas of what people
+    fill in for each action and for each fault, by name; and the templates of events by kind, `hmrsim.events.texts`.
     """
     return {
         "world": resolved(world),
         "actions": {name: action.form() for name, action in actions().items()},
         "faults": {name: fault.form() for name, fault in faults().items()},
+        "events": texts(),
     }
 
 

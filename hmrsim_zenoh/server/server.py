@@ -16,7 +16,6 @@ import zenoh
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.message import Message
 from hmrsim.protocol.gateway import (
-    WATCHED,
     Answered,
     CallService,
     CancelGoal,
@@ -245,7 +244,7 @@ class Server:
     def _put_event(self, event: GoalChanged | Happened) -> None:
         watched, logged = self._interest[Topic.EVENTS], self._interest[_LOG]
         if logged and isinstance(event, Happened):
-            logged = event.kind not in WATCHED
+            logged = event.event.traced
         if not (watched or logged):
             return
         payload = encoding.happened(event)

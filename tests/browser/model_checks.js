@@ -9,7 +9,7 @@ async ([base, VIEW]) => {
   const { Lines } = await import(`${base}/source/recording.js`);
   const { Playback } = await import(`${base}/source/playback.js`);
   const { errorOf } = await import(`${base}/model/goals.js`);
-  const { words, levelOf, goalWords } = await import(`${base}/model/words.js`);
+  const { told, goalWords } = await import(`${base}/model/words.js`);
 
   const stamp = (t) => ({ sec: Math.floor(t), nanosec: Math.round((t % 1) * 1e9) });
   const robot = (name, more = {}) => ({
@@ -219,7 +219,8 @@ async ([base, VIEW]) => {
         for (const more of [{}, { robot: 'wall_e' }, { robot: 'nobody' }, { door: 'gate', lift: 'lift', name: 'x' }]) {
           const each = event(1, kind, more);
           model.apply(each);
-          equal(['string', true], [typeof levelOf(each), words(each, model.world).length > 0]);
+          const { severity, subject, text } = told(each, model);
+          equal(['string', 'string', true], [typeof severity, typeof subject, text.length > 0]);
         }
         model.apply({ kind });
       }
@@ -231,6 +232,21 @@ async ([base, VIEW]) => {
     'events are kept without motions and routes'() {
       const model = modelOf(drive(1, [0, 0, 0], [1, 0, 0]), event(2, 'rerouted', { robot: 'wall_e' }), event(3, 'new'));
       equal([['rerouted', 2], ['new', 3]], model.events.map(({ kind, t }) => [kind, t]));
+    },
+    'events are told by the templates of the server, points by their names'() {
+      const model = modelOf();
+      const said = (...given) => Object.values(told(event(...given), model)).slice(0, 3);
+      equal(['wall_e', 'stops at charger', 'debug'], said(1, 'stopped', { robot: 'wall_e', at: [0, 0] }));
+      equal(['', 'of tomorrow', 'info'], said(1, 'of_tomorrow'));
+    },
+    'what happened before the first scene is in the log, and goals of it are known'() {
+      const model = new Model();
+      model.loadView(VIEW);
+      const old = { goal_id: 'old', robot: 'wall_e' };
+      model.loadLog([status(8, 1, old), event(9, 'reset'), status(1, 1), status(2, 4), event(5, 'now')], 5);
+      model.loadScene(scene(5));
+      equal(['status', 'reset', 'status', 'status'], model.events.map(({ kind }) => kind));
+      equal([['one', 4, 1, 2]], [...model.goals.values()].map(({ id, status: is, accepted, ended }) => [id, is, accepted, ended]));
     },
     'listeners are told once a flush'() {
       const model = modelOf();

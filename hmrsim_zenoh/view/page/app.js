@@ -4,7 +4,7 @@ import { Banner } from './panels/banner.js';
 import { ChartsPanel } from './panels/charts.js';
 import { button, el, guarded, mark } from './panels/dom.js';
 import { EventsPanel } from './panels/events.js';
-import { FaultDialog } from './panels/faults.js';
+import { FormDialog } from './panels/form.js';
 import { GoalsPanel } from './panels/goals.js';
 import { Hint } from './panels/hint.js';
 import { Inspector } from './panels/inspector.js';
@@ -13,6 +13,7 @@ import { Legend } from './panels/legend.js';
 import { Menu } from './panels/menu.js';
 import { Orders } from './orders.js';
 import { Player } from './panels/player.js';
+import { RobotsPanel } from './panels/robots.js';
 import { Search } from './panels/search.js';
 import { Side } from './panels/side.js';
 import { Summary } from './panels/summary.js';
@@ -39,10 +40,10 @@ export class App {
     this.inspector = new Inspector(this);
     this.time = playback ? new Player(this) : new TimeBar(this);
     this.menu = new Menu(this);
-    this.faults = new FaultDialog(this);
+    this.form = new FormDialog(this);
     this.hint = new Hint(this);
     this.panels = new Side(this, {
-      goals: new GoalsPanel(this), events: new EventsPanel(this), trees: new TreesPanel(this), charts: new ChartsPanel(this),
+      robots: new RobotsPanel(this), goals: new GoalsPanel(this), events: new EventsPanel(this), trees: new TreesPanel(this), charts: new ChartsPanel(this),
     });
     this.legendButton = button('layers', 'Legend and layers', () => this.legend.toggle(), { key: 'l' });
     this.legend = new Legend(this);
@@ -55,9 +56,9 @@ export class App {
 
   #place() {
     const corner = el('div', { class: 'card corner-tools' }, this.theme.button,
-      button('help', 'Keys', () => this.keyboard.help(), { key: '?' }));
+      button('help', 'Keyboard shortcuts', () => this.keyboard.help(), { key: '?' }));
     const zoom = el('div', { class: 'card zoom', role: 'group', 'aria-label': 'Map' },
-      button('plus', 'Nearer', () => this.zoom(1.35), { key: '+' }), button('minus', 'Farther', () => this.zoom(1 / 1.35), { key: '-' }),
+      button('plus', 'Zoom in', () => this.zoom(1.35), { key: '+' }), button('minus', 'Zoom out', () => this.zoom(1 / 1.35), { key: '-' }),
       button('fit', 'Show all', () => this.fit(), { key: '0' }), this.legendButton);
     this.panels.tabs.classList.add('card');
     document.getElementById('shell').append(
@@ -65,7 +66,7 @@ export class App {
         this.hint.element, el('div', { class: 'top-right' }, this.panels.tabs, corner)),
       el('div', { class: 'right' }, this.inspector.element, this.panels.element), zoom, this.legend.element,
       el('div', { class: 'bottom' }, this.toasts.element, this.time.element),
-      this.banner.element, this.menu.element, this.faults.element, this.keyboard.element);
+      this.banner.element, this.menu.element, this.form.element, this.keyboard.element);
   }
 
   #listen() {
@@ -87,7 +88,7 @@ export class App {
   #tellUnreadable(where) {
     if (this.toldUnreadable) return;
     this.toldUnreadable = true;
-    this.toasts.show('error', `Something ${where}can't be read, and is left out.`, 'So is whatever else is like that.');
+    this.toasts.show('error', `A message ${where}can't be read and is ignored.`, 'Further ones are ignored without notice.');
   }
 
   /** The first world is there. */
@@ -161,7 +162,7 @@ export class App {
   follow(name) {
     this.map.follow = this.map.follow === name ? null : name;
     if (this.map.follow !== null && this.map.selected !== name) this.select(name);
-    this.hint.show(this.map.follow ? `Following ${name}. Drag the map to leave.` : '', 2500);
+    this.hint.show(this.map.follow ? `Following ${name}. Drag the map to stop.` : '', 2500);
     this.render();
   }
 
@@ -248,11 +249,5 @@ export class App {
   #sheet(open, bottom) {
     if (open) return this.panels.element.offsetHeight;
     return this.inspector.element.hidden ? bottom : innerHeight - this.inspector.element.getBoundingClientRect().top;
-  }
-
-  /** @param {string} type Of robots. */
-  colourOf(type) {
-    const { types } = this.palette;
-    return types[this.model.world.typeIndex(type) % types.length];
   }
 }

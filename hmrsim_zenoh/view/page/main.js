@@ -15,8 +15,8 @@ const PANELS = 250; // ms from one rendering of the panels to the next
 const RETRY = 2000; // ms
 const WAITING = {
   connecting: 'Connecting to the simulator…',
-  lost: 'No simulator is there yet. Trying again…',
-  'no server': 'The server of this page is gone. Trying again…',
+  lost: 'No simulator yet. Trying again…',
+  'no server': 'Lost the connection to the server of this page. Trying again…',
 };
 
 const asked = new URLSearchParams(location.search);
@@ -63,7 +63,7 @@ async function begin() {
   } else {
     parts.connection = new Connection(socketAddress());
     parts.commands = new Commands(parts.connection, model, clock);
-    parts.live = new Live(parts.connection, model, clock);
+    parts.live = new Live(parts.connection, model, clock, async () => (await fetch(address('log'))).json());
   }
   const map = new MapView(document.getElementById('map'), model, clock, palette);
   run(new App({ ...parts, map }), parts, map);

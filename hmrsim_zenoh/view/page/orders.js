@@ -1,4 +1,9 @@
-// What is asked of the simulator for whoever looks at the page, and what is said of how that went.
+// What is asked of the simulator for the people at the page, and what is said of how that went.
+
+import { ABORTED, ACCEPTED } from './model/goals.js';
+import { actionWords } from './panels/phrases.js';
+
+const AT_ONCE = 1000; // ms in which a goal that is hopeless ends
 
 export class Orders {
   /** @param {import('./app.js').App} app */
@@ -23,18 +28,69 @@ export class Orders {
     this.app.aim(null);
     const name = ['floor', 'lane', 'door'].includes(pick.kind) ? '' : pick.name;
     const to = name || pick.point.map((each) => each.toFixed(this.app.model.world.units === 'px' ? 0 : 1)).join(', ');
-    this.ask(`send ${robot} to ${to}`, () => this.app.commands.goTo(robot, pick.point), `${robot} is on its way to ${to}.`);
+    this.ask(`send ${robot} to ${to}`, async () => this.#begun(await this.app.commands.goTo(robot, pick.point)), `${robot} is driving to ${to}.`);
   }
 
   /** @param {string} robot @param {string} [dock] Left out: the nearest that is free. */
   sendToDock(robot, dock = this.#nearestDock(robot)) {
     this.app.aim(null);
-    this.ask(`dock ${robot} at ${dock}`, () => this.app.commands.dock(robot, dock), `${robot} is on its way to ${dock}.`);
+    this.ask(`dock ${robot} at ${dock}`, async () => this.#begun(await this.app.commands.dock(robot, dock)), `${robot} is driving to ${dock}.`);
+  }
+
+  undock(robot) {
+    this.ask(`undock ${robot}`, async () => this.#begun(await this.app.commands.undock(robot)), `${robot} is undocking.`);
+  }
+
+  /**
+   * Have a goal be filled in, of any action that a robot serves.
+   * @param {string} robot
+   * @param {string} [chosen] The action that comes first.
+   * @param {Record<string, any>} [values] What is filled in already, by dotted path.
+   */
+  fillInGoal(robot, chosen = 'navigate_to_pose', values = {}) {
+    const { actions } = this.app.model.forms;
+    const serves = this.app.model.robots.get(robot)?.actions ?? [];
+    const forms = Object.fromEntries(Object.entries(actions).filter(([name]) => serves.includes(name)));
+    if (!Object.keys(forms).length) return this.app.toasts.show('error', `${robot} serves no actions`);
+    const send = async (action, goal) => {
+      await this.#begun(await this.app.commands.sendGoal(robot, action, goal).catch(pointToFields));
+      this.app.toasts.show('good', `${robot}: ${forms[action].title} accepted.`);
+    };
+    return this.app.form.open({ title: `Send a goal to ${robot}`, label: 'Action', verb: 'Send', forms, chosen, values, robot, send });
+  }
+
+  /** Have a fault be filled in. @param {{robot?: string, lane?: string[], door?: string}} target */
+  fillInFault(target) {
+    const [kind, name] = Object.entries(target)[0];
+    const carries = this.app.model.robots.get(target.robot)?.components ?? [];
+    const forms = Object.fromEntries(Object.entries(this.app.model.forms.faults).filter(([, { subject, component }]) =>
+      subject === kind && (component === undefined || carries.includes(component))));
+    const send = (type, values) => this.#inject({ type, ...target, settings: JSON.stringify(values) }, target);
+    const title = `Inject fault into ${kind === 'robot' ? '' : `${kind} `}${Array.isArray(name) ? name.join('–') : name}`;
+    this.app.form.open({ title, label: 'Fault', verb: 'Inject', forms, robot: target.robot, send });
   }
 
   inject(fault) {
-    const what = `${fault.type.replaceAll('_', ' ')} (${fault.robot ?? fault.door ?? fault.lane.join(' – ')})`;
-    this.ask(`inject ${what}`, () => this.app.commands.injectFault(fault), `Injected: ${what}.`);
+    this.ask(`inject ${actionWords(fault.type)}`, () => this.#inject(fault, fault));
+  }
+
+  async #inject(fault, { robot, door, lane }) {
+    await this.app.commands.injectFault(fault).catch(pointToFields);
+    this.app.toasts.show('good', `Injected ${actionWords(fault.type)} into ${robot ?? door ?? lane.join('–')}.`);
+  }
+
+  /** Return when a goal has begun; throw why it was aborted at once. @param {string} id */
+  async #begun(id) {
+    const { model } = this.app;
+    const known = () => model.goals.get(id);
+    await new Promise((resolve) => {
+      const look = () => known()?.status > ACCEPTED && end();
+      const timer = setTimeout(() => end(), AT_ONCE);
+      const end = () => (clearTimeout(timer), model.removeEventListener('goals', look), resolve());
+      model.addEventListener('goals', look);
+      look();
+    });
+    if (known()?.status === ABORTED) throw new Error(known().errorMsg || `aborted, code ${known().errorCode}`);
   }
 
   /**
@@ -64,4 +120,12 @@ export class Orders {
       !only || only.includes(name) || only.includes(this.app.model.robots.get(name)?.type));
     return suited.reduce((best, dock) => (best === null || far(dock) < far(best) ? dock : best), null)?.name ?? '';
   }
+}
+
+/** Throw an error again, with the names of the form's fields in its details. @param {Error} error */
+function pointToFields(error) {
+  const said = error.details ?? error.message.split('; ').map((text) => text.match(/^([\w.]+): (.*)$/)).filter(Boolean)
+    .map(([, field, message]) => ({ field, message }));
+  error.details = said.map(({ field, message }) => ({ field: field.replace(/^goal\./, ''), message }));
+  throw error;
 }

@@ -7,9 +7,9 @@ import { secondsOf } from './stamps.js';
 import { State } from './state.js';
 import { World } from './world.js';
 
-export { words } from './words.js';
-
 const UNTOLD = new Set(['motion', 'route']);
+/** What makes everything another one. */
+export const BEGINS_ANEW = new Set(['reset', 'world_loaded']);
 
 /** @typedef {import('./state.js').Happening} Happening */
 
@@ -66,10 +66,11 @@ export class Model extends State {
 
   /**
    * Begin with another world; a scene should follow.
-   * @param {{world: object, actions?: object, faults?: object}} view `_world/view`.
+   * @param {{world: object, actions?: object, faults?: object, events?: object}} view `_world/view`.
    */
-  loadView({ world, actions = {}, faults = {} }) {
+  loadView({ world, actions = {}, faults = {}, events = {} }) {
     this.forms = { actions, faults };
+    this.texts = events;
     // After a reset it is the same, and what was done in it stays known.
     if (!sameValues(this.world.given, world)) {
       this.world = new World(world);
@@ -96,6 +97,23 @@ export class Model extends State {
    */
   loadScene(scene) {
     loadScene(this, scene);
+  }
+
+  /**
+   * Know what happened before the first scene, which has to come next: for the log, and of goals.
+   * @param {Record<string, any>[]} events Oldest first.
+   * @param {number} until The scene's time: what happened then comes as an event, too.
+   */
+  loadLog(events, until) {
+    const sound = events.filter((event) => isSound('_world/events', event));
+    const begins = sound.findLastIndex(({ kind }) => BEGINS_ANEW.has(kind));
+    sound.forEach((event, i) => {
+      event.t = secondsOf(event.stamp);
+      if (i > begins && event.t >= until) return;
+      this._events.push(event);
+      if (i > begins && event.kind === 'status') CHANGES.get('status')(this, event, event.t);
+    });
+    this.touch('events');
   }
 
   /**

@@ -70,6 +70,7 @@ const isScene = isLike({
   }),
 });
 
+const isTexts = (value) => isRecord(value) && Object.values(value).every(isLike({ text: isName, severity: isName }));
 const isThing = isLike({ name: isName, at: isPoint });
 const isWorld = isLike({
   name: isName, units: isName,
@@ -87,7 +88,7 @@ const isNode = isLike({ depth: isNumber, name: isName, status: isName, ...maybe(
 const OF_WORLD = new Map([
   ['events', isEvent],
   ['scene', isScene],
-  ['view', isLike({ world: isWorld, actions: isOptional(isRecord), faults: isOptional(isRecord) })],
+  ['view', isLike({ world: isWorld, actions: isOptional(isRecord), faults: isOptional(isRecord), events: isOptional(isTexts) })],
   ['info', isLike({ robots: isOptional(isListOf(isLike({ name: isName }))) })],
   ['clock', isLike({ clock: isStamp })],
   ['time/state', isLike({ now: isNumber, real_time_factor: isNumber, ...maybe({ participants: isNames, waiting_for: isNames }) })],

@@ -27,6 +27,8 @@ export class State extends EventTarget {
     this.world = new World();
     /** @type {{actions: Record<string, object>, faults: Record<string, object>}} JSON Schemas of what people fill in. */
     this.forms = { actions: {}, faults: {} };
+    /** @type {Record<string, {text: string, severity: string, subject: string[], group: string}>} Templates of events. */
+    this.texts = {};
     /** @type {object|null} `_world/info`, as it came. */
     this.info = null;
     /** @type {number} When the last thing happened that is known, in simulated seconds. */
@@ -82,9 +84,9 @@ export class State extends EventTarget {
 
   /** @returns {object} What `restore` takes, in this model or another. */
   snapshot() {
-    const { world, info, time, deadlocks, plannerPresent, simulationState } = this;
+    const { world, forms, texts, info, time, deadlocks, plannerPresent, simulationState } = this;
     return {
-      plain: { world, info, time, deadlocks, plannerPresent, simulationState },
+      plain: { world, forms, texts, info, time, deadlocks, plannerPresent, simulationState },
       robots: Array.from(this.robots.values(), (robot) => robot.saved()),
       maps: Object.fromEntries(MAPS.map((name) => [name, new Map(this[name])])),
       goals: this.goalList.saved(),

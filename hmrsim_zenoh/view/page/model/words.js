@@ -1,43 +1,30 @@
-/** What happens, in a few words for people; as hmrsim/cli/telling.py has them, and of goals, items and faults, too. */
+/** What events, goals and feedback say, in a few words for people; templates of events come with `_world/view`. */
 
-import { ABORTED, CANCELED, errorOf, STATUS, SUCCEEDED } from './goals.js';
+import { FORMATS, severityOf, subjectOf, textOf } from './event_text.js';
 import { secondsOf } from './stamps.js';
 
-/** How much an event matters to people. */
-export const LEVELS = Object.freeze(['detail', 'info', 'warning', 'error']);
+/**
+ * @typedef {{subject: string, text: string, severity: string, group: string}} Told `subject` is "" for the whole world;
+ *   `severity` is debug, info, warning or error.
+ */
 
 /**
- * Return what an event says, without who it is about (`subjectOf`); never "".
+ * Return what people are told of an event.
  * @param {Record<string, any>} event
- * @param {import('./world.js').World} [world] For the names of points.
- * @returns {string}
+ * @param {import('./model.js').Model} model For templates, and names of points.
+ * @returns {Told}
  */
-export function words(event, world) {
-  return tried(() => WORDS.get(event?.kind)?.(event, world)) || String(event?.kind ?? '').replaceAll('_', ' ');
-}
-
-/**
- * Return whom or what an event is about; "" for the whole world.
- * @param {Record<string, any>} event
- * @returns {string}
- */
-export function subjectOf(event) {
-  if (event.robot === '_world') return '';
-  return event.robot ?? event.door ?? event.lift ?? event.entity ?? event.participant ?? '';
-}
-
-/**
- * Return how much an event matters: one of `LEVELS`.
- * @param {Record<string, any>} event
- * @returns {string}
- */
-export function levelOf(event) {
-  if (event.kind === 'status') {
-    if (event.status === ABORTED) return 'error';
-    return event.status === CANCELED ? 'warning' : event.status === SUCCEEDED ? 'info' : 'detail';
-  }
-  if (event.kind === 'script_ended') return event.error ? 'error' : 'info';
-  return LEVEL.get(event.kind) ?? 'info';
+export function told(event, { texts, world }) {
+  const formats = {
+    point: (at) => world.nameAt(at) || FORMATS.point(at),
+    goal: (goal) => goalWords(event.action, goal, world),
+  };
+  return {
+    subject: tried(() => subjectOf(event, texts)),
+    text: tried(() => textOf(event, texts, formats)) || String(event.kind),
+    severity: tried(() => severityOf(event, texts)) || 'info',
+    group: texts[event.kind]?.group ?? '',
+  };
 }
 
 /**
@@ -86,7 +73,7 @@ export function feedbackWords(feedback, units = '') {
   return said.filter(Boolean).join(', ');
 }
 
-/** Return words about what somebody else has made up, "" where it is not as it should be. @param {() => any} say */
+/** Return words about what others have made up, "" where it is not as it should be. @param {() => any} say */
 function tried(say) {
   try {
     return String(say() ?? '');
@@ -95,74 +82,7 @@ function tried(say) {
   }
 }
 
-const DOCKING = ['waits for a berth', 'to the staging pose', 'drives in', 'drives in', 'waits for charge', 'retries'];
-
-const LEVEL = new Map(Object.entries({
-  goal: 'detail', motion: 'detail', route: 'detail', plan_wanted: 'detail', went_on: 'detail', stopped: 'detail',
-  door_opening: 'detail', door_opened: 'detail', door_closed: 'detail', lift_called: 'detail',
-  lift_departed: 'detail', lift_arrived: 'detail', dock_undocked: 'detail', made_room: 'detail',
-  waiting: 'info', rerouted: 'info', lane_closed: 'warning', fault_began: 'warning', fault_missed: 'warning',
-  participant_dropped: 'warning', rejected: 'warning', battery_low: 'warning', battery_critical: 'warning',
-  dropped: 'warning', deadlock: 'error', battery_empty: 'error',
-}));
-
-const SIMULATION_STATES = ['stopped', 'plays', 'paused'];
-
-const WORDS = new Map(Object.entries({
-  status({ action, status, result }) {
-    const [code, text] = status === ABORTED || status === CANCELED ? errorOf(result) : [null, ''];
-    const why = [code === null ? '' : `code ${code}`, text].filter(Boolean).join(', ');
-    return `${action} ${STATUS[status] ?? status}${why && `: ${why}`}`;
-  },
-  goal: ({ action, goal }, world) => `is asked for ${[action, goalWords(action, goal, world)].filter(Boolean).join(' ')}`,
-  rejected: ({ action, reason, error_msg: text }) => `${action} rejected, ${reason}${text ? `: ${text}` : ''}`,
-  stopped: ({ at }, world) => `stops${spot(at, world, ' at ')}`,
-  picked: ({ item }) => `picks up ${item}`,
-  placed: ({ item, at }, world) => `lays down ${item}${spot(at, world, ' at ')}`,
-  dropped: ({ item, at }, world) => `drops ${item}${spot(at, world, ' at ')}`,
-  waiting: (event) => (event.why ? `waits: ${event.why}` : `waits for ${(event.for ?? []).join(' and ') || 'its turn'}`),
-  went_on: ({ waited }) => `goes on${waited > 0 ? ` after ${number(waited)} s` : ''}`,
-  rerouted: () => 'takes another way',
-  made_room: ({ by }) => `makes room for ${by}`,
-  deadlock: ({ robots }) => `deadlock of ${(robots ?? []).join(', ')}`,
-  lane_closed: ({ lane, why }) => `${laneWords(lane)} is closed${why ? `: ${why}` : ''}`,
-  lane_opened: ({ lane }) => `${laneWords(lane)} is open again`,
-  fault_began: ({ name, fault }) => `${name} begins (${fault})`,
-  fault_ended: ({ name }) => `${name} is over`,
-  fault_missed: ({ name, why }) => `${name} could not happen: ${why}`,
-  dock_queued: ({ dock, position }) => `queues for ${dock}, as number ${position}`,
-  dock_docked: ({ dock }) => `docked at ${dock}`,
-  dock_undocked: ({ dock }) => `left ${dock}`,
-  battery_low: (event) => `battery low, ${share(event)}`,
-  battery_critical: (event) => `battery critical, ${share(event)}`,
-  battery_empty: () => 'battery empty',
-  battery_revived: (event) => `can go on again, ${share(event)}`,
-  battery_full: () => 'battery full',
-  charging_began: (event) => `charges, ${share(event)}`,
-  charging_ended: (event) => `charges no more, ${share(event)}`,
-  door_opening: ({ by }) => `opens${by ? ` for ${by}` : ''}`,
-  door_opened: ({ by }) => `is open${by ? ` for ${by}` : ''}`,
-  door_closed: () => 'is closed',
-  lift_called: ({ stop, by }) => `is called to ${stop}${by ? ` by ${by}` : ''}`,
-  lift_departed: ({ from, to, robots }) => {
-    return `goes from ${from} to ${to}${robots?.length ? ` with ${robots.join(', ')}` : ', empty'}`;
-  },
-  lift_arrived: ({ stop }) => `is at ${stop}`,
-  spawned: ({ type, at }, world) => `is there, ${type}${spot(at, world, ' at ')}`,
-  deleted: () => 'is gone',
-  teleported: ({ at }, world) => `was put somewhere else${spot(at, world, ', to ')}`,
-  script_ended: ({ done, orders, error }) => error || `script carried out, ${done} of ${orders} orders`,
-  participant_joined: () => 'takes part in lockstep',
-  participant_left: () => 'takes part in lockstep no more',
-  participant_dropped: ({ why }) => `dropped from lockstep${why ? `: ${why}` : ''}`,
-  planner: ({ present }) => (present ? 'a planner is there' : 'the planner is gone'),
-  plan_wanted: ({ request }) => `wants a path from the planner, request ${request}`,
-  simulation_state: ({ state }) => `simulation ${SIMULATION_STATES[state] ?? `in state ${state}`}`,
-  reset: () => 'the simulation was reset',
-  world_loaded: ({ name }) => `world ${name} was loaded`,
-  motion: ({ to, turned }, world) => (turned === undefined ? `drives${spot(to, world, ' to ')}` : 'turns'),
-  route: ({ points }, world) => `takes a way${spot(points?.at(-1), world, ' to ')}`,
-}));
+const DOCKING = ['waiting for a berth', 'to the staging pose', 'docking', 'docking', 'waiting for charge', 'retrying'];
 
 const ASKED = new Map(Object.entries({
   navigate_to_pose: ({ pose }, world) => pointWords(pose, world),
@@ -180,10 +100,6 @@ const ASKED = new Map(Object.entries({
   simulate_steps: ({ steps }) => `${steps} steps`,
 }));
 
-function laneWords(lane) {
-  return lane?.join('-') ?? 'a lane';
-}
-
 function throughWords(poses, world) {
   if (!Array.isArray(poses) || poses.length === 0) return '';
   const last = pointWords(poses[poses.length - 1], world);
@@ -196,16 +112,8 @@ function pointWords(stamped, world) {
   return `to ${named(x, y, world)}`;
 }
 
-function spot(at, world, before) {
-  return Array.isArray(at) ? before + named(at[0], at[1], world) : '';
-}
-
 function named(x, y, world) {
   return world?.nameAt([x, y]) || `(${number(x)}, ${number(y)})`;
-}
-
-function share({ percentage }) {
-  return `${Math.round((percentage ?? 0) * 100)}%`;
 }
 
 function number(value) {

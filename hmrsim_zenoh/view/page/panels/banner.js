@@ -5,8 +5,8 @@ import { lastingWords } from './phrases.js';
 
 const TEXTS = {
   connecting: 'Connecting to the simulator…',
-  lost: 'The simulator is gone. Trying again…',
-  'no server': 'The server of this page is gone. Trying again…',
+  lost: 'Lost the connection to the simulator. Reconnecting…',
+  'no server': 'Lost the connection to the server of this page. Reconnecting…',
 };
 const PATIENCE = 600; // ms for which nothing is said
 
@@ -25,7 +25,7 @@ export class Banner {
   #changed() {
     const { state } = this.app.live;
     if (state === 'live') {
-      if (this.missed) this.app.toasts.show('good', 'The simulator is back.');
+      if (this.missed) this.app.toasts.show('good', 'Reconnected to the simulator.');
       this.missed = false;
     } else if (!this.missed) {
       this.began = performance.now();

@@ -1,23 +1,13 @@
 // The log of what happens, newest first.
 
-import { levelOf, robotsOf, subjectOf, words } from '../model/words.js';
+import { robotsOf, told } from '../model/words.js';
 import { button, el, icon, mark, say, sign } from './dom.js';
-import { clockWords } from './phrases.js';
+import { clockWords, inWords } from './phrases.js';
 import { Rows } from './rows.js';
 
 const ROW = 32;
-/** What belongs together for whoever looks for something. */
-const GROUPS = {
-  'All kinds': null,
-  Goals: /^(goal|status|rejected|script_ended|plan_wanted|planner)$/,
-  Traffic: /^(waiting|went_on|rerouted|deadlock|made_room|lane_|stopped)/,
-  'Faults and errors': null,
-  'Batteries and docks': /^(battery_|charging_|dock_)/,
-  'Doors and lifts': /^(door_|lift_)/,
-  Items: /^(picked|placed|dropped)/,
-  Simulation: /^(simulation_state|reset|spawned|deleted|teleported|world_loaded|participant_)/,
-};
-const BAD = new Set(['warning', 'error']);
+const ALL = 'All kinds';
+const BAD = 'Warnings and errors';
 
 export class EventsPanel {
   /** @param {import('../app.js').App} app */
@@ -26,15 +16,16 @@ export class EventsPanel {
     this.title = 'Events';
     /** @type {object[]|null} What was known when it was paused. */
     this.held = null;
-    /** What an event is found by. */
-    this.lines = new WeakMap();
+    /** What is told of an event, and what it is found by. */
+    this.told = new WeakMap();
     const again = () => this.render();
     this.filter = el('input', {
       type: 'search', class: 'field', placeholder: 'Robot, door, place, words', 'aria-label': 'Filter events', oninput: again,
     });
-    this.kind = el('select', { class: 'field', 'aria-label': 'Kind of events', onchange: again },
-      ...Object.keys(GROUPS).map((name) => el('option', { text: name })));
-    this.hold = button('pause', 'Hold the list', () => this.#toggle(), { class: 'quiet' });
+    this.kind = el('select', { class: 'field', 'aria-label': 'Kind of events', onchange: again });
+    app.model.addEventListener('world', () => this.#groups());
+    this.#groups();
+    this.hold = button('pause', 'Pause the list', () => this.#toggle(), { class: 'quiet' });
     this.rows = new Rows({ label: 'Events', height: ROW, make: () => this.#row() });
     this.empty = el('p', { class: 'empty' });
     this.element = el('div', { class: 'panel-body' },
@@ -43,7 +34,7 @@ export class EventsPanel {
 
   #toggle() {
     this.held = this.held ? null : this.app.model.events.slice();
-    const label = this.held ? 'Go on' : 'Hold the list';
+    const label = this.held ? 'Resume the list' : 'Pause the list';
     this.hold.replaceChildren(icon(this.held ? 'play' : 'pause'));
     mark(this.hold, 'aria-label', label);
     mark(this.hold, 'title', label);
@@ -54,30 +45,37 @@ export class EventsPanel {
   render() {
     const { model } = this.app;
     const text = this.filter.value.trim().toLowerCase();
-    const group = GROUPS[this.kind.value];
-    const bad = this.kind.value === 'Faults and errors';
+    const kind = this.kind.value;
     const shown = [];
     const all = this.held ?? model.events;
     for (let i = all.length - 1; i >= 0; i -= 1) {
       const event = all[i];
-      if (group && !group.test(event.kind)) continue;
-      if (bad && !BAD.has(levelOf(event)) && !event.kind.startsWith('fault_')) continue;
-      if (text && !this.#line(event).includes(text)) continue;
+      const said = this.#tell(event);
+      if (kind === BAD ? !['warning', 'error'].includes(said.severity) : kind !== ALL && said.group !== kind) continue;
+      if (text && !said.line.includes(text)) continue;
       shown.push(event);
     }
-    say(this.empty, shown.length ? '' : all.length ? 'No event is like that.' : 'Nothing has happened yet.');
+    say(this.empty, shown.length ? '' : all.length ? 'No event matches.' : 'No events yet.');
     this.empty.hidden = shown.length > 0;
     this.rows.element.hidden = shown.length === 0;
     this.rows.show(shown);
   }
 
-  #line(event) {
-    let line = this.lines.get(event);
-    if (line === undefined) {
-      line = `${subjectOf(event)} ${event.kind} ${words(event, this.app.model.world)}`.toLowerCase();
-      this.lines.set(event, line);
+  #groups() {
+    const groups = [...new Set(Object.values(this.app.model.texts).map(({ group }) => group))].sort();
+    if (this.kind.options.length === groups.length + 2) return;
+    this.kind.replaceChildren(...[ALL, BAD].map((name) => el('option', { text: name })),
+      ...groups.map((name) => el('option', { value: name, text: inWords(name) })));
+  }
+
+  #tell(event) {
+    let said = this.told.get(event);
+    if (said === undefined) {
+      said = told(event, this.app.model);
+      said.line = `${said.subject} ${event.kind} ${said.text}`.toLowerCase();
+      this.told.set(event, said);
     }
-    return line;
+    return said;
   }
 
   #row() {
@@ -94,12 +92,12 @@ export class EventsPanel {
     row.fill = (given) => {
       if (given === event) return;
       event = given;
-      const said = words(event, this.app.model.world);
+      const { severity, subject, text } = this.#tell(event);
       say(parts.time, clockWords(event.t, 1));
-      mark(parts.shape, 'data-is', levelOf(event));
-      say(parts.who, subjectOf(event));
-      say(parts.what, said);
-      mark(press, 'title', `${subjectOf(event)} ${said}`.trim());
+      mark(parts.shape, 'data-is', severity);
+      say(parts.who, subject);
+      say(parts.what, text);
+      mark(press, 'title', `${subject} ${text}`.trim());
     };
     return row;
   }

@@ -66,8 +66,8 @@ export class GoalsPanel {
   }
 
   #nothing(known) {
-    if (known) return 'No goal is like that.';
-    return this.app.live ? 'No goal yet. Click a robot, then where it should go.' : 'No goal up to now.';
+    if (known) return 'No goal matches.';
+    return this.app.live ? 'No goals yet. Click a robot, then its goal.' : 'No goals yet.';
   }
 
   #line(goal) {
@@ -131,7 +131,7 @@ export class GoalsPanel {
     const robot = model.robots.get(goal.robot);
     const said = feedbackWords(goal.feedback, model.world.units);
     if (said || robot?.goal?.key !== goal.key) return said;
-    if (robot.waits) return robot.waitsFor.length ? `waits for ${robot.waitsFor.join(' and ')}` : robot.waitsWhy;
+    if (robot.waits) return robot.waitsFor.length ? `waiting for ${robot.waitsFor.join(' and ')}` : robot.waitsWhy;
     const left = robot.distanceRemaining(now);
     return left > 0 ? `${lengthWords(left, model.world.units)} left` : '';
   }

@@ -3,6 +3,7 @@
 import { goalWords } from '../model/words.js';
 import { button, el, mark, say, sign } from './dom.js';
 import { actionWords, lengthWords, shareWords, taskWords, whyWords } from './phrases.js';
+import { TypeSign } from './type_sign.js';
 
 export class Inspector {
   /** @param {import('../app.js').App} app */
@@ -10,7 +11,7 @@ export class Inspector {
     this.app = app;
     this.name = el('h2');
     this.type = el('span', { class: 'type' });
-    this.dot = el('span', { class: 'type-dot', 'aria-hidden': 'true' });
+    this.dot = new TypeSign(app);
     this.shape = sign('state', '');
     this.state = el('b');
     this.why = el('span', { class: 'why' });
@@ -22,7 +23,7 @@ export class Inspector {
     this.buttons = el('div', { class: 'actions' });
     this.#makeButtons();
     this.element = el('section', { class: 'card inspector', 'aria-label': 'Selected robot', hidden: true },
-      el('header', {}, this.dot, el('div', {}, this.name, this.type),
+      el('header', {}, this.dot.element, el('div', {}, this.name, this.type),
         button('close', 'Close', () => app.select(null), { key: 'esc', class: 'quiet' })),
       el('p', { class: 'state-line', role: 'status' }, this.shape, this.state, this.why),
       this.goal, this.battery, this.buttons, this.facts);
@@ -33,15 +34,16 @@ export class Inspector {
     const name = () => app.map.selected;
     this.go = button('target', 'Go to', () => app.aim(name()), { text: true, class: 'primary', key: 'm' });
     this.dock = button('dock', 'Dock', () => this.#dock(), { text: true });
-    this.cancel = button('stop', 'Cancel', () => app.orders.ask(`cancel what ${name()} does`, () => app.commands.cancelAll(name())), { text: true });
+    this.act = button('goals', 'Action…', () => app.orders.fillInGoal(name()), { text: true, key: 'a' });
+    this.cancel = button('stop', 'Cancel', () => app.orders.ask(`cancel the goals of ${name()}`, () => app.commands.cancelAll(name())), { text: true });
     this.follow = button('follow', 'Follow', () => app.follow(name()), { text: true, key: 'f' });
-    this.fault = button('fault', 'Fault…', () => app.faults.open({ robot: name() }), { text: true });
-    this.buttons.append(...(app.live ? [this.go, this.dock, this.cancel, this.fault] : []), this.follow);
+    this.fault = button('fault', 'Fault…', () => app.orders.fillInFault({ robot: name() }), { text: true });
+    this.buttons.append(...(app.live ? [this.go, this.act, this.dock, this.cancel, this.fault] : []), this.follow);
   }
 
   #dock() {
     const robot = this.app.model.robots.get(this.app.map.selected);
-    if (robot.dock) this.app.orders.ask(`undock ${robot.name}`, () => this.app.commands.undock(robot.name));
+    if (robot.dock) this.app.orders.undock(robot.name);
     else this.app.orders.sendToDock(robot.name);
   }
 
@@ -53,7 +55,7 @@ export class Inspector {
     const state = robot.stateAt(now);
     say(this.name, robot.name);
     say(this.type, `${robot.type}${robot.flies ? ', flies' : ''}`);
-    this.dot.style.background = this.app.colourOf(robot.type);
+    this.dot.show(robot.type, robot.flies);
     mark(this.shape, 'data-is', state);
     say(this.state, state);
     say(this.why, whyWords(robot, state, this.app.model, now));
@@ -88,6 +90,7 @@ export class Inspector {
     this.dock.disabled = gone || !may('dock_robot') && !robot.dock;
     this.dock.hidden = this.app.model.docks.size === 0;
     say(this.dock.lastChild, robot.dock ? 'Undock' : 'Dock');
+    this.act.disabled = gone || robot.actions.length === 0;
     this.cancel.disabled = gone || robot.goals.length === 0;
     this.fault.disabled = gone;
     mark(this.follow, 'aria-pressed', String(this.app.map.follow === robot.name));
@@ -102,12 +105,13 @@ export class Inspector {
     const facts = [
       ['Position', `${x.toFixed(1)}, ${y.toFixed(1)} · ${Math.round((yaw * 180) / Math.PI)}°`],
       ['Dock', robot.dock],
-      ['Holds', robot.holds.join(', ')],
+      ['Carries', robot.holds.join(', ')],
       ['Faults', faults.map(({ name, fault }) => (name.startsWith(fault) ? actionWords(fault) : `${name} (${actionWords(fault)})`)).join(', ')],
-      ['Waiting for it', waiting.map(({ name }) => name).join(', ')],
-      ['Also', behind.map((goal) => `${actionWords(goal.action)} ${goalWords(goal.action, goal.goal, model.world)}`).join(', ')],
-      ['Components', robot.components.join(', ')],
-      ['Sees', robot.detections.map(({ id }) => id).join(', ')],
+      ['Blocks', waiting.map(({ name }) => name).join(', ')],
+      ['Other goals', behind.map((goal) => `${actionWords(goal.action)} ${goalWords(goal.action, goal.goal, model.world)}`).join(', ')],
+      ['Components', robot.components.map((each) => (each === 'claw' ? 'gripper' : actionWords(each))).join(', ')],
+      ['Planner', robot.planner === 'external' ? 'external planner' : ''],
+      ['Detections', robot.detections.map(({ id }) => id).join(', ')],
     ].filter(([, value]) => value);
     const said = JSON.stringify(facts);
     if (said === this.said) return;

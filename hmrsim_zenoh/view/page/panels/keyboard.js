@@ -1,28 +1,29 @@
-// Keys, and the overlay that lists them.
+// Keyboard shortcuts, and the overlay that lists them.
 
 import { button, el } from './dom.js';
 
 /** @type {[string[], string, (app: import('../app.js').App) => void][]} */
 const KEYS = [
-  [[' '], 'Pause, or go on', (app) => app.time.toggle()],
-  [['.'], 'One step, while paused', (app) => app.time.stepOnce()],
-  [['[', ']'], 'In a recording: previous, next event', (app, key) => app.time.jump?.(key === ']' ? 1 : -1)],
+  [[' '], 'Pause or resume', (app) => app.time.toggle()],
+  [['.'], 'Step, while paused', (app) => app.time.stepOnce()],
+  [['[', ']'], 'In a recording: previous, next mark', (app, key) => app.time.jump?.(key === ']' ? 1 : -1)],
   [['/'], 'Find a robot or place', (app) => app.search.focus()],
-  [['m'], 'Send the selected robot: then click, or find, where', (app) => app.map.selected && app.aim(app.map.selected)],
+  [['a'], 'Send the selected robot any goal', (app) => app.live && app.map.selected && app.orders.fillInGoal(app.map.selected)],
+  [['m'], 'Send the selected robot to the next click or search', (app) => app.map.selected && app.aim(app.map.selected)],
   [['shift enter'], 'In the search: send the robot to what is found', () => {}],
-  [['f'], 'Follow the selected robot, or no more', (app) => app.map.selected && app.follow(app.map.selected)],
-  [['n', 'N'], 'Select the next robot, the one before', (app, key) => app.selectNext(key === 'n' ? 1 : -1)],
+  [['f'], 'Follow the selected robot, or stop following', (app) => app.map.selected && app.follow(app.map.selected)],
+  [['n', 'N'], 'Select the next or the previous robot', (app, key) => app.selectNext(key === 'n' ? 1 : -1)],
   [['ContextMenu'], 'Menu of the selected robot', (app) => app.openMenuOfSelected()],
-  [['g', 'e', 't', 'c'], 'Goals, events, trees, charts', (app, key) => app.panels.toggle(PANELS[key])],
+  [['r', 'g', 'e', 't', 'c'], 'Robots, goals, events, trees, charts', (app, key) => app.panels.toggle(PANELS[key])],
   [['l'], 'Legend and layers', (app) => app.legend.toggle()],
   [['0'], 'Show all of the map', (app) => app.fit()],
-  [['+', '-'], 'Nearer, farther', (app, key) => app.zoom(key === '-' ? 1 / 1.35 : 1.35)],
+  [['+', '-'], 'Zoom in, zoom out', (app, key) => app.zoom(key === '-' ? 1 / 1.35 : 1.35)],
   [['ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown'], 'Move the map', (app, key) => app.pan(...WAYS[key])],
   [['d'], 'Dark or light', (app) => app.theme.toggle()],
-  [['Escape'], 'Leave: aiming, following, the selection', (app) => app.escape()],
-  [['?'], 'These keys', (app) => app.keyboard.help()],
+  [['Escape'], 'Cancel aiming, stop following, deselect', (app) => app.escape()],
+  [['?'], 'Show the keyboard shortcuts', (app) => app.keyboard.help()],
 ];
-const PANELS = { g: 'goals', e: 'events', t: 'trees', c: 'charts' };
+const PANELS = { r: 'robots', g: 'goals', e: 'events', t: 'trees', c: 'charts' };
 const STEP = 90; // css pixels
 const WAYS = { ArrowLeft: [STEP, 0], ArrowRight: [-STEP, 0], ArrowUp: [0, STEP], ArrowDown: [0, -STEP] };
 const SHOWN = {
@@ -44,8 +45,8 @@ export class Keyboard {
       el('dt', {}, ...keys.map((key) => el('kbd', { text: SHOWN[key] ?? key }))), el('dd', { text: words })));
     const close = button('close', 'Close', () => this.element.close(), { class: 'quiet corner' });
     return el('dialog', { class: 'dialog', 'aria-labelledby': 'keys-title' }, close,
-      el('h2', { id: 'keys-title', text: 'Keys' }), el('dl', { class: 'keys' }, ...rows),
-      el('p', { class: 'note', text: 'Click a robot, then where it should go. A right click, or a long press, has more. Drag to move the map, wheel or pinch to zoom.' }));
+      el('h2', { id: 'keys-title', text: 'Keyboard shortcuts' }), el('dl', { class: 'keys' }, ...rows),
+      el('p', { class: 'note', text: 'Click a robot, then its goal. A right click or a long press opens a menu. Drag to move the map, scroll or pinch to zoom.' }));
   }
 
   help() {

@@ -2,11 +2,12 @@
 
 import { STATES } from '../model/robot.js';
 import { el, mark, sign } from './dom.js';
+import { TypeSign } from './type_sign.js';
 
 const LAYERS = {
-  walls: 'Walls', lanes: 'Lanes', names: 'Names', routes: 'Way ahead', driven: 'Way driven', sensors: 'Sensors',
+  walls: 'Walls', lanes: 'Lanes', names: 'Names', routes: 'Path ahead', driven: 'Path driven', sensors: 'Sensors',
 };
-const LINES = [['ahead', 'way ahead'], ['driven', 'way driven'], ['lane_closed', 'closed, fault'], ['charger', 'charger'], ['door', 'door'], ['item', 'item']];
+const LINES = [['ahead', 'path ahead'], ['driven', 'path driven'], ['lane_closed', 'closed lane, fault'], ['charger', 'charger'], ['door', 'door'], ['item', 'item']];
 
 export class Legend {
   /** @param {import('../app.js').App} app */
@@ -21,8 +22,8 @@ export class Legend {
     this.types = el('ul');
     this.lines = el('ul');
     this.element = el('section', { class: 'card legend', id: 'legend', 'aria-label': 'Legend and layers', hidden: true }, layers,
-      el('h3', { text: 'Robots' }), el('ul', {}, ...STATES.map((state) => el('li', {}, sign('state', state), state))),
-      el('h3', { text: 'Types' }), this.types, el('h3', { text: 'Map' }), this.lines);
+      el('h3', { text: 'Robot states' }), el('ul', {}, ...STATES.map((state) => el('li', {}, sign('state', state), state))),
+      el('h3', { text: 'Robot types' }), this.types, el('h3', { text: 'Map' }), this.lines);
     app.model.addEventListener('world', () => this.render());
   }
 
@@ -40,7 +41,12 @@ export class Legend {
       return el('li', {}, shape, text);
     };
     const { app } = this;
-    this.types.replaceChildren(...Array.from(app.model.world.types.keys(), (type) => dot(app.colourOf(type), 'type-dot', type)));
+    const used = new Set(Array.from(app.model.robots.values(), ({ type }) => type));
+    this.types.replaceChildren(...[...app.model.world.types.keys()].filter((type) => used.has(type)).map((type) => {
+      const shape = new TypeSign(app);
+      shape.show(type);
+      return el('li', {}, shape.element, type);
+    }));
     this.lines.replaceChildren(...LINES.map(([colour, text]) => dot(app.palette[app.theme.name][colour], 'dash', text)));
   }
 }

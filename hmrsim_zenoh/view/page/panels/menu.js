@@ -87,22 +87,22 @@ export class Menu {
   }
 }
 
-const READS = true; // also where nothing can be asked of anybody, as in a recording
+const READS = true; // in a recording, too
 
 const ENTRIES = {
   robot(app, name) {
     const robot = app.model.robots.get(name);
     if (!robot) return [];
-    const goals = robot.goals.length ? [['stop', 'Cancel goal', () => app.orders.ask(`cancel what ${name} does`, () => app.commands.cancelAll(name))]] : [];
-    const dock = robot.dock ? [['dock', 'Undock', () => app.orders.ask(`undock ${name}`, () => app.commands.undock(name))]]
+    const goals = robot.goals.length ? [['stop', 'Cancel goal', () => app.orders.ask(`cancel the goals of ${name}`, () => app.commands.cancelAll(name))]] : [];
+    const dock = robot.dock ? [['dock', 'Undock', () => app.orders.undock(name)]]
       : app.model.docks.size ? [['dock', 'Dock', () => app.orders.sendToDock(name)]] : [];
     return [
-      ['robot', 'Inspect', () => app.select(name), READS],
-      ['follow', app.map.follow === name ? 'Follow no more' : 'Follow', () => app.follow(name), READS],
+      ['robot', 'Select', () => app.select(name), READS],
+      ['follow', app.map.follow === name ? 'Stop following' : 'Follow', () => app.follow(name), READS],
       null,
-      ['target', 'Go to…', () => app.aim(name)], ...dock, ...goals,
+      ['target', 'Go to…', () => app.aim(name)], ...dock, ['goals', 'Send goal…', () => app.orders.fillInGoal(name)], ...goals,
       null,
-      ...faultEntries(app, { robot: name }, [['Break down', { type: 'breakdown' }], ['Slip, at half speed', { type: 'slip', factor: 0.5 }]]),
+      ...faultEntries(app, { robot: name }, [['Break down', { type: 'breakdown' }], ['Slip at half speed', { type: 'slip', factor: 0.5 }]]),
       null,
     ];
   },
@@ -115,19 +115,24 @@ const ENTRIES = {
     const stops = app.model.lifts.get(name)?.stops ?? [];
     return [...stops.map((stop) => ['door', `Call to ${stop}`, () => app.orders.ask(`call ${name}`, () => app.commands.callLift(name, stop))]), null];
   },
+  item(app, name) {
+    const robot = app.model.robots.get(app.map.selected);
+    if (!robot?.actions.includes('pickup')) return [];
+    return [['item', `Pick up with ${robot.name}`, () => app.orders.fillInGoal(robot.name, 'pickup', { target_name: name })], null];
+  },
   lane(app, key) {
     return [...faultEntries(app, { lane: key.split('|') }, [['Close this lane', { type: 'lane_closed' }]]), null];
   },
 };
 
-/** Return what may go wrong with something, and what may be put right. */
+/** Return the faults that may be injected into something, and those that may be cleared. */
 function faultEntries(app, target, quick) {
   const on = [...app.model.faults.values()].filter((fault) => concerns(fault, target));
   const there = new Set(on.map(({ fault }) => fault));
   return [
     ...on.map(({ name }) => ['check', `Clear ${name}`, () => app.orders.ask(`clear ${name}`, () => app.commands.clearFault(name))]),
     ...quick.filter(([, { type }]) => !there.has(type)).map(([words, fault]) => ['fault', words, () => app.orders.inject({ ...fault, ...target })]),
-    ['fault', 'Inject a fault…', () => app.faults.open(target)],
+    ['fault', 'Inject fault…', () => app.orders.fillInFault(target)],
   ];
 }
 

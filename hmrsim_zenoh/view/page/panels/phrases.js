@@ -37,15 +37,20 @@ export function shareWords(share) {
   return `${Math.round(share * 100)} %`;
 }
 
-/** Return a goal's action as people say it: navigate to pose. @param {string} action */
-export function actionWords(action) {
-  return action.replaceAll('_', ' ');
+/** Return a name as people say it: navigate to pose. @param {string} name */
+export function actionWords(name) {
+  return name.replaceAll('_', ' ');
+}
+
+/** Return a name as a title: Navigate to pose. @param {string} name */
+export function inWords(name) {
+  return name.charAt(0).toUpperCase() + actionWords(name.slice(1));
 }
 
 /** Return what a goal is, in a line: navigate to pose to ward_a. */
 export function taskWords(goal, world) {
   const asked = goalWords(goal.action, goal.goal, world);
-  if (goal.action === 'navigate_to_pose' && asked) return `drives ${asked}`;
+  if (goal.action === 'navigate_to_pose' && asked) return `driving ${asked}`;
   return [actionWords(goal.action), asked].filter(Boolean).join(' ');
 }
 
@@ -69,12 +74,12 @@ const REASONS = {
   waiting(robot, model, now) {
     const since = robot.waitsSince === null ? '' : `, ${lastingWords(Math.max(0, now - robot.waitsSince))}`;
     if (robot.waitsFor.length) return `for ${robot.waitsFor.join(' and ')}${where(robot, model, now)}${since}`;
-    if (robot.waitsWhy) return `as ${robot.waitsWhy}${since}`;
-    if (robot.aside) return `aside, to make room for ${robot.aside}`;
+    if (robot.waitsWhy) return `because ${robot.waitsWhy}${since}`;
+    if (robot.aside) return `aside, to let ${robot.aside} pass`;
     return `for its turn${where(robot, model, now)}${since}`;
   },
   charging: (robot) => (robot.dock ? `at ${robot.dock}` : ''),
-  busy: (robot) => (robot.queue ? `queues for ${robot.queue.dock}, as number ${robot.queue.position}` : ''),
+  busy: (robot) => (robot.queue ? `number ${robot.queue.position} in the queue for ${robot.queue.dock}` : ''),
   idle: (robot) => (robot.dock ? `docked at ${robot.dock}` : ''),
 };
 

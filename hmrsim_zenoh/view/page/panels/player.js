@@ -13,10 +13,10 @@ export class Player {
     const { playback } = app;
     this.pressed = null;
     this.play = button('play', 'Play', () => this.toggle(), { key: 'space', class: 'round primary' });
-    const previous = button('previous', 'Previous event', () => this.jump(-1), { key: '[', class: 'round' });
-    const next = button('next', 'Next event', () => this.jump(1), { key: ']', class: 'round' });
+    const previous = button('previous', 'Previous mark', () => this.jump(-1), { key: '[', class: 'round' });
+    const next = button('next', 'Next mark', () => this.jump(1), { key: ']', class: 'round' });
     this.time = el('output', { class: 'time', 'aria-live': 'off', 'aria-label': 'Time' });
-    this.whole = el('span', { class: 'achieved', text: `of ${clockWords(playback.end)}${playback.truncated ? ', cut short' : ''}` });
+    this.whole = el('span', { class: 'achieved', text: `of ${clockWords(playback.end)}${playback.truncated ? ', truncated' : ''}` });
     this.range = el('input', {
       type: 'range', class: 'scrubber', min: 0, max: PARTS, step: 1, value: 0, 'aria-label': 'Time in the recording',
       oninput: () => playback.seek(playback.begin + (this.range.value / PARTS) * this.length),
@@ -50,7 +50,7 @@ export class Player {
   jump(direction) {
     const found = this.app.playback.jump(direction);
     if (found) this.app.toasts.show('info', `${clockWords(found.t, 1)} ${found.text}`);
-    else this.app.toasts.show('info', direction > 0 ? 'No further event is marked.' : 'No event is marked before.');
+    else this.app.toasts.show('info', direction > 0 ? 'No later mark.' : 'No earlier mark.');
   }
 
   /** Return the marks; where many are close together the last of them is shown. */

@@ -52,7 +52,7 @@ export class Search {
     const options = this.found.map(({ kind, name }, i) => el('div', {
       role: 'option', id: `found-${i}`, class: 'option', 'aria-selected': String(i === this.at), onclick: () => this.#take(i),
     }, icon(ICON[kind]), el('span', { text: name }), el('small', { text: this.#about(kind, name) })));
-    this.list.replaceChildren(...(options.length ? options : [el('p', { class: 'empty', text: 'Nothing has such a name.' })]));
+    this.list.replaceChildren(...(options.length ? options : [el('p', { class: 'empty', text: 'No match.' })]));
     this.list.hidden = false;
     mark(this.input, 'aria-expanded', 'true');
     if (this.at >= 0) mark(this.input, 'aria-activedescendant', `found-${this.at}`);

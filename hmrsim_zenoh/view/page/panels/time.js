@@ -1,4 +1,4 @@
-// The bar of time: of a simulator how late it is and how fast, with pause, step and speed.
+// The bar of time: the simulated time and the real-time factor, with pause, step and speed.
 
 import { button, el, icon, mark, say } from './dom.js';
 import { clockWords } from './phrases.js';
@@ -14,7 +14,7 @@ export class TimeBar {
     this.pressed = null;
     this.samples = [];
     this.play = button('pause', 'Pause', () => this.toggle(), { key: 'space', class: 'round primary' });
-    this.step = button('step', 'One step', () => this.stepOnce(), { key: '.', class: 'round' });
+    this.step = button('step', 'Step', () => this.stepOnce(), { key: '.', class: 'round' });
     this.time = el('output', { class: 'time', 'aria-label': 'Simulated time', 'aria-live': 'off' });
     this.achieved = el('span', { class: 'achieved' });
     this.speed = el('select', { class: 'field speed', 'aria-label': 'Speed', onchange: () => this.#choose() });
@@ -27,11 +27,11 @@ export class TimeBar {
 
   toggle() {
     const paused = this.app.live.timeState?.paused;
-    this.app.orders.ask(paused ? 'go on' : 'pause', () => (paused ? this.app.commands.resume() : this.app.commands.pause()));
+    this.app.orders.ask(paused ? 'resume' : 'pause', () => (paused ? this.app.commands.resume() : this.app.commands.pause()));
   }
 
   stepOnce() {
-    if (!this.app.live.timeState?.paused) this.app.toasts.show('info', 'Steps are made while time is paused: press pause first.');
+    if (!this.app.live.timeState?.paused) this.app.toasts.show('info', 'Pause the simulation first, then step.');
     else this.app.orders.ask('make a step', () => this.app.commands.step(1));
   }
 
@@ -70,24 +70,24 @@ export class TimeBar {
     if (paused === this.pressed) return;
     this.pressed = paused;
     this.play.replaceChildren(icon(paused ? 'play' : 'pause'));
-    mark(this.play, 'aria-label', paused ? 'Go on' : 'Pause');
-    mark(this.play, 'title', paused ? 'Go on (space)' : 'Pause (space)');
+    mark(this.play, 'aria-label', paused ? 'Resume' : 'Pause');
+    mark(this.play, 'title', paused ? 'Resume (space)' : 'Pause (space)');
     mark(this.element, 'data-paused', String(paused));
   }
 
   #renderAchieved(state, factor, lockstep) {
     const number = factor >= 10 ? factor.toFixed(0) : factor.toFixed(1);
-    const whom = state.waiting_for?.length ? `waits for ${state.waiting_for.join(', ')}` : `× ${number}`;
+    const whom = state.waiting_for?.length ? `waiting for ${state.waiting_for.join(', ')}` : `× ${number}`;
     const nobody = lockstep && !state.participants?.length;
     let text = `× ${number}`;
     if (state.paused) text = 'paused';
-    else if (lockstep) text = nobody ? 'lockstep · nobody takes part' : `lockstep · ${whom}`;
+    else if (lockstep) text = nobody ? 'lockstep · no participants' : `lockstep · ${whom}`;
     else if (state.real_time_factor) text += ` of ${state.real_time_factor}`;
-    else if (factor < 0.05) text = 'nothing to do';
+    else if (factor < 0.05) text = 'idle';
     say(this.achieved, text);
     const slow = !state.paused && !lockstep && state.real_time_factor > 0 && factor < 0.85 * state.real_time_factor;
     mark(this.achieved, 'data-slow', String(slow && this.samples.length > 6));
-    mark(this.achieved, 'title', slow ? 'The machine cannot keep up with the speed that is wanted' : '');
+    mark(this.achieved, 'title', slow ? 'The machine cannot keep up with the requested speed' : '');
   }
 
   /** Return simulated seconds a wall second, lately. */

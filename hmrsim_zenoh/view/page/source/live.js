@@ -1,5 +1,6 @@
 // Keeps a Model in step with a simulator: first its scene, then what happens, each thing at its own time.
 
+import { BEGINS_ANEW } from '../model/model.js';
 import { secondsOf } from '../model/stamps.js';
 import { complain, sound } from './answers.js';
 
@@ -18,8 +19,6 @@ const MOST_WAITING = 20000; // events: whoever was away for so long need not see
 
 /** What makes the scene another one, beyond what the event says. */
 const CHANGES_SCENE = new Set(['teleported', 'spawned', 'deleted']);
-/** What makes everything another one. */
-const BEGINS_ANEW = new Set(['reset', 'world_loaded']);
 
 /**
  * The live source of a model.
@@ -30,6 +29,7 @@ export class Live extends EventTarget {
   /** @type {Connection} */ #connection;
   /** @type {Model} */ #model;
   /** @type {SimClock} */ #clock;
+  /** @type {() => Promise<any[]>} */ #getLog;
   /** What is still to be shown, in order of time. @type {{at: number, event?: any, scene?: any}[]} */ #queue = [];
   #buffering = true; // there is no scene yet that events could be applied to
   /** What has to be asked for anew. @type {'scene' | 'all' | null} */ #wanted = null;
@@ -51,12 +51,14 @@ export class Live extends EventTarget {
    * @param {Connection} connection
    * @param {Model} model
    * @param {SimClock} clock
+   * @param {() => Promise<any[]>} [getLog] Gets events from before this page was opened.
    */
-  constructor(connection, model, clock) {
+  constructor(connection, model, clock, getLog = async () => []) {
     super();
     this.#connection = connection;
     this.#model = model;
     this.#clock = clock;
+    this.#getLog = getLog;
     const latest = { latest: true };
     const readable = (take) => (payload, key) => model.guard(key, () => take(sound(key, payload)));
     const info = (payload) => this.#change('_world/info', payload);
@@ -206,15 +208,17 @@ export class Live extends EventTarget {
       : [];
     await this.#getTime();
     const scene = await connection.get('_world/scene', undefined, { timeout: 20 });
-    return { view: view && sound('_world/view', view), info, scene: sound('_world/scene', scene) };
+    const log = all && !this.#model.events.length ? await this.#getLog().catch(() => []) : [];
+    return { view: view && sound('_world/view', view), info, log, scene: sound('_world/scene', scene) };
   }
 
   /** Show another world, or put a scene among what happens: before all that is not older; return whether that can be. */
-  #take({ view, info, scene }) {
+  #take({ view, info, log, scene }) {
     const at = secondsOf(scene.stamp);
     if (view) {
       if (!this.#model.hear('_world/view', view)) return false;
       this.#model.hear('_world/info', info);
+      this.#model.loadLog(log, at);
       this.#clock.reset(at);
       this.#queue = this.#queue.filter((item) => item.at >= at);
     }

@@ -4,7 +4,8 @@ import { ABORTED } from '../model/goals.js';
 import { Model } from '../model/model.js';
 import { isSound } from '../model/shapes.js';
 import { secondsOf } from '../model/stamps.js';
-import { words } from '../model/words.js';
+import { World } from '../model/world.js';
+import { told } from '../model/words.js';
 
 const MOST_KEYFRAMES = 40;
 const LEAST_BETWEEN = 2000;
@@ -240,12 +241,14 @@ const MARKED = new Map([['fault_began', 'fault'], ['deadlock', 'deadlock'], ['re
 
 function marksOf(samples, times) {
   const marks = [];
+  const model = { texts: {}, world: new World() };
   samples.forEach(([, key, event], i) => {
+    if (key === '_world/view') Object.assign(model, { texts: event.events ?? {}, world: new World(event.world) });
     if (key !== '_world/events') return;
     const kind = event.kind === 'status' && event.status === ABORTED ? 'aborted' : MARKED.get(event.kind);
     if (!kind) return;
-    const who = event.robot && kind === 'aborted' ? `${event.robot}: ` : '';
-    marks.push({ t: times[i], kind, text: who + words(event) });
+    const { subject, text } = told(event, model);
+    marks.push({ t: times[i], kind, text: `${subject} ${text}`.trim() });
   });
   return marks;
 }

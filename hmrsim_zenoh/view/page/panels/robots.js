@@ -1,0 +1,103 @@
+// The list of robots: state, battery and goal of each; a click follows one.
+
+import { el, mark, say, sign } from './dom.js';
+import { shareWords, taskWords, whyWords } from './phrases.js';
+import { Rows } from './rows.js';
+import { STATES } from '../model/robot.js';
+import { TypeSign } from './type_sign.js';
+
+const ROW = 46;
+const AGAIN = 1000; // ms after which many robots are put in order anew
+const MANY = 200;
+
+/** What the list is in order of; names decide between equals. */
+const ORDERS = {
+  Name: () => 0,
+  State: (robot, now) => STATES.indexOf(robot.stateAt(now)),
+  Battery: (robot) => robot.battery?.percentage ?? 2,
+  Goal: (robot) => (robot.goal ? -(robot.goal.accepted ?? 0) : Infinity),
+};
+const byName = new Intl.Collator(undefined, { numeric: true }).compare;
+
+export class RobotsPanel {
+  /** @param {import('../app.js').App} app */
+  constructor(app) {
+    this.app = app;
+    this.title = 'Robots';
+    const again = () => this.#arrange();
+    this.filter = el('input', {
+      type: 'search', class: 'field', placeholder: 'Name, type, state, goal', 'aria-label': 'Filter robots', oninput: again,
+    });
+    this.order = el('select', { class: 'field', 'aria-label': 'Sort robots by', onchange: again },
+      ...Object.keys(ORDERS).map((name) => el('option', { text: name })));
+    this.rows = new Rows({ label: 'Robots', height: ROW, make: () => this.#row() });
+    this.empty = el('p', { class: 'empty' });
+    this.element = el('div', { class: 'panel-body' }, el('div', { class: 'tools line' }, this.filter, this.order), this.empty, this.rows.element);
+    this.arranged = -Infinity;
+    this.shown = [];
+  }
+
+  render() {
+    const { robots } = this.app.model;
+    const wait = robots.size > MANY ? AGAIN : 0;
+    if (performance.now() - this.arranged >= wait || robots.size !== this.known) this.#arrange();
+    else this.rows.show(this.shown);
+  }
+
+  /** Choose the robots that match, and put them in order. */
+  #arrange() {
+    const now = this.app.now();
+    const { robots } = this.app.model;
+    const text = this.filter.value.trim().toLowerCase();
+    const key = ORDERS[this.order.value];
+    const found = [];
+    for (const robot of robots.values()) if (!text || this.#line(robot, now).includes(text)) found.push([key(robot, now), robot]);
+    found.sort(([a, one], [b, other]) => (a === b ? byName(one.name, other.name) : a < b ? -1 : 1));
+    this.shown = found.map(([, robot]) => robot);
+    this.known = robots.size;
+    this.arranged = performance.now();
+    say(this.empty, this.shown.length ? '' : robots.size ? 'No robot matches.' : 'The world has no robots.');
+    this.empty.hidden = this.shown.length > 0;
+    this.rows.element.hidden = this.shown.length === 0;
+    this.rows.show(this.shown);
+  }
+
+  #line(robot, now) {
+    return `${robot.name} ${robot.type} ${robot.stateAt(now)} ${this.#task(robot)}`.toLowerCase();
+  }
+
+  #task({ goal }) {
+    return goal ? taskWords(goal, this.app.model.world) : '';
+  }
+
+  #row() {
+    const { app } = this;
+    const type = new TypeSign(app);
+    const state = sign('state', '');
+    const [name, word, why, task] = ['b', 'span', 'span', 'span'].map((tag) => el(tag));
+    const battery = el('span', { class: 'long' });
+    name.className = 'name';
+    task.className = why.className = 'detail';
+    let robot = null;
+    const press = el('button', { type: 'button', class: 'robot-row', onclick: () => app.follow(robot.name) }, type.element,
+      el('span', { class: 'robot-main' }, el('span', { class: 'robot-line' }, name, task),
+        el('span', { class: 'robot-line muted' }, state, word, why)), battery);
+    const row = el('div', {}, press);
+    row.fill = (given) => {
+      robot = given;
+      const now = app.now();
+      const is = robot.stateAt(now);
+      type.show(robot.type, robot.flies);
+      say(name, robot.name);
+      say(task, this.#task(robot));
+      mark(state, 'data-is', is);
+      say(word, is);
+      say(why, whyWords(robot, is, app.model, now));
+      say(battery, robot.battery ? shareWords(robot.battery.percentage) : '');
+      mark(press, 'data-selected', String(robot.name === app.map.selected));
+      mark(press, 'aria-pressed', String(robot.name === app.map.follow));
+      mark(press, 'title', `${robot.name}, ${robot.type}: click to follow`);
+    };
+    return row;
+  }
+}
