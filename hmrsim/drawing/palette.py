@@ -6,6 +6,8 @@ import json
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.world_checks.resolved import type_order
+
 if TYPE_CHECKING:
     from hmrsim.world.model import World
 
@@ -17,6 +19,6 @@ THEMES: Final = ("light", "dark")
 
 def type_colours(world: World) -> dict[str, str]:
     """Return the colour of each type of robot that the world has robots of, in the order of its robots."""
-    types = dict.fromkeys(robot.type for robot in world.robots.values())
+    used = {robot.type for robot in world.robots.values()}
     colours = PALETTE["types"]
-    return {name: colours[number % len(colours)] for number, name in enumerate(types)}
+    return {name: colours[number % len(colours)] for number, name in enumerate(type_order(world)) if name in used}

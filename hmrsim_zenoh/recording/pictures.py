@@ -13,6 +13,7 @@ from hmrsim.events.items import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.events.traffic import LaneClosed, LaneOpened
 from hmrsim.interfaces.visualization_msgs import Marker
 from hmrsim.world.model import Solid, World
+from hmrsim.world_checks.resolved import type_order
 from hmrsim_zenoh.recording.marking import MAP, Marking, colour_of_type
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ class Pictures:
             for stop in lift.stops:
                 marking.at("lifts", Marker.CUBE, self._world.point(stop), 0.8, "lift", z=-0.4)
                 marking.text("lifts", name, self._world.point(stop))
-        types = [*self._world.robot_types]
+        types = type_order(self._world)
         for robot in self._robots:
             self._draw_robot(marking, robot, colour_of_type(types, robot["type"]))
         return marking.array()

@@ -127,7 +127,7 @@ def test_things_are_where_they_are():
 
 def test_the_first_type_is_yellow():
     """Robots have the colour of their type; that of the first robot is yellow."""
-    assert {"carrier": "#f5c400", "drone": "#e69f00"} == type_colours(TWO_ROOMS)
+    assert {"carrier": "#f5c400", "drone": "#4cbefc"} == type_colours(TWO_ROOMS)
     fills = [next(robot.iter(f"{SVG}circle")).get("fill") for robot in layer(drawn(TWO_ROOMS, legend=False), "robots")]
     assert fills == ["#f5c400", "none"]
 

@@ -1,9 +1,10 @@
 // What is asked of the simulator for the people at the page, and what is said of how that went.
 
-import { ABORTED, ACCEPTED } from './model/goals.js';
+import { ABORTED, ACCEPTED, isActive } from './model/goals.js';
 import { actionWords } from './panels/phrases.js';
 
-const AT_ONCE = 1000; // ms in which a goal that is hopeless ends
+const AT_ONCE = 1000; // ms in which a goal begins, unless time stands still
+const A_MOMENT = 300; // ms in which one that has begun and is hopeless ends
 
 export class Orders {
   /** @param {import('./app.js').App} app */
@@ -84,8 +85,8 @@ export class Orders {
     const { model } = this.app;
     const known = () => model.goals.get(id);
     await new Promise((resolve) => {
-      const look = () => known()?.status > ACCEPTED && end();
       const timer = setTimeout(() => end(), AT_ONCE);
+      const look = () => known()?.status > ACCEPTED && (isActive(known().status) ? setTimeout(() => end(), A_MOMENT) : end());
       const end = () => (clearTimeout(timer), model.removeEventListener('goals', look), resolve());
       model.addEventListener('goals', look);
       look();

@@ -63,7 +63,8 @@ export class RobotsPanel {
   }
 
   #line(robot, now) {
-    return `${robot.name} ${robot.type} ${robot.stateAt(now)} ${this.#task(robot)}`.toLowerCase();
+    const state = robot.stateAt(now);
+    return `${robot.name} ${robot.type} ${state} ${whyWords(robot, state, this.app.model, now)} ${this.#task(robot)}`.toLowerCase();
   }
 
   #task({ goal }) {

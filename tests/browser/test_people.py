@@ -1,0 +1,140 @@
+"""What people do with the page beside two clicks: look for a robot, fill in a goal, read what happened before."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from playwright.sync_api import expect
+
+from benchmarks._browser import until
+
+pytestmark = pytest.mark.browser
+
+SUCCEEDED, ABORTED = 4, 6
+
+
+@pytest.fixture
+def hospital(viewed, ask, open_page):
+    """A hospital, somebody who can ask it, and what opens a page of it."""
+    endpoint, url = viewed("hospital")
+    return ask(endpoint), lambda query="", **context: open_page(f"{url}{query}", **context)
+
+
+def test_a_robot_is_followed_from_the_list(hospital):
+    """The list says how each robot is, finds some by words, and follows the one that is clicked."""
+    _, show = hospital
+    page = show("?panel=robots")
+
+    rows = page.get_by_role("list", name="Robots").get_by_role("button")
+    assert 8 == rows.count()
+    page.get_by_label("Filter robots").fill("charger_2")
+    expect(rows).to_have_count(1)
+    rows.first.click()
+
+    until(page, "hmrsim.map.follow === 'eve' && hmrsim.map.selected === 'eve'")
+    expect(rows.first).to_contain_text("idle")
+    expect(rows.first).to_contain_text("100 %")
+
+
+def test_robots_are_sorted(hospital):
+    """By their states, say: those that need somebody first."""
+    simulator, show = hospital
+    simulator.call("inject_fault", type="breakdown", robot="vaq_m")
+    page = show("?panel=robots")
+
+    page.get_by_label("Sort robots by").select_option("State")
+
+    expect(page.get_by_role("list", name="Robots").get_by_role("button").first).to_contain_text("vaq_m")
+
+
+def test_an_item_is_picked_up_by_a_form(hospital):
+    """The form of an action proposes what there is; what can't be done is said in it, and it stays open."""
+    simulator, show = hospital
+    page = show("?panel=goals&follow=wall_e")
+
+    page.keyboard.press("a")
+    page.get_by_role("combobox", name="Action").select_option("Pick up")
+    page.get_by_role("dialog").get_by_role("combobox", name="Item").select_option("medicine")
+    page.get_by_role("button", name="Send", exact=True).click()
+    expect(page.get_by_role("dialog").get_by_role("alert").filter(has_text="out of reach")).to_be_visible()
+    page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
+    until(page, "(status) => [...hmrsim.model.goals.values()].some((goal) => goal.status === status)", ABORTED)
+
+    pose = {"position": simulator_point(simulator, "medicine")}
+    assert SUCCEEDED == simulator.do("wall_e", "navigate_to_pose", pose={"pose": pose})
+    page.keyboard.press("a")
+    page.get_by_role("combobox", name="Action").select_option("Pick up")
+    page.get_by_role("dialog").get_by_role("combobox", name="Item").select_option("medicine")
+    page.get_by_role("button", name="Send", exact=True).click()
+
+    until(page, "hmrsim.model.robots.get('wall_e').holds.includes('medicine')")
+    expect(page.locator(".toasts")).to_contain_text("wall_e: Pick up accepted.")
+
+
+def simulator_point(simulator, item):
+    """Return where an item is, as a message has it."""
+    (x, y), *_ = (each["at"] for each in simulator.scene()["items"] if each["name"] == item)
+    return {"x": x, "y": y}
+
+
+def test_a_field_says_what_is_wrong_with_it(hospital):
+    """Before anything is sent; the focus is where it is wrong."""
+    simulator, show = hospital
+    page = show("?follow=eve")
+
+    page.keyboard.press("a")
+    page.get_by_role("combobox", name="Action").select_option("Back up")
+    distance = page.get_by_label("Distance, m")
+    distance.fill("-2")
+    page.get_by_role("button", name="Send", exact=True).click()
+
+    expect(page.get_by_text("Give at least 0.")).to_be_visible()
+    expect(distance).to_be_focused()
+    assert [] == simulator.robot("eve")["goals"]
+
+
+def test_a_fault_is_filled_in(hospital):
+    """Its fields have units and what goes without saying; it is injected into the robot that is selected."""
+    simulator, show = hospital
+    page = show("?follow=eve")
+
+    page.get_by_role("button", name="Fault…").click()
+    page.get_by_role("combobox", name="Fault").select_option("Wheel slip")
+    page.get_by_label("Duration, s (optional)", exact=True).fill("1000")
+    page.get_by_role("button", name="Inject", exact=True).click()
+
+    until(page, "hmrsim.model.faults.size === 1")
+    ((fault, robot, factor),) = ((one["fault"], one["robot"], one["factor"]) for one in simulator.scene()["faults"])
+    assert ("slip", "eve", 0.5) == (fault, robot, factor)
+
+
+def test_events_from_before_the_page_are_shown(hospital):
+    """The log and the table of goals begin before the page did, and the goal lasted as long as it did."""
+    simulator, show = hospital
+    simulator.do("eve", "wait", time={"sec": 2})
+
+    page = show("?panel=events")
+
+    expect(page.get_by_role("list", name="Events")).to_contain_text("wait SUCCEEDED")
+    lasted = "(([goal]) => goal.ended - goal.accepted)([...hmrsim.model.goals.values()])"
+    assert 2.0 == pytest.approx(page.evaluate(lasted))
+
+
+def test_a_goal_that_is_hopeless_is_no_success(hospital):
+    """It was accepted, and aborted at the same instant: the page says why, and no more."""
+    _, show = hospital
+    page = show("?follow=wall_e")
+
+    page.evaluate("""async () => {
+      const {Orders} = await import('/orders.js');
+      const toasts = {said: [], show(kind, text, more) { this.said.push([kind, text, more]); }};
+      const orders = new Orders({...hmrsim, toasts, aim() {}, map: hmrsim.map});
+      orders.sendToPoint('wall_e', {kind: 'floor', name: '', point: [1e6, 1e6]});
+      window.said = toasts.said;
+    }""")
+    until(page, "said.length > 0")
+
+    ((kind, text, more),) = page.evaluate("said")
+    assert ("error", "Could not send wall_e to 1000000.0, 1000000.0") == (kind, text)
+    assert "outside" in more, json.dumps(more)
