@@ -1,4 +1,4 @@
-"""Robots: the vehicle that drives, what it carries, and its power.
+"""What robots are made of: the states of a mobile base, and what it asks of docks.
 
-Actions give robots their verbs; traffic, facilities and faults know them by protocols.
+The simulation builds robots of these; actions, traffic, docks and faults know them by protocols.
 """

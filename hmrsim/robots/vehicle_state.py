@@ -1,0 +1,179 @@
+"""The states of a vehicle, the events that move it between them, and the one table of transitions.
+
+Two rules: nothing else in hmrsim sets a vehicle's state, and this module knows neither routes nor traffic.
+
+A vehicle stands, moves, or waits on its way::
+
+                  ┌──────────set_out──────────► DRIVING ──block──► BLOCKED ─┐
+                  │                              ▲   ▲                      │
+                  │                              │   └─────resume, reroute──┤
+    IDLE ◄──────► WORKING                        └─────resume, reroute──┐   │
+     │  │                                                               │   │
+     │  ├────────────yield───► YIELDING ──────────arrive───────► YIELDED   yield
+     │  │                        ▲  └──block──► YIELD_BLOCKED           │   │
+     │  │                        └──────────────resume, reroute, yield──┴───┘
+     │  └────────────maneuver──► MANEUVERING ──block──► MANEUVER_BLOCKED
+     │
+     └──disable, enable──► DISABLED
+
+What moves or waits comes back to IDLE by ``arrive`` at the end of its way, and by ``halt`` anywhere on it.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from types import MappingProxyType
+from typing import Final
+
+
+class VehicleState(Enum):
+    """What a vehicle does.
+
+    Attributes:
+        stands: Whether it goes nowhere.
+        moves: Whether it is on its way, and nothing is in it.
+        waits: Whether it stands on its way.
+        yields: Whether it is on its way aside.
+        needs_admission: Whether it asks for the right of way before each lane.
+    """
+
+    IDLE = "idle"
+    """It stands, and yields to others."""
+    WORKING = "working"
+    """It stands still for its goal, and yields to no other vehicle."""
+    DISABLED = "disabled"
+    """It stands, and can do nothing."""
+    DRIVING = "driving"
+    """It follows a route, with its lanes and turns, and asks for the right of way before each lane."""
+    MANEUVERING = "maneuvering"
+    """It carries out one motion, such as a spin, and asks for no right of way."""
+    YIELDING = "yielding"
+    """It drives aside for another vehicle."""
+    BLOCKED = "blocked"
+    """It waits for the right of way."""
+    MANEUVER_BLOCKED = "maneuver_blocked"
+    """It was stopped at the instant at which it began a maneuver, and waits."""
+    YIELD_BLOCKED = "yield_blocked"
+    """It waits for the right of way to the place where it yields."""
+    YIELDED = "yielded"
+    """It waits aside until traffic lets it resume its way."""
+
+    stands: bool
+    moves: bool
+    waits: bool
+    yields: bool
+    needs_admission: bool
+
+    __hash__ = object.__hash__
+    """Enum's own is written in Python, and is most of what a transition costs."""
+
+    def __init__(self, name: str) -> None:
+        # Attributes of the members: each is looked up several times a lane.
+        self.moves = name.endswith("ing") and name != "working"
+        self.waits = name.endswith("blocked") or name == "yielded"
+        self.stands = not (self.moves or self.waits)
+        self.yields = name in {"yielding", "yield_blocked"}
+        self.needs_admission = not (self.stands or name.startswith("maneuver"))
+
+
+class VehicleEvent(Enum):
+    """What can happen to a vehicle."""
+
+    __hash__ = object.__hash__
+
+    SET_OUT = "set_out"
+    """It begins to follow a route."""
+    MANEUVER = "maneuver"
+    """It begins a motion that asks for no right of way."""
+    YIELD = "yield"
+    """It begins to drive aside for another vehicle."""
+    BLOCK = "block"
+    """It gets no right of way, or loses it at the instant at which it sets out."""
+    RESUME = "resume"
+    """It goes on from where it waits."""
+    REROUTE = "reroute"
+    """It takes another route from where it waits."""
+    REDIRECT = "redirect"
+    """It is given another route, on which it sets out when it has yielded."""
+    RESCALE = "rescale"
+    """It goes on at another speed."""
+    ARRIVE = "arrive"
+    """It is at the end of its way; of one that has yielded this says that it has no further way."""
+    HALT = "halt"
+    """It stops where it is, for good."""
+    WORK = "work"
+    """Its goal needs it to stand still."""
+    FINISH_WORK = "finish_work"
+    """Its goal does not need that any more."""
+    DISABLE = "disable"
+    """It stands and can do nothing from now on."""
+    ENABLE = "enable"
+    """It can be used again."""
+
+
+TRANSITIONS: Final = MappingProxyType(
+    {
+        (VehicleState.IDLE, VehicleEvent.SET_OUT): VehicleState.DRIVING,
+        (VehicleState.IDLE, VehicleEvent.MANEUVER): VehicleState.MANEUVERING,
+        (VehicleState.IDLE, VehicleEvent.YIELD): VehicleState.YIELDING,
+        (VehicleState.IDLE, VehicleEvent.WORK): VehicleState.WORKING,
+        (VehicleState.IDLE, VehicleEvent.DISABLE): VehicleState.DISABLED,
+        # Goals that do not hold the base run beside others: one may drive while another has it stand still.
+        (VehicleState.WORKING, VehicleEvent.SET_OUT): VehicleState.DRIVING,
+        (VehicleState.WORKING, VehicleEvent.MANEUVER): VehicleState.MANEUVERING,
+        (VehicleState.WORKING, VehicleEvent.WORK): VehicleState.WORKING,
+        (VehicleState.WORKING, VehicleEvent.FINISH_WORK): VehicleState.IDLE,
+        (VehicleState.WORKING, VehicleEvent.DISABLE): VehicleState.DISABLED,
+        (VehicleState.DISABLED, VehicleEvent.WORK): VehicleState.DISABLED,
+        (VehicleState.DISABLED, VehicleEvent.DISABLE): VehicleState.DISABLED,
+        (VehicleState.DISABLED, VehicleEvent.ENABLE): VehicleState.IDLE,
+        (VehicleState.DRIVING, VehicleEvent.BLOCK): VehicleState.BLOCKED,
+        (VehicleState.DRIVING, VehicleEvent.RESCALE): VehicleState.DRIVING,
+        (VehicleState.DRIVING, VehicleEvent.ARRIVE): VehicleState.IDLE,
+        (VehicleState.DRIVING, VehicleEvent.HALT): VehicleState.IDLE,
+        (VehicleState.BLOCKED, VehicleEvent.RESUME): VehicleState.DRIVING,
+        (VehicleState.BLOCKED, VehicleEvent.REROUTE): VehicleState.DRIVING,
+        (VehicleState.BLOCKED, VehicleEvent.YIELD): VehicleState.YIELDING,
+        (VehicleState.BLOCKED, VehicleEvent.RESCALE): VehicleState.BLOCKED,
+        (VehicleState.BLOCKED, VehicleEvent.HALT): VehicleState.IDLE,
+        (VehicleState.MANEUVERING, VehicleEvent.BLOCK): VehicleState.MANEUVER_BLOCKED,
+        (VehicleState.MANEUVERING, VehicleEvent.ARRIVE): VehicleState.IDLE,
+        (VehicleState.MANEUVERING, VehicleEvent.HALT): VehicleState.IDLE,
+        (VehicleState.MANEUVER_BLOCKED, VehicleEvent.RESUME): VehicleState.MANEUVERING,
+        (VehicleState.MANEUVER_BLOCKED, VehicleEvent.HALT): VehicleState.IDLE,
+        (VehicleState.YIELDING, VehicleEvent.BLOCK): VehicleState.YIELD_BLOCKED,
+        (VehicleState.YIELDING, VehicleEvent.REDIRECT): VehicleState.YIELDING,
+        (VehicleState.YIELDING, VehicleEvent.RESCALE): VehicleState.YIELDING,
+        (VehicleState.YIELDING, VehicleEvent.ARRIVE): VehicleState.YIELDED,
+        (VehicleState.YIELDING, VehicleEvent.HALT): VehicleState.IDLE,
+        (VehicleState.YIELD_BLOCKED, VehicleEvent.RESUME): VehicleState.YIELDING,
+        (VehicleState.YIELD_BLOCKED, VehicleEvent.REROUTE): VehicleState.YIELDING,
+        (VehicleState.YIELD_BLOCKED, VehicleEvent.REDIRECT): VehicleState.YIELD_BLOCKED,
+        (VehicleState.YIELD_BLOCKED, VehicleEvent.RESCALE): VehicleState.YIELD_BLOCKED,
+        (VehicleState.YIELD_BLOCKED, VehicleEvent.YIELD): VehicleState.YIELDING,
+        (VehicleState.YIELD_BLOCKED, VehicleEvent.HALT): VehicleState.IDLE,
+        (VehicleState.YIELDED, VehicleEvent.RESUME): VehicleState.DRIVING,
+        (VehicleState.YIELDED, VehicleEvent.REROUTE): VehicleState.DRIVING,
+        (VehicleState.YIELDED, VehicleEvent.YIELD): VehicleState.YIELDING,
+        (VehicleState.YIELDED, VehicleEvent.RESCALE): VehicleState.YIELDED,
+        (VehicleState.YIELDED, VehicleEvent.ARRIVE): VehicleState.IDLE,
+        (VehicleState.YIELDED, VehicleEvent.HALT): VehicleState.IDLE,
+    }
+)
+"""All legal transitions; an event that is not here is illegal in that state."""
+
+
+class IllegalTransition(RuntimeError):
+    """An event met a vehicle in a state in which it is illegal; the state stays as it was."""
+
+
+def next_state(state: VehicleState, event: VehicleEvent) -> VehicleState:
+    """Return the state that *event* leads to.
+
+    Raises:
+        IllegalTransition: The table does not have it, which is a bug of the caller.
+    """
+    after = TRANSITIONS.get((state, event))
+    if after is None:
+        raise IllegalTransition(f"{event.value} is illegal for a vehicle that is {state.value}")
+    return after
