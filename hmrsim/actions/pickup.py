@@ -31,7 +31,7 @@ def _process(robot: Robot, goal: Pickup.Goal, report: Report[Pickup.Feedback]) -
     if sum(misses() for misses in claw.misses):
         raise GoalAborted(MoveItErrorCodes.CONTROL_FAILED, f"the claw has missed {item.name!r}")
     robot.pick(item)
-    claw.item = item
+    claw.grasp(item)
     report.send(Pickup.Feedback(state="IDLE"))
     if not goal.possible_grasps:
         return _done()

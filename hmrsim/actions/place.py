@@ -27,9 +27,9 @@ def _process(robot: Robot, goal: Place.Goal, report: Report[Place.Feedback]) -> 
     point, location = _where(robot, claw, goal)
     report.send(Place.Feedback(state="MONITOR"))
     yield from robot.hold(claw.settings.handling_time)
-    # Somebody may have taken it out of the claw meanwhile.
+    # It may have been taken out of the claw meanwhile.
     _held(claw, item.name)
-    claw.item = None
+    claw.release()
     robot.put(item, point)
     report.send(Place.Feedback(state="IDLE"))
     return Place.Result(error_code=MoveItErrorCodes(val=MoveItErrorCodes.SUCCESS), place_location=location)

@@ -50,6 +50,10 @@ class Sensor:
         """Whether walls and doors hide nothing from it."""
         return False
 
+    def set_blind(self, *, blind: bool) -> None:
+        """See nothing at all, or see again."""
+        self.blind = blind
+
     def range(self, units: str) -> float:
         """Return how far it sees, in *units*."""
         return self.settings.range or self.default_range[units]

@@ -38,8 +38,8 @@ class Claw:
 
     Attributes:
         settings: What the world file says of it.
-        item: What it holds.
-        misses: What makes it miss; each tells whether it does, this time.
+        item: The item that it holds; None for none.
+        misses: The causes that make it miss; each returns whether it does, this time.
     """
 
     settings: ClawSettings
@@ -49,6 +49,14 @@ class Claw:
     def reach(self, units: str) -> float:
         """Return how far it reaches, in *units*."""
         return self.settings.reach or _REACH[units]
+
+    def grasp(self, item: Item) -> None:
+        """Hold an item."""
+        self.item = item
+
+    def release(self) -> None:
+        """Hold nothing any more."""
+        self.item = None
 
 
 COMPONENT = Component(name="claw", settings=ClawSettings, create=Claw)

@@ -31,7 +31,7 @@ def _begin(case: Case[SensorBlind]) -> Callable[[], None]:
         causes = [each.sensor for each in (*blinding, *case.fellows())]
         for name, one in robot.components.items():
             if isinstance(one, Sensor):
-                one.blind = None in causes or name in causes
+                one.set_blind(blind=None in causes or name in causes)
 
     look((case.settings,))
     return partial(look, ())

@@ -1,13 +1,29 @@
-"""Things that can be picked up, and where they are."""
+"""Items: what can be picked up, and where it is."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from hmrsim.geometry import Point
-    from hmrsim.robots.robot import Robot
+    from hmrsim.geometry import Point, Pose
+
+
+class Carrier(Protocol):
+    """A robot as the items that it carries see it."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    def pose(self) -> Pose:
+        """Return where it is now."""
+
+    def velocity(self) -> tuple[float, float]:
+        """Return the speed ahead and the turning rate, now."""
+
+    def lose(self, item: Item) -> None:
+        """Hold an item no longer."""
 
 
 @dataclass
@@ -18,15 +34,15 @@ class Item:
         name: Unique in its world.
         weight: In kg.
         point: Where it lies, or was picked up.
-        carrier: Who holds it; None when it lies.
-        blocks: Whether nobody gets past it on the lane where it lies.
-        home: Where it was in the beginning.
+        carrier: The robot that holds it; None when it lies.
+        blocks: Whether no vehicle gets past it on the lane where it lies.
+        home: Where it was at the start.
     """
 
     name: str
     weight: float
     point: Point
-    carrier: Robot | None = None
+    carrier: Carrier | None = None
     blocks: bool = False
     home: Point = field(init=False)
 
@@ -38,3 +54,15 @@ class Item:
     def position(self) -> Point:
         """Where its centre is now."""
         return self.carrier.pose().point if self.carrier else self.point
+
+    def attach_to(self, carrier: Carrier) -> None:
+        """Move with a robot from now on."""
+        self.carrier = carrier
+
+    def lie_at(self, point: Point) -> None:
+        """Lie at a point from now on."""
+        self.carrier, self.point = None, point
+
+    def detach(self) -> None:
+        """Move with no robot any more; `lie_at` says where it lies."""
+        self.carrier = None

@@ -265,7 +265,7 @@ class Robot(Mobile):
         for component in self.components.values():
             if getattr(component, "item", None) is item:
                 component.item = None
-        item.carrier = None
+        item.detach()
         if self.energy is not None:
             self.energy.carry(handled=False)
 
@@ -340,7 +340,7 @@ class Robot(Mobile):
 
     def pick(self, item: Item) -> None:
         """Take an item, which moves with the robot from now on."""
-        item.carrier = self
+        item.attach_to(self)
         if self.energy is not None:
             self.energy.carry(handled=True)
         self._passage.closures.clear(item.name)
@@ -362,6 +362,6 @@ class Robot(Mobile):
         self._happened.publish(lambda: ItemDropped(self.name, item.name, point))
 
     def _lay(self, item: Item, point: Point) -> None:
-        item.carrier, item.point = None, point
+        item.lie_at(point)
         if item.blocks:
             self._passage.closures.obstruct(item.name, point, f"{item.name} lies there")

@@ -222,7 +222,7 @@ class Roster:
 
     def _lay(self, item: Item, point: Point) -> None:
         """Have an item lie somewhere, in the way there if it is bulky, and nowhere else."""
-        item.carrier, item.point = None, point
+        item.lie_at(point)
         self.passage.closures.clear(item.name)
         if item.blocks:
             self.passage.closures.obstruct(item.name, point, f"{item.name} lies there")
