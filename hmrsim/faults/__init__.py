@@ -99,14 +99,14 @@ class Case(Generic[S]):
         settings: What the world file says of it.
         roster: The robots, items, doors and ways of the world.
         random: For what is left to chance; no other fault's chance depends on it.
-        fellows: Tells the settings of other faults of this kind that go on at the same subject, the oldest first.
+        concurrent: Returns the settings of other faults of this kind that are active on the same subject, oldest first.
     """
 
     name: str
     settings: S
     roster: Roster
     random: random.Random
-    fellows: Callable[[], Sequence[S]]
+    concurrent: Callable[[], Sequence[S]]
 
     @property
     def robot(self) -> Robot:

@@ -31,7 +31,7 @@ def _begin(case: Case[BatteryCell]) -> Callable[[], None]:
     energy.fail_cell(cell)
 
     def end() -> None:
-        if all(fellow.cell != cell for fellow in case.fellows()):
+        if all(other.cell != cell for other in case.concurrent()):
             energy.mend(cell)
 
     return end

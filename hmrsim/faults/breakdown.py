@@ -26,7 +26,7 @@ def _begin(case: Case[Breakdown]) -> Callable[[], None]:
     robot.fall_ill(FAULT.name, f"{robot.name} has broken down at ({x:g}, {y:g})")
 
     def end() -> None:
-        if not case.fellows():
+        if not case.concurrent():
             robot.recover(FAULT.name)
 
     return end

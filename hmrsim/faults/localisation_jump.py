@@ -37,7 +37,7 @@ def _begin(case: Case[LocalisationJump]) -> Callable[[], None]:
     robot = case.robot
 
     def misplace(jumps: tuple[LocalisationJump, ...]) -> None:
-        jumps = (*case.fellows(), *jumps)
+        jumps = (*case.concurrent(), *jumps)
         robot.misplaced = Pose(*(sum(getattr(jump, key) for jump in jumps) for key in ("dx", "dy", "yaw")))
 
     misplace((case.settings,))

@@ -25,7 +25,7 @@ def _begin(case: Case[MessagesLost]) -> Callable[[], None]:
     case.roster.connect(name, connected=False)
 
     def end() -> None:
-        if not case.fellows():
+        if not case.concurrent():
             case.roster.connect(name, connected=True)
 
     return end

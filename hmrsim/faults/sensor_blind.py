@@ -28,7 +28,7 @@ def _begin(case: Case[SensorBlind]) -> Callable[[], None]:
     robot = case.robot
 
     def look(blinding: tuple[SensorBlind, ...]) -> None:
-        causes = [each.sensor for each in (*blinding, *case.fellows())]
+        causes = [each.sensor for each in (*blinding, *case.concurrent())]
         for name, one in robot.components.items():
             if isinstance(one, Sensor):
                 one.set_blind(blind=None in causes or name in causes)

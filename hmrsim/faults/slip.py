@@ -29,7 +29,7 @@ def _begin(case: Case[Slip]) -> Callable[[], None]:
     robot = case.robot
 
     def slow_down(factor: float) -> None:
-        robot.slowness = factor * math.prod(fellow.factor for fellow in case.fellows())
+        robot.slowness = factor * math.prod(other.factor for other in case.concurrent())
         robot.retime()
 
     slow_down(case.settings.factor)

@@ -16,18 +16,16 @@ if TYPE_CHECKING:
 
 
 def _serve(simulator: Simulator, request: ClearFault.Request) -> ClearFault.Response:
-    known, name, kind = simulator.mishaps.known, request.name, request.type
+    known, name, kind = simulator.fault_injector.known, request.name, request.type
     if name and name not in known:
         why = f"name: no fault {name!r} goes on or is to come{instead(name, known)}"
         return ClearFault.Response(result=failed(why, Result.RESULT_NOT_FOUND))
     if kind and kind not in registry():
         why = f"type: no fault type {kind!r}{instead(kind, registry())}"
         return ClearFault.Response(result=failed(why, Result.RESULT_NOT_FOUND))
-    names = sorted(
-        mishap.name for mishap in known.values() if name in ("", mishap.name) and kind in ("", mishap.fault.name)
-    )
+    names = sorted(each.name for each in known.values() if name in ("", each.name) and kind in ("", each.fault.name))
     for each in names:
-        simulator.mishaps.clear(each)
+        simulator.fault_injector.clear(each)
     return ClearFault.Response(result=OK, names=names)
 
 

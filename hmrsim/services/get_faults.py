@@ -11,23 +11,23 @@ from hmrsim.services import Service
 from hmrsim.services._results import OK
 
 if TYPE_CHECKING:
-    from hmrsim.simulation.fault_injector import Mishap
+    from hmrsim.simulation.fault_injector import InjectedFault
     from hmrsim.simulation.simulator import Simulator
 
 
 def _serve(simulator: Simulator, _request: GetFaults.Request) -> GetFaults.Response:
-    faults = [_told(mishap) for _, mishap in sorted(simulator.mishaps.known.items())]
+    faults = [_told(injected) for _, injected in sorted(simulator.fault_injector.known.items())]
     return GetFaults.Response(result=OK, faults=faults)
 
 
-def _told(mishap: Mishap) -> Fault:
-    active = mishap.end is not None
+def _told(injected: InjectedFault) -> Fault:
+    active = injected.end is not None
     return Fault(
-        name=mishap.name,
-        type=mishap.fault.name,
+        name=injected.name,
+        type=injected.fault.name,
         active=active,
-        since=Time.from_nanoseconds(nanoseconds(mishap.since) if active else 0),
-        settings=mishap.settings.model_dump_json(exclude_none=True, exclude={"name"}),
+        since=Time.from_nanoseconds(nanoseconds(injected.since) if active else 0),
+        settings=injected.settings.model_dump_json(exclude_none=True, exclude={"name"}),
     )
 
 

@@ -23,7 +23,7 @@ def _serve(simulator: Simulator, request: InjectFault.Request) -> InjectFault.Re
         why = f"settings: expected the text of a JSON object, got {shown(request.settings)}"
         return InjectFault.Response(result=failed(why))
     found = read_fault(request.type, values)
-    name = found if isinstance(found, list) else simulator.mishaps.inject(*found)
+    name = found if isinstance(found, list) else simulator.fault_injector.inject(*found)
     if isinstance(name, str):
         return InjectFault.Response(result=OK, name=name)
     return InjectFault.Response(result=_wrong(name))

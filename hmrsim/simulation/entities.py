@@ -45,10 +45,7 @@ class Roster:
         spawned: The names of those that are not of the world file.
         passage: What is in their way.
         fixtures: What belongs to the building, by name.
-        leaving: Told the name of a robot that is about to be taken out.
     """
-
-    leaving: Callable[[str], None]
 
     fixtures: dict[str, Fixture]
 
@@ -76,13 +73,17 @@ class Roster:
         self._emit = emit
         self.spawned: set[str] = set()
         self.robots = {}
-        self.leaving = lambda _name: None
+        self._before_removal: list[Callable[[str], None]] = []
 
     def __iter__(self) -> Iterator[Robot | Item | Fixture]:
         """Yield all robots, then all items, then all fixtures."""
         yield from self.robots.values()
         yield from self.items.values()
         yield from self.fixtures.values()
+
+    def before_removal(self, call: Callable[[str], None]) -> None:
+        """Have something called with the name of each robot that is about to be removed."""
+        self._before_removal.append(call)
 
     def find(self, name: str) -> Robot | Item | Fixture | None:
         """Return who or what has a name; None if nobody does."""
@@ -167,7 +168,8 @@ class Roster:
         self.spawned.discard(name)
         if name in self.robots:
             self.abort(why, name)
-            self.leaving(name)
+            for call in self._before_removal:
+                call(name)
             self.robots[name].halt()
             self.robots[name].let_go()
             self.robots[name].retire()

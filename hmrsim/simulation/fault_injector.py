@@ -1,7 +1,7 @@
-"""When what goes wrong: the faults of a world file, those that somebody injects, and how they end.
+"""The schedule of faults: those of a world file and those that are injected, and how they end.
 
-Faults begin only if time goes on that far for other reasons; that they end may be waited for. What is left to chance
-depends on the seed, the subject and the kind of fault alone, so that nothing far away changes it.
+Faults begin only if time goes on that far for other reasons; time does go on until they end. Random times and effects
+depend on the seed, the subject and the kind of fault alone, so that other parts of the world do not change them.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ if TYPE_CHECKING:
 
 
 @dataclass(eq=False)
-class Mishap:
-    """One fault: it is to come, goes on, or is over.
+class InjectedFault:
+    """One fault that is scheduled, active, or over.
 
     Attributes:
         name: Its name.
-        fault: What goes wrong.
-        settings: To whom, and when.
-        when: Chance, as far as it says when.
-        what: Chance, as far as it says what comes of it.
+        fault: Its kind.
+        settings: Its subject, times and effects.
+        when: Random numbers for its times.
+        what: Random numbers for its effects.
         since: When it began the last time, in simulated seconds.
-        end: Ends it; None while it does not go on.
-        alarm: Lets it begin; None when that is not to come.
-        over: When it ends by itself; None if it does not.
+        end: Ends it; None while it is not active.
+        alarm: Begins it; None if it is not scheduled.
+        over: Ends it at its time; None if it has none.
     """
 
     name: str
@@ -75,171 +75,172 @@ class Mishap:
         return settings.model_dump(mode="json", exclude_none=True, exclude={"name"})
 
 
-class Mishaps:
+class FaultInjector:
     """All faults of a simulation.
 
     Args:
         env: Its clock and events.
-        roster: To whom they happen.
-        happened: Tells of them.
+        roster: The robots, items, doors and lanes that they affect.
+        happened: Publishes their beginnings and ends.
 
     Attributes:
-        known: Those that go on or are to come, by name.
+        known: Those that are active or scheduled, by name.
     """
 
     def __init__(self, env: Environment, roster: Roster, happened: Happenings) -> None:
-        self.known: dict[str, Mishap] = {}
+        self.known: dict[str, InjectedFault] = {}
         self._env = env
         self._roster = roster
         self._happened = happened
         self._seed = 0
         self._count: Counter[tuple[str, str]] = Counter()
-        roster.leaving = self._put_right_at
+        roster.before_removal(self._end_all_on)
         self._reserved: set[str] = set()
-        self._active: list[Mishap] = []
+        self._active: list[InjectedFault] = []
 
     # --- all of them ----------------------------------------------------------------------------------------------
 
     def begin(self, world: World, seed: int) -> None:
-        """Let happen what a world says, from now on; nothing may go on, or be to come."""
+        """Schedule the faults of a world, from now on; none may be active or scheduled."""
         self._seed = seed
         self._count.clear()
-        said = [
+        stated = [
             (faults()[fault.type], faults()[fault.type].settings.model_validate(fault.model_extra or {}))
             for fault in world.faults
         ]
-        self._reserved = {settings.name for _, settings in said if settings.name}
-        for kind, settings in said:
+        self._reserved = {settings.name for _, settings in stated if settings.name}
+        for kind, settings in stated:
             if settings.at is None or settings.at >= self._env.now:
                 self._schedule(self._add(kind, settings))
 
     def end(self) -> None:
-        """Put right everything, and let nothing more go wrong."""
-        for mishap in [*self.known.values()]:
-            self._drop(mishap)
+        """Clear all faults, active or scheduled."""
+        for injected in [*self.known.values()]:
+            self._clear(injected)
 
-    def _put_right_at(self, name: str) -> None:
-        """Put right what goes on at a robot that is about to be taken out; it may happen to another of its name."""
-        for mishap in [each for each in self._active if each.settings.subject == name]:
-            if mishap.over is not None:
-                self._env.abandon(mishap.over)
-                mishap.over = None
-            self._put_right(mishap)
-            self._after(mishap)
+    def _end_all_on(self, name: str) -> None:
+        """End the faults of a robot that is about to be removed; they may begin again on another of its name."""
+        for injected in [each for each in self._active if each.settings.subject == name]:
+            if injected.over is not None:
+                self._env.abandon(injected.over)
+                injected.over = None
+            self._end(injected)
+            self._after(injected)
 
-    def hitting(self, name: str) -> list[str]:
-        """Return what kinds of fault go on at a robot or a door."""
-        return sorted({mishap.fault.name for mishap in self._active if mishap.settings.subject == name})
+    def active_on(self, name: str) -> list[str]:
+        """Return the kinds of fault that are active on a robot or a door."""
+        return sorted({injected.fault.name for injected in self._active if injected.settings.subject == name})
 
     # --- one of them ----------------------------------------------------------------------------------------------
 
     def inject(self, fault: AnyFault, settings: Occurrence) -> str | list[Finding]:
-        """Let something go wrong at its time, or now if it has none; return its name, or why it can't be."""
+        """Inject a fault at its time, or now if it has none; return its name, or why it is impossible."""
         found = [*flaws(fault, settings, self._there(), now=self._env.now, names=self.known)]
         if found:
             return found
-        mishap = self._add(fault, settings)
+        injected = self._add(fault, settings)
         if settings.at is None and settings.mean_time_between is None:
-            self._begin(mishap)
+            self._begin(injected)
         else:
-            self._schedule(mishap)
-        return mishap.name
+            self._schedule(injected)
+        return injected.name
 
     def clear(self, name: str) -> None:
-        """Put right what goes wrong by this name; what is to come is called off."""
-        self._drop(self.known[name])
+        """Clear the fault of this name, active or scheduled."""
+        self._clear(self.known[name])
 
-    def _add(self, fault: AnyFault, settings: Occurrence) -> Mishap:
+    def _add(self, fault: AnyFault, settings: Occurrence) -> InjectedFault:
         whose = (settings.subject, fault.name)
         self._count[whose] += 1
         chance = "/".join((str(self._seed), *whose, str(self._count[whose])))
         made = (f"{fault.name}_{number}" for number in count(1))
         name = settings.name or next(name for name in made if name not in {*self.known, *self._reserved})
-        # Seeds no key, but a game of chance that can be played again.
-        mishap = Mishap(name, fault, settings, random.Random(chance), random.Random(f"{chance}/what"))
-        self.known[name] = mishap
-        return mishap
+        # Not for cryptography: the numbers have to be the same in each run.
+        injected = InjectedFault(name, fault, settings, random.Random(chance), random.Random(f"{chance}/what"))
+        self.known[name] = injected
+        return injected
 
-    def _schedule(self, mishap: Mishap) -> None:
-        settings, now = mishap.settings, self._env.now
+    def _schedule(self, injected: InjectedFault) -> None:
+        settings, now = injected.settings, self._env.now
         between = settings.mean_time_between
-        delay = mishap.when.expovariate(1.0 / between) if between else max(0.0, (settings.at or 0.0) - now)
-        mishap.alarm = self._env.alarm(delay, partial(self._ring, mishap))
+        delay = injected.when.expovariate(1.0 / between) if between else max(0.0, (settings.at or 0.0) - now)
+        injected.alarm = self._env.alarm(delay, partial(self._ring, injected))
 
-    def _ring(self, mishap: Mishap) -> None:
-        """Let happen what is due, if to whom it is to happen is there."""
-        mishap.alarm = None
-        missing = next(iter(flaws(mishap.fault, mishap.settings, self._there())), None)
+    def _ring(self, injected: InjectedFault) -> None:
+        """Begin a fault that is due, if its subject exists."""
+        injected.alarm = None
+        missing = next(iter(flaws(injected.fault, injected.settings, self._there())), None)
         if missing is None:
-            self._begin(mishap)
+            self._begin(injected)
             return
-        self._happened.publish(lambda: mishap.missed(missing.message))
-        self._after(mishap)
+        self._happened.publish(lambda: injected.missed(missing.message))
+        self._after(injected)
 
-    def _begin(self, mishap: Mishap) -> None:
-        mishap.since = self._env.now
-        self._happened.publish(mishap.began)
-        case = Case(mishap.name, mishap.settings, self._roster, mishap.what, partial(self._fellows, mishap))
-        end = mishap.fault.begin(case)
-        if not mishap.fault.lasts:
-            self._happened.publish(mishap.ended)
-            self._after(mishap)
+    def _begin(self, injected: InjectedFault) -> None:
+        injected.since = self._env.now
+        self._happened.publish(injected.began)
+        case = Case(injected.name, injected.settings, self._roster, injected.what, partial(self._concurrent, injected))
+        end = injected.fault.begin(case)
+        if not injected.fault.lasts:
+            self._happened.publish(injected.ended)
+            self._after(injected)
             return
-        mishap.end = end
-        self._active.append(mishap)
-        seconds = self._seconds(mishap)
+        injected.end = end
+        self._active.append(injected)
+        seconds = self._seconds(injected)
         if seconds is not None:
-            mishap.over = Timeout(self._env, seconds)
-            mishap.over.callbacks = [lambda _event: self._is_over(mishap)]
+            injected.over = Timeout(self._env, seconds)
+            injected.over.callbacks = [lambda _event: self._time_out(injected)]
 
-    def _seconds(self, mishap: Mishap) -> float | None:
-        """Return how long it lasts from now on; None for ever."""
-        settings = mishap.settings
+    def _seconds(self, injected: InjectedFault) -> float | None:
+        """Return how long a fault lasts from now on; None for ever."""
+        settings = injected.settings
         seconds: float | None = settings.duration
         if settings.mean_duration is not None:
-            seconds = mishap.when.expovariate(1.0 / settings.mean_duration)
+            seconds = injected.when.expovariate(1.0 / settings.mean_duration)
         elif settings.until is not None:
             seconds = max(0.0, settings.until - self._env.now)
         return seconds
 
-    def _is_over(self, mishap: Mishap) -> None:
-        mishap.over = None
-        self._put_right(mishap)
-        self._after(mishap)
+    def _time_out(self, injected: InjectedFault) -> None:
+        injected.over = None
+        self._end(injected)
+        self._after(injected)
 
-    def _after(self, mishap: Mishap) -> None:
-        """Have a fault happen again some time, or forget it."""
-        if mishap.settings.mean_time_between is None:
-            del self.known[mishap.name]
+    def _after(self, injected: InjectedFault) -> None:
+        """Schedule a recurring fault again, or forget one that does not recur."""
+        if injected.settings.mean_time_between is None:
+            del self.known[injected.name]
         else:
-            self._schedule(mishap)
+            self._schedule(injected)
 
-    def _drop(self, mishap: Mishap) -> None:
-        del self.known[mishap.name]
-        if mishap.alarm is not None:
-            self._env.put_off(mishap.alarm)
-        if mishap.over is not None:
-            self._env.abandon(mishap.over)
-        if mishap.end is not None:
-            self._put_right(mishap)
+    def _clear(self, injected: InjectedFault) -> None:
+        del self.known[injected.name]
+        if injected.alarm is not None:
+            self._env.put_off(injected.alarm)
+        if injected.over is not None:
+            self._env.abandon(injected.over)
+        if injected.end is not None:
+            self._end(injected)
 
-    def _put_right(self, mishap: Mishap) -> None:
-        self._active.remove(mishap)
-        end, mishap.end = mishap.end, None
+    def _end(self, injected: InjectedFault) -> None:
+        self._active.remove(injected)
+        end, injected.end = injected.end, None
         if end is not None:
             end()
-        self._happened.publish(mishap.ended)
+        self._happened.publish(injected.ended)
 
-    def _fellows(self, mishap: Mishap) -> Sequence[Any]:
-        """Return the settings of the other faults of a kind that go on at the same subject."""
+    def _concurrent(self, injected: InjectedFault) -> Sequence[Any]:
+        """Return the settings of the other faults of a kind that are active on the same subject."""
         return [
             other.settings
             for other in self._active
-            if other is not mishap and (other.fault, other.settings.subject) == (mishap.fault, mishap.settings.subject)
+            if other is not injected
+            and (other.fault, other.settings.subject) == (injected.fault, injected.settings.subject)
         ]
 
     def _there(self) -> There:
-        """Return who and what a fault may happen to now."""
+        """Return what a fault may affect now."""
         roster, batteries = self._roster, {}
         for name, robot in sorted(roster.robots.items()):
             if isinstance(battery := robot.components.get("battery"), Battery):

@@ -43,7 +43,7 @@ def reset(simulator: Simulator, scope: int = _ALL) -> None:
     if scope & _TIME:
         _restart_time(simulator)
     if scope & (_STATE | _TIME):
-        simulator.mishaps.begin(simulator.world, simulator.seed)
+        simulator.fault_injector.begin(simulator.world, simulator.seed)
     if scope & _STATE:
         simulator.begin_scripts()
     simulator.happened.publish(lambda: SimulationReset(scope))
@@ -58,7 +58,7 @@ def load(simulator: Simulator, world: World) -> None:
     simulator.roster.fill(world, simulator.graph)
     simulator.gate.set(SimulationState.STATE_STOPPED, "")
     _restart_time(simulator)
-    simulator.mishaps.begin(world, simulator.seed)
+    simulator.fault_injector.begin(world, simulator.seed)
     simulator.begin_scripts()
     simulator.happened.publish(lambda: WorldLoaded(world.name))
     simulator.tell(RosterChanged())
@@ -80,7 +80,7 @@ def _end_all(simulator: Simulator, why: str, *, scripts: bool) -> None:
         simulator.detach(simulator.scripts)
     simulator.gate.halt(why)
     simulator.roster.abort(why)
-    simulator.mishaps.end()
+    simulator.fault_injector.end()
     for _, robot in sorted(simulator.robots.items()):
         # One that makes room for another has no goal.
         robot.halt()

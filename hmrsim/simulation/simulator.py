@@ -43,7 +43,7 @@ from hmrsim.protocol.gateway import (
 from hmrsim.services import registry as all_services
 from hmrsim.simulation.detections import Detections
 from hmrsim.simulation.entities import Roster
-from hmrsim.simulation.fault_injector import Mishaps
+from hmrsim.simulation.fault_injector import FaultInjector
 from hmrsim.simulation.queries import Readings
 from hmrsim.simulation.run_control import Gate
 from hmrsim.simulation.scripts import Scripts
@@ -91,7 +91,7 @@ class Simulator:
         happened: Tells what happens in it.
         gate: Says whether time may move.
         plans: What a planner outside has been asked.
-        mishaps: What goes wrong in it.
+        fault_injector: Its faults.
         detections: What its robots' sensors see.
         readings: The latest of what is published.
         scripts: What its robots do by themselves.
@@ -144,8 +144,8 @@ class Simulator:
         self.roster.fill(world, self.graph)
         self.detections = Detections(self.roster)
         self.readings = Readings(self.env, self.roster, self.dispatcher, self.detections)
-        self.mishaps = Mishaps(self.env, self.roster, happened)
-        self.mishaps.begin(world, self.seed)
+        self.fault_injector = FaultInjector(self.env, self.roster, happened)
+        self.fault_injector.begin(world, self.seed)
         self.telemetry.start("odom", Topic.ODOM, 0.0, odom_rate, self._emit_odom)
         self.telemetry.start("battery_state", Topic.BATTERY_STATE, 0.0, battery_rate, self._emit_batteries)
         self.telemetry.start("clock", Topic.CLOCK, 0.0, clock_rate, lambda: self._emit(self.readings.clock()))

@@ -21,7 +21,7 @@ def scene(simulator: Simulator) -> dict[str, Any]:
 
     Points and poses are in the world's unit, in the frame ``map``; yaws in radians.
     """
-    roster, mishaps = simulator.roster, simulator.mishaps.known
+    roster, faults = simulator.roster, simulator.fault_injector.known
     goals, held = defaultdict[str, list["ServedGoal"]](list), defaultdict[str, list[str]](list)
     for goal in simulator.dispatcher.servers.all():
         goals[goal.server.robot.name].append(goal)
@@ -56,7 +56,7 @@ def scene(simulator: Simulator) -> dict[str, Any]:
         "closed_lanes": [
             {"lane": [*lane], "why": "; ".join(why.values())} for lane, why in roster.passage.closures.lanes.items()
         ],
-        "faults": [mishap.began().to_json() for _, mishap in sorted(mishaps.items()) if mishap.end is not None],
+        "faults": [injected.began().to_json() for _, injected in sorted(faults.items()) if injected.end is not None],
     }
 
 
