@@ -102,7 +102,7 @@ def navigation_of(robot: Robot, ahead: Callable[[], tuple[float, float]] = _noth
         pose, left, seconds = robot.progress()
         more_left, more_seconds = ahead()
         return {
-            "current_pose": robot.stamped(robot.believed(pose)),
+            "current_pose": robot.stamped(robot.estimated(pose)),
             "navigation_time": values_of((robot.now - began) * NANOSECONDS),
             "estimated_time_remaining": values_of((seconds + more_seconds) * NANOSECONDS),
             "number_of_recoveries": robot.recoveries - recoveries,

@@ -23,11 +23,11 @@ class Breakdown(Spell):
 def _begin(case: Case[Breakdown]) -> Callable[[], None]:
     robot = case.robot
     x, y = robot.pose().point
-    robot.fall_ill(FAULT.name, f"{robot.name} has broken down at ({x:g}, {y:g})")
+    robot.disable(FAULT.name, f"{robot.name} has broken down at ({x:g}, {y:g})")
 
     def end() -> None:
         if not case.concurrent():
-            robot.recover(FAULT.name)
+            robot.enable(FAULT.name)
 
     return end
 

@@ -38,7 +38,7 @@ def _begin(case: Case[LocalisationJump]) -> Callable[[], None]:
 
     def misplace(jumps: tuple[LocalisationJump, ...]) -> None:
         jumps = (*case.concurrent(), *jumps)
-        robot.misplaced = Pose(*(sum(getattr(jump, key) for jump in jumps) for key in ("dx", "dy", "yaw")))
+        robot.set_localization_error(Pose(*(sum(getattr(jump, key) for jump in jumps) for key in ("dx", "dy", "yaw"))))
 
     misplace((case.settings,))
     return partial(misplace, ())

@@ -29,8 +29,7 @@ def _begin(case: Case[Slip]) -> Callable[[], None]:
     robot = case.robot
 
     def slow_down(factor: float) -> None:
-        robot.slowness = factor * math.prod(other.factor for other in case.concurrent())
-        robot.retime()
+        robot.scale_speed(factor * math.prod(other.factor for other in case.concurrent()))
 
     slow_down(case.settings.factor)
     return lambda: slow_down(1.0)

@@ -38,8 +38,8 @@ class Owner(Protocol):
         """What it carries, on which some actions depend."""
 
     @property
-    def unfit(self) -> str:
-        """Why it can do nothing now; empty while it is well."""
+    def disabled(self) -> str:
+        """Why it can do nothing now; empty while it can be used."""
 
     def act(self, action: str, *, begins: bool) -> None:
         """Take note that a goal of an action begins, or ends."""
@@ -211,7 +211,7 @@ class ActionServers:
         flaw = action.flaw(command.goal)
         if flaw:
             raise GoalRejected("invalid_goal", flaw)
-        reason = (server.robot.unfit if action.holds_base else "") or action.not_ready(server.robot)
+        reason = (server.robot.disabled if action.holds_base else "") or action.not_ready(server.robot)
         if reason:
             raise GoalRejected("not_ready", reason)
         goal: Message = command.goal

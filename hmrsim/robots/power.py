@@ -1,14 +1,14 @@
-"""What a robot does to its battery, and an empty battery to its robot.
+"""Power: what a robot draws from its battery, and what an empty battery does to the robot.
 
-What is drawn is constant between two changes of what the robot does, so that there is one event for each level that is
-told, and none in between. The next one is an alarm: no time goes on for a battery's sake.
+The power that is drawn is constant between two changes of what the robot does, so that there is one event for each
+level that is published, and none in between. The next one is an alarm: time does not go on for a battery's sake.
 """
 
 from __future__ import annotations
 
 import math
 from enum import IntEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from hmrsim.engine.sim_time import nanoseconds
 from hmrsim.events.batteries import (
@@ -26,25 +26,27 @@ from hmrsim.interfaces.std_msgs import Header
 from hmrsim.protocol.gateway import Topic
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping, Sequence
 
     from hmrsim.components.battery import Battery
     from hmrsim.engine.environment import Alarm, Environment
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.events.batteries import BatteryEvent
-    from hmrsim.geometry import Point
-    from hmrsim.robots.robot import Robot
+    from hmrsim.facilities.docks import Berths
+    from hmrsim.geometry import Point, Pose
 
-_EMPTY = "battery_empty"
+EMPTY = "battery_empty"
+"""The cause for which an empty battery disables its robot."""
+
 _REVIVED = 0.01
-"""Least share that an empty battery has to be charged to before it is of use, however low *critical* is."""
+"""Minimum share that an empty battery has to be charged to before it is of use, however low *critical* is."""
 
 _INSTANT = 1e-9
-"""Seconds that no event is too early by."""
+"""Seconds by which an event may come too early."""
 
 
 class Level(IntEnum):
-    """How much is left, as it is told."""
+    """How much is left, as it is published."""
 
     GOOD = 0
     LOW = 1
@@ -52,21 +54,61 @@ class Level(IntEnum):
     EMPTY = 3
 
 
+class PoweredRobot(Protocol):
+    """A robot as its battery sees it."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether it is on its way, and nothing is in it."""
+
+    @property
+    def load(self) -> float:
+        """What it carries, in kg."""
+
+    @property
+    def doing(self) -> Sequence[str]:
+        """The actions of its goals that run."""
+
+    @property
+    def dock(self) -> Berths | None:
+        """The dock that it is in; None if it is in none."""
+
+    @property
+    def disabled_reasons(self) -> Mapping[str, str]:
+        """Why it is disabled, by cause."""
+
+    def pose(self) -> Pose:
+        """Return where it is now."""
+
+    def velocity(self) -> tuple[float, float]:
+        """Return the speed ahead and the turning rate, now."""
+
+    def disable(self, cause: str, why: str) -> None:
+        """Be able to do nothing until this and all other causes are gone."""
+
+    def enable(self, cause: str) -> None:
+        """Be disabled by this cause no longer."""
+
+
 class Energy:
     """Keeps the account of one robot's battery.
 
     Args:
         env: The simulation's clock and events.
-        robot: Whose it is; it says whenever it does something else.
-        battery: Which.
-        happened: Tells of it.
+        robot: The robot, which calls a method here whenever it does something else.
+        battery: Its battery.
+        happened: Publishes levels and charging.
 
     Attributes:
         battery: Likewise.
-        level: How much is left, as it was told last; it is empty until it has been charged for a while.
+        level: How much is left, as it was published last; an empty battery stays EMPTY until it is of use again.
     """
 
-    def __init__(self, env: Environment, robot: Robot, battery: Battery, happened: Happenings) -> None:
+    def __init__(self, env: Environment, robot: PoweredRobot, battery: Battery, happened: Happenings) -> None:
         self.battery = battery
         self._env = env
         self._robot = robot
@@ -77,14 +119,12 @@ class Energy:
         self._target = 0.0
         battery.rebase(env.now)
         self.level = self._level()
-        if self.level is Level.EMPTY:
-            robot.ailments[_EMPTY] = self._why_empty()
         self.switch()
 
     # --- what the robot does --------------------------------------------------------------------------------------
 
     def look(self) -> None:
-        """Take note of whether the robot moves, and how fast; it is asked with each lane."""
+        """Take note of whether the robot moves, and how fast; this is called with each lane."""
         moves = self._robot.moves
         if moves is not self._moves or self.battery.settings.drain.distance:
             self._moves = moves
@@ -95,17 +135,17 @@ class Energy:
         battery, now = self.battery, self._env.now
         battery.settle(now)
         if self.level is not Level.EMPTY:
-            # To come up is not told.
+            # A level that is come up to is not published.
             self.level = min(self.level, self._level())
         charged_before = bool(battery.charging)
         power = self._robot.dock.power_for(battery) if self._robot.dock else 0.0
         if power:
-            # What the robot needs comes from the dock, also when the battery is full.
+            # The dock supplies the robot, also when the battery is full.
             battery.drain, battery.charging = 0.0, power if battery.charge(now) < battery.usable else 0.0
         else:
             battery.drain, battery.charging = 0.0 if self.level is Level.EMPTY else self._demand(), 0.0
         if charged_before is not bool(battery.charging):
-            self._tell(ChargingEnded if charged_before else ChargingBegan)
+            self._publish(ChargingEnded if charged_before else ChargingBegan)
         self._expect()
 
     def _demand(self) -> float:
@@ -134,7 +174,7 @@ class Energy:
             self.switch()
 
     def fail_cell(self, cell: int) -> None:
-        """Let a cell fail, of a number from 0."""
+        """Let a cell fail, by its number from 0."""
         self.battery.fail_cell(self._env.now, cell)
         self.switch()
 
@@ -144,7 +184,7 @@ class Energy:
         self.switch()
 
     def stop(self) -> None:
-        """Expect nothing any more: the robot is there no longer, or time begins anew."""
+        """Set no alarm any more: the robot is there no longer, or time is reset."""
         self.battery.settle(self._env.now)
         if self._alarm is not None:
             self._env.put_off(self._alarm)
@@ -158,13 +198,13 @@ class Energy:
     # --- levels ---------------------------------------------------------------------------------------------------
 
     def _level(self) -> Level:
-        """Return how much is left, whatever was told."""
+        """Return how much is left, whatever was published."""
         battery, now = self.battery, self._env.now
         charge = battery.charge(now)
         return next((level for level in reversed(Level) if charge <= self._upper_end(level)), Level.GOOD)
 
     def _upper_end(self, level: Level) -> float:
-        """Return the units of energy at which a level is come down to."""
+        """Return the units of energy at which a level begins."""
         settings = self.battery.settings
         shares = {Level.LOW: settings.low, Level.CRITICAL: settings.critical, Level.EMPTY: 0.0}
         return self.battery.usable * shares.get(level, math.inf)
@@ -174,7 +214,7 @@ class Energy:
         return self.battery.usable * max(_REVIVED, self.battery.settings.critical)
 
     def _expect(self) -> None:
-        """Have the alarm ring when the next level is reached, or before."""
+        """Set the alarm for when the next level is reached, or before."""
         battery, now = self.battery, self._env.now
         if battery.charging:
             self._target = self._revived_at if self.level is Level.EMPTY else battery.usable
@@ -184,15 +224,15 @@ class Energy:
         else:
             self._target = self._upper_end(Level(self.level + 1))
             if battery.charge(now) <= self._target:
-                # What changes just now comes first.
-                self._env.soon(self._tell_levels)
+                # What changes now comes first.
+                self._env.soon(self._publish_levels)
                 return
         self._due = battery.reaches(self._target)
         if self._alarm is not None and self._due < self._alarm_at:
             self._env.put_off(self._alarm)
             self._alarm = None
         if self._alarm is None and self._due < math.inf:
-            # One that rings early, since less is drawn meanwhile, is cheaper than a new one with each change.
+            # An alarm that rings early, since less is drawn meanwhile, is cheaper than a new one with each change.
             self._alarm_at = self._due
             self._alarm = self._env.alarm(max(0.0, self._due - now), self._ring)
 
@@ -203,46 +243,48 @@ class Energy:
             if self._due < math.inf:
                 self._expect()
             return
-        # The formula comes to it within rounding, but the level has to be reached.
+        # The formula reaches it within rounding; the level has to be reached exactly.
         bound = max if self.battery.charging else min
         self.battery.settle(now, bound(self._target, self.battery.charge(now)))
         if not self.battery.charging:
-            self._tell_levels()
+            self._publish_levels()
         elif self.level is Level.EMPTY:
             self.level = self._level()
-            self._robot.recover(_EMPTY)
-            self._tell(BatteryRevived)
+            self._robot.enable(EMPTY)
+            self._publish(BatteryRevived)
         else:
-            self._tell(BatteryFull)
+            self._publish(BatteryFull)
         self.switch()
 
-    def _tell_levels(self) -> None:
-        """Tell each level that has been come down to; the last one stops the robot."""
+    def _publish_levels(self) -> None:
+        """Publish each level that has been reached; the last one disables the robot."""
         for level in Level:
             if self.level < level <= self._level():
                 self.level = level
                 if level is not Level.EMPTY:
-                    self._tell(BatteryLow if level is Level.LOW else BatteryCritical)
-        if self.level is Level.EMPTY and _EMPTY not in self._robot.ailments:
-            self._tell(BatteryEmpty, self._robot.pose().point)
-            self._robot.fall_ill(_EMPTY, self._why_empty())
+                    self._publish(BatteryLow if level is Level.LOW else BatteryCritical)
+        if self.level is Level.EMPTY and EMPTY not in self._robot.disabled_reasons:
+            self._publish(BatteryEmpty, self._robot.pose().point)
+            self._robot.disable(EMPTY, self.why_empty)
         self.switch()
 
-    def _why_empty(self) -> str:
+    @property
+    def why_empty(self) -> str:
+        """Why an empty battery disables its robot, in words."""
         x, y = self._robot.pose().point
         return f"battery empty at ({x:g}, {y:g})"
 
-    # --- what is told ---------------------------------------------------------------------------------------------
+    # --- publishing -----------------------------------------------------------------------------------------------
 
     @property
     def tags(self) -> list[str]:
-        """How it is now, in words for who looks at the robot; an empty battery is an ailment."""
+        """How it is now, as tags of the robot; an empty battery is a reason why that is disabled."""
         charging = ["charging"] if self.battery.charging else []
-        # While it is being charged nobody has taken note of what it has come up to.
+        # While it is charged, the level that it has come up to is not noted.
         level = min(self.level, self._level())
         return charging + ([f"battery_{level.name.lower()}"] if level in (Level.LOW, Level.CRITICAL) else [])
 
-    def _tell(self, event: Callable[..., BatteryEvent], *more: Point) -> None:
+    def _publish(self, event: Callable[..., BatteryEvent], *more: Point) -> None:
         now = self._env.now
         charge, share = self.battery.charge(now), self.battery.share(now)
         self._happened.publish(lambda: event(self._robot.name, charge, share, *more))

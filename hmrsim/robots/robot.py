@@ -1,4 +1,4 @@
-"""A robot: where it is, what it carries, and the verbs that actions are made of."""
+"""A robot: a mobile base with components, and the verbs that actions are made of."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from hmrsim.events.items import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.geometry import SAME_PLACE, Pose
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.geometry_msgs import PoseStamped
-from hmrsim.robots.power import Energy
-from hmrsim.robots.vehicle import Mobile
+from hmrsim.robots.power import EMPTY, Energy, Level
+from hmrsim.robots.vehicle import MobileBase
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Mapping
@@ -35,35 +35,33 @@ if TYPE_CHECKING:
 
 C = TypeVar("C")
 
-_RIGHT = Pose(0.0, 0.0)
-"""How far a robot is off that knows where it is."""
+_NO_ERROR = Pose(0.0, 0.0)
+"""The localization error of a robot that knows where it is."""
 
 
-class Robot(Mobile):
+class Robot(MobileBase):
     """One robot of a world.
 
     Args:
         env: The simulation's clock and events.
         name: Its name, which is a ROS name.
-        spec: What the world file says of it.
+        spec: What the world file states of it.
         world: The world that it is in.
-        graph: The ways open to it.
+        graph: The lanes that it may use.
         items: All items of the world, by name.
         docks: All docks of the world, by name.
-        passage: Says what is in its way.
-        plans: Asks the planner outside.
-        happened: Tells what it does.
-        abort: Aborts the goal that holds the base of the robot of a name, and says why.
+        passage: Admits it to each lane.
+        plans: Asks an external planner.
+        happened: Publishes what it does.
+        abort: Aborts the goal that holds the base of the robot of a name, with a reason.
 
     Attributes:
-        type: Its type's name.
-        planner: Who plans its routes.
-        plans: Asks the planner outside.
-        components: What it carries, by name.
-        ailments: Why it can do nothing now, by what ails it, such as ``battery_empty``; empty while it is well.
-        misplaced: How far from its pose it believes to be; nothing that it does depends on it, only what it tells.
+        planner: Which planner plans its routes.
+        plans: Asks an external planner.
+        components: Its components, by name.
+        localization_error: The error of its estimated pose; it changes only what the robot reports.
         docks: All docks of the world, by name.
-        dock: Where it is docked; None if nowhere.
+        dock: The dock that it is in; None if it is in none.
         doing: The actions of its goals that run.
         energy: The account of its battery; None if it has none.
     """
@@ -72,17 +70,15 @@ class Robot(Mobile):
         "_abort",
         "_kind",
         "_turn",
-        "ailments",
         "components",
         "dock",
         "docks",
         "doing",
         "energy",
         "items",
-        "misplaced",
+        "localization_error",
         "planner",
         "plans",
-        "type",
         "units",
     )
 
@@ -106,36 +102,40 @@ class Robot(Mobile):
             env,
             name,
             kind.base,
+            robot_type=spec.type,
             speed=world.speed(kind.base),
             home=Pose(*world.point(spec.at), spec.yaw),
             graph=graph,
             passage=passage,
             happened=happened,
+            changed=self._follow_motion if docks or "battery" in kind.components else None,
         )
-        self.type = spec.type
         self.planner = spec.planner
         self.plans = plans
         self.items = items
         self.units = world.units
         self._kind = kind
         self._abort = abort
-        self.ailments: dict[str, str] = {}
-        self.misplaced = _RIGHT
+        self.localization_error = _NO_ERROR
         self.components = self._equip()
         self.docks = docks
         self.dock: Berths | None = None
         self.doing: list[str] = []
         self._turn: Event | None = None
         self.energy = self._power_up()
-        if docks or self.energy is not None:
-            self.changed = self._look
 
     def _power_up(self) -> Energy | None:
+        """Return the account of its battery, if it has one; an empty one disables it."""
         battery = self.components.get("battery")
-        return Energy(self._env, self, battery, self._happened) if isinstance(battery, Battery) else None
+        if not isinstance(battery, Battery):
+            return None
+        energy = Energy(self._env, self, battery, self._happened)
+        if energy.level is Level.EMPTY:
+            super().disable(EMPTY, energy.why_empty)
+        return energy
 
-    def _look(self) -> None:
-        """Take note that it moves, or stands: whoever drives off is docked no longer."""
+    def _follow_motion(self) -> None:
+        """Leave the dock when it moves, and account for the energy of the motion."""
         if self.dock is not None and self.moves:
             self.dock.let_go(self)
         if self.energy is not None:
@@ -158,26 +158,27 @@ class Robot(Mobile):
                 return component
         raise LookupError(f"{self.name} has no {kind.__name__}")
 
-    @property
-    def unfit(self) -> str:
-        """Why it can do nothing now; empty while it is well."""
-        return next(iter(self.ailments.values()), "")
+    # --- estimated poses ------------------------------------------------------------------------------------------
 
-    def believed(self, pose: Pose) -> Pose:
-        """Return where a pose is for the robot, which sees everything from where it believes to be."""
-        if self.misplaced == _RIGHT:
+    def set_localization_error(self, error: Pose) -> None:
+        """Estimate its own pose with this error from now on."""
+        self.localization_error = error
+
+    def estimated(self, pose: Pose) -> Pose:
+        """Return the robot's estimate of a pose, which has the error of its own."""
+        if self.localization_error == _NO_ERROR:
             return pose
-        here, (dx, dy, turned) = self.pose(), self.misplaced
+        here, (dx, dy, turned) = self.pose(), self.localization_error
         x, y = pose.x - here.x, pose.y - here.y
         cos, sin = math.cos(turned), math.sin(turned)
         return Pose(here.x + dx + x * cos - y * sin, here.y + dy + x * sin + y * cos, pose.yaw + turned)
 
     def pose_stamped(self) -> PoseStamped:
-        """Return the pose that it believes to have as a ROS message, in the frame ``map``."""
-        return PoseStamped.model_validate(self.stamped(self.believed(self.pose())), strict=False)
+        """Return its estimated pose as a ROS message, in the frame ``map``."""
+        return PoseStamped.model_validate(self.stamped(self.estimated(self.pose())), strict=False)
 
     def stamped(self, pose: Pose) -> dict[str, Any]:
-        """Return a pose of now as the plain values of a PoseStamped, which are made in a tenth of the time."""
+        """Return a pose of now as the plain values of a PoseStamped, which take a tenth of the time of a message."""
         half = pose.yaw / 2
         return {
             "header": {"stamp": values_of(stamp(self._env.now)), "frame_id": "map"},
@@ -187,51 +188,53 @@ class Robot(Mobile):
             },
         }
 
-    # --- what is done to it ---------------------------------------------------------------------------------------
+    # --- reset and faults -----------------------------------------------------------------------------------------
 
-    def begin_anew(self) -> None:
-        """Be as in the beginning; no goal may be running."""
-        self.slowness = 1.0
-        self.misplaced = _RIGHT
-        self.ailments.clear()
+    def reset(self) -> None:
+        """Be as at the start, when the docks have been reset; no goal may be running."""
+        self.speed_scale = 1.0
+        self.localization_error = _NO_ERROR
+        for cause in [*self.disabled_reasons]:
+            super().enable(cause)
         self.retire()
         self.components = self._equip()
-        # Where it is before what it has in it: an empty battery says where, and a dock charges the new one.
+        # Its place comes before its battery: an empty battery says where it is, and a dock charges the new one.
         super().move_to(self.home)
         self.energy = self._power_up()
         self.settle_in()
 
     def retire(self) -> None:
-        """Take no place in a dock any more, and expect nothing."""
+        """Leave the dock, and set no alarm any more."""
         if self.dock is not None:
             self.dock.let_go(self)
         if self.energy is not None:
             self.energy.stop()
 
-    def fall_ill(self, what: str, why: str) -> None:
-        """Be able to do nothing from now on; the goal that holds the base is aborted, and says why.
+    def disable(self, cause: str, why: str) -> None:
+        """Stop, and be able to do nothing until this and all other causes are gone.
 
-        Nobody gets past it on the lane where it stands.
+        The goal that holds the base is aborted with the reason. The robot obstructs the lane where it stands.
         """
-        self.ailments[what] = why
+        self.disabled_reasons[cause] = why
         self._abort(self.name, why)
-        self.halt()
+        super().disable(cause, why)
         self._obstruct()
 
-    def recover(self, what: str) -> None:
-        """Be rid of what ailed it; nothing happens if it did not."""
-        if self.ailments.pop(what, None) is not None:
+    def enable(self, cause: str) -> None:
+        """Be disabled by this cause no longer; nothing happens if it is not."""
+        if cause in self.disabled_reasons:
+            super().enable(cause)
             self._obstruct()
 
     def move_to(self, pose: Pose) -> None:
-        """Stand somewhere else at once, in the way there if it can do nothing; no goal may hold the base."""
+        """Stand somewhere else at once, and obstruct the lane there if it is disabled; no goal may hold the base."""
         if self.dock is not None:
             self.dock.let_go(self)
         super().move_to(pose)
         self.settle_in()
 
     def settle_in(self) -> None:
-        """Be docked if it stands where it can dock, and in the way if it can do nothing."""
+        """Dock if it stands where it can, and obstruct the lane if it is disabled."""
         for dock in self.docks.values():
             if dock.has_room_for(self) and self.distance_to(dock.pose.point) <= SAME_PLACE:
                 dock.take_in(self)
@@ -239,13 +242,15 @@ class Robot(Mobile):
         self._obstruct()
 
     def _obstruct(self) -> None:
-        """Be in the way where it is if it can't get out of it, and nowhere else."""
+        """Obstruct the lane where it stands if it is disabled, and no other lane."""
         self._passage.closures.clear(self.name)
-        if self.unfit and not self.flies:
-            self._passage.closures.obstruct(self.name, self.pose().point, self.unfit)
+        if self.disabled and not self.flies:
+            self._passage.closures.obstruct(self.name, self.pose().point, self.disabled)
 
-    def let_go(self) -> None:
-        """Lay down whatever its components hold where it is."""
+    # --- items ----------------------------------------------------------------------------------------------------
+
+    def release_all(self) -> None:
+        """Lay down all that its components hold where it is."""
         for item in self.held:
             self.lose(item)
             self.put(item, self.pose().point)
@@ -261,7 +266,7 @@ class Robot(Mobile):
         return sorted((item for item in self.items.values() if item.carrier is self), key=lambda item: item.name)
 
     def lose(self, item: Item) -> None:
-        """Hold an item no longer, whichever component did."""
+        """Hold an item no longer, whichever component does."""
         for component in self.components.values():
             if getattr(component, "item", None) is item:
                 component.item = None
@@ -269,27 +274,25 @@ class Robot(Mobile):
         if self.energy is not None:
             self.energy.carry(handled=False)
 
-    # --- what it does ---------------------------------------------------------------------------------------------
+    # --- actions --------------------------------------------------------------------------------------------------
 
     def hold(self, seconds: float) -> Generator[Any, Any, None]:
         """Stand still for a while."""
-        self.halt()
+        self.begin_work()
         over = self._env.timeout(seconds)
-        self.busy = True
         try:
             yield over
         except BaseException:
             self._env.abandon(over)
             raise
         finally:
-            self.busy = False
-            self._passage.may_make_room(self)
+            self.finish_work()
 
     def wait_for(self, turn: Event) -> Generator[Any, Any, None]:
-        """Do nothing until it is its turn.
+        """Do nothing until an event happens, such as a bay that becomes free.
 
         Raises:
-            GoalAborted: That takes longer than it may; see `within`.
+            GoalAborted: That takes too long; see `within`.
         """
         self._turn = turn
         try:
@@ -299,14 +302,14 @@ class Robot(Mobile):
 
     @contextmanager
     def within(self, seconds: float, why: GoalAborted) -> Iterator[None]:
-        """Give up driving, or waiting for its turn, if that takes longer; 0 is any time."""
+        """Give up driving, or waiting for an event, if that takes longer; 0 is any time."""
 
         def give_up(_event: Event) -> None:
             if self._turn is None:
                 self.give_up(why)
             elif not self._turn.triggered:
                 self._turn.fail(why)
-                # Somebody else may end its goal at this instant.
+                # Its goal may end otherwise at this instant.
                 self._turn.defused = True
 
         if seconds <= 0.0:
@@ -321,9 +324,9 @@ class Robot(Mobile):
                 self._env.abandon(over)
 
     @property
-    def may_make_room(self) -> bool:
-        """Whether it stands, and could go somewhere else for a while: it is well, and in no dock."""
-        return not self.unfit and self.dock is None and super().may_make_room
+    def may_yield(self) -> bool:
+        """Whether it stands, in no dock, and could go somewhere else for a while."""
+        return self.dock is None and super().may_yield
 
     def act(self, action: str, *, begins: bool) -> None:
         """Take note that a goal of an action begins, or ends."""
@@ -354,7 +357,7 @@ class Robot(Mobile):
         self._happened.publish(lambda: ItemPlaced(self.name, item.name, point))
 
     def drop(self, item: Item) -> None:
-        """Let an item fall where it is; nobody gets past it on a lane, however small it is."""
+        """Let an item fall where it is; it obstructs a lane, however small it is."""
         point = self.pose().point
         self.lose(item)
         self._lay(item, point)

@@ -81,7 +81,7 @@ def info_of(simulator: Simulator, entity: Robot | Item | Fixture) -> EntityInfo:
         state = ["waiting"] if entity.waits else []
         state += [f"docked:{entity.dock.name}"] if entity.dock else []
         state += entity.energy.tags if entity.energy else []
-        state += sorted({*entity.ailments, *simulator.fault_injector.active_on(entity.name)})
+        state += sorted({*entity.disabled_reasons, *simulator.fault_injector.active_on(entity.name)})
         category, tags = EntityCategory.CATEGORY_ROBOT, ["robot", entity.type, *carried, *state]
     elif isinstance(entity, Fixture):
         category, tags, description = EntityCategory.CATEGORY_STATIC_OBJECT, entity.tags, entity.description

@@ -42,7 +42,7 @@ def _serve(simulator: Simulator, request: IsDetected.Request) -> IsDetected.Resp
 def _answer(robot: Robot, seen: Seen | None) -> IsDetected.Response:
     if seen is None:
         return IsDetected.Response(result=OK)
-    pose = PoseStamped.model_validate(robot.stamped(robot.believed(seen.thing.pose)), strict=False)
+    pose = PoseStamped.model_validate(robot.stamped(robot.estimated(seen.thing.pose)), strict=False)
     return IsDetected.Response(result=OK, detected=True, pose=pose, by=[*seen.by])
 
 

@@ -128,7 +128,7 @@ class Detections:
             if surroundings is None:
                 raise AssertionError
             seen = self.look(robot, surroundings)
-            now = {each.thing.name: robot.believed(each.thing.pose) for each in seen}
+            now = {each.thing.name: robot.estimated(each.thing.pose) for each in seen}
             known = before.get(robot.name)
             if known is not None and not _differ(known, now, _resolution(robot)):
                 self._told[robot.name] = known
@@ -165,7 +165,7 @@ def _differ(known: Mapping[str, Pose], now: Mapping[str, Pose], resolution: floa
 
 
 def _detection(header: dict[str, Any], robot: Robot, thing: Thing) -> dict[str, Any]:
-    pose = robot.stamped(robot.believed(thing.pose))["pose"]
+    pose = robot.stamped(robot.estimated(thing.pose))["pose"]
     hypothesis = {"class_id": thing.kind, "score": 1.0}
     return {
         "header": header,

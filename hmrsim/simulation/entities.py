@@ -1,4 +1,4 @@
-"""Who and what is in the world: its robots and items, those of the world file and those that were spawned."""
+"""The entities of the world: robots, items and fixtures, those of the world file and those that were spawned."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ if TYPE_CHECKING:
 
 
 class Roster:
-    """The robots and items of a world, by name. Whoever goes or is moved by force has its goals aborted first.
+    """The robots and items of a world, by name. The goals of a robot that is removed or moved are aborted first.
 
     Args:
         env: The simulation's clock and events.
-        dispatcher: Serves those who are there.
-        gate: Serves what the world does by itself.
-        plans: Asks the planner outside.
-        happened: Tells who comes and goes.
-        emit: Where events go.
+        dispatcher: Serves the actions of the robots.
+        gate: Serves the actions of the world itself.
+        plans: Asks an external planner.
+        happened: Publishes which entities come and go.
+        emit: Takes events.
 
     Attributes:
         robots: In order; replaced when robots come or go, so that other threads may read it.
         items: In order.
         spawned: The names of those that are not of the world file.
-        passage: What is in their way.
-        fixtures: What belongs to the building, by name.
+        passage: Admits robots to lanes.
+        fixtures: Docks, doors and lifts, by name.
     """
 
     fixtures: dict[str, Fixture]
@@ -86,39 +86,41 @@ class Roster:
         self._before_removal.append(call)
 
     def find(self, name: str) -> Robot | Item | Fixture | None:
-        """Return who or what has a name; None if nobody does."""
+        """Return the entity of a name; None if there is none."""
         return self.robots.get(name) or self.items.get(name) or self.fixtures.get(name)
 
     # --- all of them ----------------------------------------------------------------------------------------------
 
     def fill(self, world: World, graph: WaypointGraph) -> None:
-        """Begin with all that is in a world, and nothing else."""
+        """Replace all entities by those of a world."""
         for _, robot in sorted(self.robots.items()):
             robot.retire()
         self._world, self._graph = world, graph
-        self.passage = Passage(self._env, world, graph, happened=self._happened)
+        self.passage = Passage(
+            self._env, world, graph, happened=self._happened, ways_changed=lambda: self._emit(RosterChanged())
+        )
         self.spawned.clear()
         self.robots, self.items = {}, {}
         self.items |= self._own_items()
         site = Site(self._env, world, self.passage, lambda: self.robots, self._happened)
         self.fixtures = install_all(site)
         self._docks = {dock.name: dock for dock in self.fixtures.values() if isinstance(dock, Berths)}
-        self.passage.closures.changed = self._ways_changed
+        self.passage.closures.publish()
         self._serve(self._own_robots())
         for _, item in sorted(self.items.items()):
             self._lay(item, item.point)
 
     def restore(self) -> None:
-        """Let everybody and everything be as in the beginning; what was deleted is there again.
+        """Reset all entities; those of the world file that were deleted are there again.
 
-        No goal may be running. A name that was given to somebody else meanwhile stays theirs.
+        No goal may be running. An entity that was spawned with the name of a deleted one keeps it.
         """
         for fixture in self.fixtures.values():
-            fixture.begin_anew()
+            fixture.reset()
         for _, robot in sorted(self.robots.items()):
-            robot.begin_anew()
+            robot.reset()
         items, robots = self._own_items() | self.items, self._own_robots() | self.robots
-        # Robots look into this very dictionary.
+        # Robots hold this very dictionary.
         self.items.clear()
         self.items.update(items)
         for _, item in sorted(items.items()):
@@ -127,7 +129,7 @@ class Roster:
             self._change(robots)
 
     def _own_items(self) -> dict[str, Item]:
-        """Return the items of the world file, in its order; those that were deleted are made anew."""
+        """Return the items of the world file, in its order; those that were deleted are made again."""
         return {
             name: self.items.get(name) or Item(name, spec.weight, self._world.point(spec.at), blocks=spec.blocks)
             for name, spec in self._world.items.items()
@@ -135,7 +137,7 @@ class Roster:
         }
 
     def _own_robots(self) -> dict[str, Robot]:
-        """Likewise its robots; who takes a berth first is a matter of names, and not of the file's order."""
+        """Likewise its robots; they take bays of docks in the order of names, not in the file's."""
         there = [name for name in self._world.robots if name in self.robots or name not in self.spawned]
         made = {name: self._robot(name, self._world.robots[name]) for name in sorted(there) if name not in self.robots}
         return {name: self.robots.get(name) or made[name] for name in there}
@@ -163,7 +165,7 @@ class Roster:
         self._happened.publish(lambda: Spawned(name, "item", point))
 
     def delete(self, name: str, why: str = "the robot was deleted") -> None:
-        """Take out who or what has a name; a robot lays down what it holds."""
+        """Remove the entity of a name; a robot lays down what it holds."""
         item = self.items.get(name)
         self.spawned.discard(name)
         if name in self.robots:
@@ -171,7 +173,7 @@ class Roster:
             for call in self._before_removal:
                 call(name)
             self.robots[name].halt()
-            self.robots[name].let_go()
+            self.robots[name].release_all()
             self.robots[name].retire()
             self.passage.remove(self.robots[name])
             self._happened.publish(lambda: Deleted(name))
@@ -201,7 +203,7 @@ class Roster:
         self._happened.publish(make)
 
     def connect(self, name: str, *, connected: bool) -> None:
-        """Let a robot be reached from outside, or not."""
+        """Connect a robot to the network, or disconnect it."""
         self._dispatcher.connect(name, connected=connected)
 
     def _robot(self, name: str, spec: RobotSpec) -> Robot:
@@ -223,14 +225,11 @@ class Roster:
         return robot
 
     def _lay(self, item: Item, point: Point) -> None:
-        """Have an item lie somewhere, in the way there if it is bulky, and nowhere else."""
+        """Have an item lie somewhere; a bulky one obstructs the lane there, and no other."""
         item.lie_at(point)
         self.passage.closures.clear(item.name)
         if item.blocks:
             self.passage.closures.obstruct(item.name, point, f"{item.name} lies there")
-
-    def _ways_changed(self) -> None:
-        self._emit(RosterChanged())
 
     def _serve(self, robots: dict[str, Robot]) -> None:
         self.robots = robots

@@ -95,7 +95,7 @@ def _restart_time(simulator: Simulator) -> None:
         account.go_on()
     for fixture in simulator.roster.fixtures.values():
         fixture.settle()
-    simulator.roster.passage.begin_anew()
+    simulator.roster.passage.reset()
     simulator.gate.shut()
     simulator.telemetry.refresh(0.0)
     simulator.generation += 1

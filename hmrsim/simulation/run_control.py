@@ -37,13 +37,13 @@ class Gate:
         stepping: Whether steps are being made.
         name: The world's, where a robot has its name.
         components: None; likewise.
-        unfit: Nothing ever ails it; likewise.
+        disabled: Always empty; likewise.
         hindrance: Tells why time does not move, whatever the gate says; empty if it does. To be set by who moves it.
     """
 
     name: Final = WORLD
     components: Final[Mapping[str, Any]] = MappingProxyType({})
-    unfit: Final = ""
+    disabled: Final = ""
 
     def act(self, action: str, *, begins: bool) -> None:
         """Take no note of goals that begin and end."""

@@ -73,7 +73,7 @@ def _robot(robot: Robot) -> dict[str, Any]:
         "route": robot.route(),
         "waits": robot.waits,
         "dock": robot.dock.name if robot.dock else None,
-        "ailments": dict(robot.ailments),
+        "ailments": dict(robot.disabled_reasons),
         "battery": {"percentage": battery.share(robot.now), "charging": bool(battery.charging)} if battery else None,
         "sensors": [
             {

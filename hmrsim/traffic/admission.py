@@ -1,13 +1,12 @@
-"""What robots have to pass on their way: closed lanes, what stands on lanes and opens, and the rules of traffic.
+"""Admission of vehicles to lanes: closed lanes, barriers such as doors, and the traffic policy.
 
-A robot asks before it begins a leg. What does not let it pass makes it wait where it is; when that may have changed,
-it asks again. Where nothing can be in the way, nobody asks.
+A vehicle asks before it begins a leg. If it is not admitted it waits where it is, and asks again when that may have
+changed. Where nothing can be in the way, no vehicle asks.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from hmrsim.errors import GoalAborted, NoRoute
@@ -15,6 +14,7 @@ from hmrsim.events.traffic import MadeRoom, Waiting, WentOn
 from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
 from hmrsim.traffic.lane_closures import Closures
+from hmrsim.traffic.policies import Wait
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.wait_timeout import Patience
 
@@ -26,67 +26,50 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.route import Leg, Route
-    from hmrsim.robots.vehicle import Mobile
-    from hmrsim.traffic.policies import Rules
+    from hmrsim.traffic.policies import Rules, Vehicle
     from hmrsim.world.model import World
 
 
 class Barrier(Protocol):
-    """Something on lanes that may have to open first, such as a door."""
+    """A fixture on lanes that may have to open first, such as a door."""
 
     @property
     def lanes(self) -> Collection[Lane]:
         """The lanes that lead through it, in each direction in which they can be driven."""
 
-    def may_pass(self, robot: Mobile) -> bool:
-        """Return whether it ever lets a robot pass; if not, routes avoid it."""
+    def may_pass(self, robot: Vehicle) -> bool:
+        """Return whether it ever lets a vehicle pass; if not, routes avoid it."""
 
-    def why_not(self, robot: Mobile, leg: Leg) -> str:
-        """Return why a robot can't begin a leg now, or ""; off the lanes the leg may be nowhere near.
+    def why_not(self, robot: Vehicle, leg: Leg) -> str:
+        """Return why a vehicle can't begin a leg now, or ""; off the lanes the leg may be nowhere near.
 
-        What opens for robots begins to, and has the passage `look_again` when it is open.
+        A barrier that opens for the vehicle begins to, and calls `look_again` when it is open.
         """
 
-    def enter(self, robot: Mobile, leg: Leg) -> None:
-        """Take note that a robot begins to drive through."""
+    def enter(self, robot: Vehicle, leg: Leg) -> None:
+        """Take note that a vehicle begins to drive through."""
 
-    def leave(self, robot: Mobile) -> None:
-        """Take note that it has driven through, or has stopped on its way."""
-
-
-@dataclass(eq=False)
-class Wait:
-    """A robot that waits.
-
-    Attributes:
-        robot: Which.
-        leg: What it wants to drive.
-        since: Simulated seconds.
-        why: What is in the way, for people.
-    """
-
-    robot: Mobile
-    leg: Leg
-    since: float
-    why: str = ""
+    def leave(self, robot: Vehicle) -> None:
+        """Take note that a vehicle has driven through, or has stopped on its way."""
 
 
 class Passage:
-    """The ways of one world, and what is on them.
+    """The lanes of one world, and what is on them.
 
     Args:
         env: The simulation's clock and events.
-        world: Its traffic must have been checked.
-        graph: Its ways.
-        happened: Tells who waits for whom.
+        world: The world, whose traffic settings must have been checked.
+        graph: Its lanes.
+        happened: Publishes which vehicles wait.
+        ways_changed: Called when lanes have been closed or opened; see `Closures.publish`.
 
     Attributes:
         world: Likewise.
         graph: Likewise.
         happened: Likewise.
-        closures: The lanes that nobody may enter now.
-        needed: Whether anything can be in anybody's way.
-        waits: Who waits, in the order in which they began to.
+        closures: The lanes that are closed now.
+        needed: Whether anything can be in the way of any vehicle.
+        waits: The vehicles that wait, in the order in which they began to.
     """
 
     def __init__(
@@ -96,19 +79,20 @@ class Passage:
         graph: WaypointGraph,
         *,
         happened: Happenings,
+        ways_changed: Callable[[], None],
     ) -> None:
         self.world = world
         self.graph = graph
         self.happened = happened
-        self.waits: dict[Mobile, Wait] = {}
-        self._stopped: dict[Mobile, tuple[float, Wait]] = {}
+        self.waits: dict[Vehicle, Wait] = {}
+        self._stopped: dict[Vehicle, tuple[float, Wait]] = {}
         self._env = env
         self._barriers: dict[Lane, list[Barrier]] = {}
         self._off_lanes: list[Barrier] = []
-        self._inside: dict[Mobile, list[Barrier]] = {}
-        self.closures = Closures(graph, happened, self._follow_closures)
-        self._queues: dict[Mobile, Callable[[], Sequence[Mobile]]] = {}
-        self._asking: deque[Mobile] = deque()
+        self._inside: dict[Vehicle, list[Barrier]] = {}
+        self.closures = Closures(graph, happened, self._follow_closures, ways_changed)
+        self._queues: dict[Vehicle, Callable[[], Sequence[Vehicle]]] = {}
+        self._asking: deque[Vehicle] = deque()
         policy = policies()[world.traffic.policy]
         settings = policy.settings.model_validate(world.traffic.model_dump())
         self._patience = Patience(env, settings.patience, waits=self._still_waits, lost=self._give_up)
@@ -121,16 +105,16 @@ class Passage:
         """The simulated time, in seconds."""
         return self._env.now
 
-    def begin_anew(self) -> None:
-        """Forget what the rules of traffic know of the past; nobody may be on the way."""
+    def reset(self) -> None:
+        """Forget what the traffic policy knows of the past; no vehicle may be on its way."""
         self._stopped.clear()
         if self._rules is not None:
-            self._rules.begin_anew()
+            self._rules.reset()
 
     # --- planning -------------------------------------------------------------------------------------------------
 
-    def plan(self, robot: Mobile, start: Point, goal: Point, avoid: Collection[Lane] = ()) -> Route:
-        """Return the quickest route for a robot, without what it can never pass, nor the lanes that it is to *avoid*.
+    def plan(self, robot: Vehicle, start: Point, goal: Point, avoid: Collection[Lane] = ()) -> Route:
+        """Return the quickest route for a vehicle, without lanes that it can never pass or is to *avoid*.
 
         Raises:
             NoRoute: As `WaypointGraph.plan` says; the text names the lanes that are closed.
@@ -155,10 +139,10 @@ class Passage:
             closed = self.closures.told() + [f"{a}-{b} may not be driven by {robot.name}" for a, b in kept_off]
             raise NoRoute(error.code, f"{error}; {', '.join(closed)}") from None
 
-    # --- what is on lanes -----------------------------------------------------------------------------------------
+    # --- barriers -------------------------------------------------------------------------------------------------
 
     def add_barrier(self, barrier: Barrier) -> None:
-        """Have robots pass something on its lanes, and ask it when they leave the lanes, too."""
+        """Have vehicles ask a barrier on its lanes, and where they leave the lanes, too."""
         self._off_lanes.append(barrier)
         for lane in barrier.lanes:
             self._barriers.setdefault(lane, []).append(barrier)
@@ -172,17 +156,17 @@ class Passage:
         self._obstructed = bool(self._off_lanes) or bool(self.closures.lanes)
         self.needed = self._rules is not None or self._obstructed
 
-    # --- who is where ---------------------------------------------------------------------------------------------
+    # --- places ---------------------------------------------------------------------------------------------------
 
-    def place(self, robot: Mobile) -> None:
-        """Take note that a robot stands where it has not driven to, or begins to be there."""
+    def place(self, robot: Vehicle) -> None:
+        """Take note that a vehicle stands where it has not driven to, or is new."""
         self.forget(robot)
         self._leave_barriers(robot)
         if self._rules is not None and not robot.flies:
             self._rules.stand(robot, self._slots_at(robot.pose().point))
 
     def full_at(self, point: Point, name: str = "") -> str | None:
-        """Return the waypoint or lane at a point, if nobody but the robot of this name may come there; else None."""
+        """Return the waypoint or lane at a point if it is full, not counting the vehicle of this name; else None."""
         if self._rules is None:
             return None
         lanes = self.graph.lanes
@@ -194,8 +178,8 @@ class Passage:
                 return f"{what}, which {others[0].name} has"
         return None
 
-    def remove(self, robot: Mobile) -> None:
-        """Take note that a robot is there no longer."""
+    def remove(self, robot: Vehicle) -> None:
+        """Take note that a vehicle is there no longer."""
         self.closures.clear(robot.name)
         self.forget(robot)
         self._stopped.pop(robot, None)
@@ -204,15 +188,15 @@ class Passage:
             self._rules.halted(robot)
             self._rules.leave(robot)
 
-    def arrived(self, robot: Mobile) -> None:
-        """Take note that a robot stands at the end of what it has driven."""
+    def arrived(self, robot: Vehicle) -> None:
+        """Take note that a vehicle stands at the end of what it has driven."""
         self.forget(robot)
         self._leave_barriers(robot)
         if self._rules is not None and not robot.flies:
-            self._rules.stand(robot, robot.slots[-1:])
+            self._rules.stand(robot, self._rules.held(robot)[-1:])
 
-    def stopped(self, robot: Mobile, leg: Leg | None) -> None:
-        """Take note that a robot stands on its way; *leg* is what it was driving, None if it had not begun any."""
+    def stopped(self, robot: Vehicle, leg: Leg | None) -> None:
+        """Take note that a vehicle stops on its way; *leg* is what it was driving, None if it had not begun any."""
         if robot in self.waits:
             self._stopped[robot] = self._env.now, self.waits[robot]
         self.forget(robot)
@@ -225,8 +209,8 @@ class Passage:
         else:
             self._rules.stand(robot, leg.slots[:1] if leg.lane else self._slots_at(robot.pose().point))
 
-    def _stand_back(self, robot: Mobile, rules: Rules) -> None:
-        """Have a robot stand where it was before it set out at this instant; whoever set out to be there steps back."""
+    def _stand_back(self, robot: Vehicle, rules: Rules) -> None:
+        """Have a vehicle stand where it was before this instant; those that set out to be there step back."""
         slots = self._slots_at(robot.pose().point)
         for slot in slots:
             for other in [*rules.inside(slot)] if rules.full(slot) else ():
@@ -238,7 +222,7 @@ class Passage:
         rules.stand(robot, slots)
 
     def _slots_at(self, point: Point) -> tuple[int, ...]:
-        """Return the slots of whoever stands at a point: the waypoint, or the lane."""
+        """Return the slots of a vehicle that stands at a point: the waypoint, or the lane."""
         lanes = self.graph.lanes
         at = lanes.at.get(point)
         if at is not None:
@@ -254,10 +238,10 @@ class Passage:
 
     # --- asking ---------------------------------------------------------------------------------------------------
 
-    def admit(self, robot: Mobile, leg: Leg) -> bool:
-        """Return whether a robot may begin a leg now; if not, it waits, and will be told to go on."""
+    def admit(self, robot: Vehicle, leg: Leg) -> bool:
+        """Return whether a vehicle may begin a leg now; if not, it waits, and goes on when it is released."""
         if self.waits and robot in self.waits:
-            # It has taken another way.
+            # It has taken another route.
             self.forget(robot)
         why = self._in_the_way(robot, leg) if self._obstructed else ""
         if not why and (self._rules is None or self._rules.take(robot, leg)):
@@ -267,10 +251,10 @@ class Passage:
         self._wait(robot, leg, why)
         return False
 
-    def look_again(self, robots: Sequence[Mobile]) -> None:
-        """Have robots that wait ask again, at this instant but after what happens just now."""
+    def look_again(self, robots: Sequence[Vehicle]) -> None:
+        """Have vehicles that wait ask again, at this instant but after what happens now."""
         if robots and not self._asking:
-            # In between, whoever made room has not left yet.
+            # Now, a vehicle that yields has not left yet.
             self._env.soon(self._ask)
         self._asking.extend(robots)
 
@@ -290,24 +274,24 @@ class Passage:
         else:
             self.decide(robot)
 
-    def _in_the_way(self, robot: Mobile, leg: Leg) -> str:
-        """Return what is in the way of a leg, but for traffic, or ""."""
+    def _in_the_way(self, robot: Vehicle, leg: Leg) -> str:
+        """Return what is in the way of a leg, other than vehicles, or ""."""
         closed = self.closures.why(leg)
         if closed:
             return closed
-        # Each is asked: what opens for robots begins to.
+        # Each is asked, so that each begins to open.
         barriers = self._barriers.get(leg.lane, ()) if leg.lane else self._off_lanes
         whys = [why for barrier in barriers if (why := barrier.why_not(robot, leg))]
         return whys[0] if whys else ""
 
-    def _for_good(self, robot: Mobile, leg: Leg) -> bool:
-        """Return whether to wait would be vain, so that a robot had better take another way."""
+    def _for_good(self, robot: Vehicle, leg: Leg) -> bool:
+        """Return whether a vehicle would wait in vain, so that it is to take another route."""
         if not leg.lane:
             return False
         barriers = self._barriers.get(leg.lane, ())
         return leg.lane in self.closures.lanes or not all(barrier.may_pass(robot) for barrier in barriers)
 
-    def _enter_barriers(self, robot: Mobile, leg: Leg) -> None:
+    def _enter_barriers(self, robot: Vehicle, leg: Leg) -> None:
         self._leave_barriers(robot)
         barriers = self._barriers.get(leg.lane) if leg.lane else None
         if barriers:
@@ -315,23 +299,23 @@ class Passage:
             for barrier in barriers:
                 barrier.enter(robot, leg)
 
-    def _leave_barriers(self, robot: Mobile) -> None:
+    def _leave_barriers(self, robot: Vehicle) -> None:
         for barrier in self._inside.pop(robot, ()):
             barrier.leave(robot)
 
     def is_open(self, lane: Lane) -> bool:
-        """Return whether nothing but traffic can be in the way on a lane."""
+        """Return whether only traffic can be in the way on a lane."""
         return lane not in self.closures.lanes and lane not in self._barriers
 
-    def push(self, robot: Mobile, leg: Leg, by: Mobile) -> None:
-        """Have a robot make room for another by driving a leg, whose slots it has been given."""
+    def push(self, robot: Vehicle, leg: Leg, by: Vehicle, *, rerouted: bool = False) -> None:
+        """Have a vehicle yield to another by driving a leg, whose slots it has been given."""
         self.forget(robot)
         start = robot.pose().point
         self.happened.publish(lambda: MadeRoom(robot.name, by.name, start, leg.end))
-        robot.sidestep(leg)
+        robot.yield_along(leg, rerouted=rerouted)
 
-    def release(self, robot: Mobile) -> None:
-        """Let a robot go on that has been given the slots of the leg for which it waits."""
+    def release(self, robot: Vehicle) -> None:
+        """Let a vehicle go on that has been given the slots of the leg for which it waits."""
         wait = self.waits[robot]
         self.forget(robot)
         self._enter_barriers(robot, wait.leg)
@@ -339,61 +323,61 @@ class Passage:
         self.happened.publish(lambda: WentOn(robot.name, waited))
         robot.go_on()
 
-    def try_again(self, robot: Mobile) -> None:
-        """Have a robot ask again, soon, whether it waits or has made room."""
+    def try_again(self, robot: Vehicle) -> None:
+        """Have a vehicle ask again, at this instant, whether it waits or has yielded."""
         if robot in self.waits:
             self.look_again([robot])
         elif robot.waits:
             self._env.soon(robot.ask_again)
 
-    def may_make_room(self, robot: Mobile) -> None:
-        """Take note that a robot has nothing to do any more where it stands."""
+    def became_idle(self, robot: Vehicle) -> None:
+        """Take note that a vehicle can yield from now on where it stands."""
         if self._rules is not None and not robot.flies:
-            self._rules.stand(robot, robot.slots)
+            self._rules.stand(robot, self._rules.held(robot))
 
-    def made_room(self, robot: Mobile) -> None:
-        """Take note that a robot has made room for somebody; it goes on if the rules of traffic let it."""
-        if self._rules is None or not self._rules.keeps_aside(robot):
+    def yielded(self, robot: Vehicle) -> None:
+        """Take note that a vehicle has yielded; it goes on if the traffic policy lets it."""
+        if self._rules is None or not self._rules.stays_aside(robot):
             robot.ask_again()
 
     # --- waiting --------------------------------------------------------------------------------------------------
 
-    def blockers(self, robot: Mobile) -> Sequence[Mobile]:
-        """Return for whom a robot waits; nobody if it does not wait, or for something else."""
+    def blockers(self, robot: Vehicle) -> Sequence[Vehicle]:
+        """Return the vehicles for which one waits; none if it does not wait, or waits for something else."""
         if robot in self._queues:
             return self._queues[robot]()
         wait = self.waits.get(robot)
         return self._rules.blockers(robot, wait.leg) if wait and not wait.why and self._rules else ()
 
-    def queue(self, robot: Mobile, holders: Callable[[], Sequence[Mobile]]) -> None:
-        """Take note that a robot stands in a queue until one of the *holders* leaves; `unqueue` it again."""
+    def queue(self, robot: Vehicle, holders: Callable[[], Sequence[Vehicle]]) -> None:
+        """Take note that a vehicle stands in a queue until one of the *holders* leaves; `unqueue` it again."""
         self._queues[robot] = holders
-        # Those who wait for it may do so in vain from now on.
-        self.may_make_room(robot)
+        # Vehicles that wait for it may do so in vain from now on.
+        self.became_idle(robot)
 
-    def unqueue(self, robot: Mobile) -> None:
-        """Take note that a robot stands in a queue no longer; nothing happens if it does not."""
+    def unqueue(self, robot: Vehicle) -> None:
+        """Take note that a vehicle stands in a queue no longer; nothing happens if it does not."""
         self._queues.pop(robot, None)
 
-    def is_held_up(self, robot: Mobile) -> bool:
-        """Return whether a robot can't do what it wants to because of others."""
+    def is_held_up(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle can't go on because of others."""
         return robot.waits or robot in self._queues
 
-    def _wait(self, robot: Mobile, leg: Leg, why: str) -> None:
+    def _wait(self, robot: Vehicle, leg: Leg, why: str) -> None:
         self._leave_barriers(robot)
         wait = self.waits[robot] = Wait(robot, leg, self._waits_since(robot, leg), why)
         if self._rules is not None:
-            self._rules.stand(robot, robot.slots[-1:])
+            self._rules.stand(robot, self._rules.held(robot)[-1:])
         self._patience.begin(wait)
         self.happened.publish(lambda: self._described(wait))
 
-    def _waits_since(self, robot: Mobile, leg: Leg) -> float:
-        """Return since when a robot has waited that begins to: whoever is sent the same way again has not just come."""
+    def _waits_since(self, robot: Vehicle, leg: Leg) -> float:
+        """Return since when a vehicle waits: one that is sent the same way again at this instant goes on waiting."""
         when, before = self._stopped.pop(robot, (-1.0, None))
         return before.since if before and when == self._env.now and before.leg == leg else self._env.now
 
-    def decide(self, robot: Mobile) -> None:
-        """Do something about a robot that waits, if there is anything to be done."""
+    def decide(self, robot: Vehicle) -> None:
+        """Resolve the wait of a vehicle, if that is possible."""
         wait = self.waits.get(robot)
         if wait is None:
             return
@@ -408,8 +392,8 @@ class Passage:
         others = None if wait.why else tuple(sorted(other.name for other in self.blockers(robot)))
         return Waiting(robot.name, robot.pose().point, lane, wait.why, others)
 
-    def waiting(self, robot: Mobile) -> dict[str, Any] | None:
-        """Return what a robot waits for on its way, as JSON values, and since when; None if it does not."""
+    def waiting(self, robot: Vehicle) -> dict[str, Any] | None:
+        """Return what a vehicle waits for on its way, as JSON values, and since when; None if it does not."""
         wait = self.waits.get(robot)
         return {"since": wait.since, **self._described(wait).to_json()} if wait else None
 
@@ -417,7 +401,7 @@ class Passage:
         return self.waits.get(wait.robot) is wait
 
     def _give_up(self, wait: Wait) -> None:
-        """End the goal of a robot that has no patience any more."""
+        """Abort the goal of a vehicle that has waited for too long."""
         robot = wait.robot
         by = " and ".join(sorted(other.name for other in self.blockers(robot)))
         why = wait.why or f"by {by or 'somebody'}"
@@ -425,8 +409,8 @@ class Passage:
         text = f"blocked for {self._env.now - wait.since:g} s at ({x:g}, {y:g}): {why}"
         robot.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text))
 
-    def forget(self, robot: Mobile) -> None:
-        """Let a robot wait no longer; nothing happens if it does not."""
+    def forget(self, robot: Vehicle) -> None:
+        """Let a vehicle wait no longer; nothing happens if it does not."""
         wait = self.waits.pop(robot, None)
         if wait is None:
             return

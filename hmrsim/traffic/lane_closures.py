@@ -1,4 +1,4 @@
-"""Lanes that nobody may enter now, and why."""
+"""Closed lanes, and why they are closed."""
 
 from __future__ import annotations
 
@@ -21,33 +21,43 @@ class Closures:
     """The closed lanes of one world; a lane may be closed for several causes.
 
     Args:
-        graph: Its ways, of which closed lanes are no part.
-        happened: Tells of lanes that are closed and opened.
+        graph: Its lanes, which routes use unless they are closed.
+        happened: Publishes which lanes are closed and opened.
         follow: Called when some have been.
+        changed: Likewise, once changes are published.
 
     Attributes:
-        lanes: Why each closed lane is, by cause, for people.
+        lanes: Why each closed lane is closed, in words, by cause.
         obstructions: What stands or lies on lanes.
-        changed: Called when lanes have been closed or opened. None while all is being put in its place: then it is no
-            news which are closed.
     """
 
-    def __init__(self, graph: WaypointGraph, happened: Happenings, follow: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        graph: WaypointGraph,
+        happened: Happenings,
+        follow: Callable[[], None],
+        changed: Callable[[], None],
+    ) -> None:
         self.lanes: dict[Lane, dict[str, str]] = {}
         self.obstructions = Obstructions(graph.lanes)
-        self.changed: Callable[[], None] | None = None
         self._graph = graph
         self._happened = happened
         self._follow = follow
+        self._changed = changed
+        self._published = False
+
+    def publish(self) -> None:
+        """Publish changes from now on: the lanes that the world's fixtures close at its start are no change."""
+        self._published = True
 
     def close(self, lanes: Iterable[Lane], cause: str, why: str) -> None:
-        """Let nobody enter some lanes, because of a *cause* by which they can be opened again; who is there goes on."""
+        """Close lanes to vehicles that are not on them, for a *cause* by which they can be opened again."""
         for lane in lanes:
             self.lanes.setdefault(lane, {})[cause] = why
         self._update()
 
     def open(self, cause: str) -> None:
-        """Open the lanes again that were closed because of a *cause*, if nothing else keeps them closed."""
+        """Open the lanes that were closed for a *cause*, unless another cause keeps them closed."""
         fewer = [lane for lane, causes in self.lanes.items() if cause in causes]
         for lane in fewer:
             del self.lanes[lane][cause]
@@ -55,11 +65,11 @@ class Closures:
                 del self.lanes[lane]
         self._update()
         if any(lane in self.lanes for lane in fewer):
-            # What keeps it closed still may let somebody go a part of the way.
+            # The causes that are left may let a vehicle drive a part of the lane.
             self._follow()
 
     def obstruct(self, name: str, point: Point, why: str) -> None:
-        """Close the lane, both ways, on which something stands or lies that nobody gets past; a waypoint has room."""
+        """Close the lane, in both directions, on which something is that no vehicle gets past; a waypoint has room."""
         cause = _cause(name)
         lanes = self.obstructions.add(cause, point)
         if lanes:
@@ -70,13 +80,13 @@ class Closures:
         return _cause(name) in self.obstructions
 
     def clear(self, name: str) -> None:
-        """Open the lanes again on which something was in the way; nothing happens if it was not."""
+        """Open the lanes on which something was in the way; nothing happens if it was not."""
         cause = _cause(name)
         if self.obstructions.remove(cause):
             self.open(cause)
 
     def why(self, leg: Leg) -> str:
-        """Return why nobody may begin a leg now, or ""; who is on a closed lane may leave it."""
+        """Return why a leg can't be begun now, or ""; a vehicle on a closed lane may leave it."""
         lane = leg.lane
         if lane is None or lane not in self.lanes or leg.start != self._graph.waypoints[lane[0]]:
             return ""
@@ -85,7 +95,7 @@ class Closures:
         return f"{lane[0]}-{lane[1]} is closed: {'; '.join(self.lanes[lane].values())}"
 
     def told(self) -> list[str]:
-        """Return which lanes are closed, and why, for people."""
+        """Return which lanes are closed, and why, in words."""
         return [f"{a}-{b} is closed ({'; '.join(why.values())})" for (a, b), why in self.lanes.items()]
 
     def _update(self) -> None:
@@ -93,12 +103,12 @@ class Closures:
         if before == now:
             return
         self._graph.closed = now
-        if self.changed is not None:
+        if self._published:
             for lane in sorted(now - before):
                 self._happened.publish(partial(LaneClosed, lane, "; ".join(self.lanes[lane].values())))
             for lane in sorted(before - now):
                 self._happened.publish(partial(LaneOpened, lane))
-            self.changed()
+            self._changed()
         self._follow()
 
 

@@ -1,4 +1,4 @@
-"""What stands or lies on lanes so that nobody gets past: one drives up to it, and no farther."""
+"""Obstructions: what stands or lies on lanes so that vehicles drive up to it, and no farther."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 
 class Obstructions:
-    """Where they are, by the cause because of which their lanes are closed.
+    """The places of obstructions, by the cause for which their lanes are closed.
 
     Args:
-        lanes: Where they may be.
+        lanes: The lanes of the world.
     """
 
     def __init__(self, lanes: Lanes) -> None:
@@ -29,7 +29,7 @@ class Obstructions:
         self._points: dict[str, Point] = {}
 
     def add(self, cause: str, point: Point) -> list[Lane]:
-        """Return the lane that something is on, in each direction; nothing at a waypoint, where there is room."""
+        """Add one; return its lane, in each direction; none at a waypoint, where vehicles get past."""
         if point in self._lanes.at:
             return []
         on_lane, feet = self._lanes.feet(point)
@@ -39,7 +39,7 @@ class Obstructions:
         return [edge.leg.lane for edge, _ in feet if edge.leg.lane]
 
     def remove(self, cause: str) -> bool:
-        """Forget one; return whether it was there."""
+        """Remove one; return whether it was there."""
         return self._points.pop(cause, None) is not None
 
     def __contains__(self, cause: str) -> bool:
@@ -53,15 +53,15 @@ class Obstructions:
     def up_to(
         self, goal: Point, closed: Mapping[Lane, Collection[str]], plan: Callable[[Point], Route]
     ) -> Route | None:
-        """Return the shortest way to a point of a lane that is closed, from the end from which one can drive there.
+        """Return the shortest route to a point of a closed lane, from the end from which it can be reached.
 
         Args:
             goal: The point.
             closed: The lanes that are closed, and the causes.
-            plan: Plans the way to an end; raises `NoRoute` as planners do.
+            plan: Plans the route to an end; raises `NoRoute` as planners do.
 
         Returns:
-            The way; None if there is none.
+            The route; None if there is none.
         """
         if not self._points or goal in self._lanes.at:
             return None

@@ -1,4 +1,4 @@
-"""For how long robots wait before they give up."""
+"""How long vehicles wait for the right of way before their goals are aborted."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ if TYPE_CHECKING:
     from simpy import Timeout
 
     from hmrsim.engine.environment import Environment
-    from hmrsim.traffic.admission import Wait
+    from hmrsim.traffic.policies import Wait
 
 
 class Patience:
-    """Tells of those that have waited for too long; all have the same patience, so that one clock will do.
+    """Reports waits that last too long; the limit is the same for all, so that one timeout serves them.
 
     Args:
         env: The simulation's clock and events.
-        seconds: For how long; None for ever.
-        waits: Returns whether a robot still waits for what it waited for.
-        lost: Called when one has no patience any more.
+        seconds: The limit; None for no limit.
+        waits: Returns whether a wait still goes on.
+        lost: Called with a wait that has reached the limit.
     """
 
     def __init__(
@@ -41,26 +41,26 @@ class Patience:
         self._ends: Timeout | None = None
 
     def begin(self, wait: Wait) -> None:
-        """Begin to count for a robot that begins to wait."""
+        """Watch a wait that begins."""
         if self._seconds is None:
             return
-        # Some have waited for a while already.
+        # A robot that is sent the same way again has waited for a while already.
         place = bisect_right(self._patient, wait.since, key=lambda other: other.since)
         self._patient.insert(place, wait)
         if self._ends is None:
             self._wind_up()
 
     def stop(self) -> None:
-        """Count for nobody: nobody waits, and time need not go on for the clock's sake."""
+        """Forget all waits, and the timeout with them, so that simulated time does not go on for its sake."""
         if self._ends is not None:
-            # It may be what happens just now.
+            # It may be the event that is processed now.
             if self._ends.callbacks is not None:
                 self._env.abandon(self._ends)
             self._ends = None
             self._patient.clear()
 
     def _wind_up(self) -> None:
-        """Set the clock for the one that has waited longest."""
+        """Set the timeout for the longest wait."""
         self._ends = None
         while self._patient and not self._waits(self._patient[0]):
             self._patient.popleft()

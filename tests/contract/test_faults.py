@@ -58,7 +58,7 @@ def test_it_leaves_the_world_as_it_was(fault):
         return (
             {name: run.ask("get_entity_info", {"entity": name}) for name in (*run.simulator.robots, "gate")},
             robot.speed,
-            robot.unfit,
+            robot.disabled,
             robot.pose_stamped(),
             run.simulator.graph.closed,
             run.simulator.dispatcher.cut_off,

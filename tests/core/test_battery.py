@@ -414,7 +414,7 @@ class TestBeginningAnew:
         run(until=10.0)
 
         assert (10.0, 40.0) == (run.simulator.now, charge(run))
-        assert [] == [*run.simulator.robots["eve"].ailments]
+        assert [] == [*run.simulator.robots["eve"].disabled_reasons]
 
     def test_time_alone_begins_anew(self, make_run):
         """What is in it stays, and low is told when it is."""

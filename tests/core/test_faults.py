@@ -89,7 +89,7 @@ def test_a_robot_that_broke_down_twice_is_repaired_twice():
     unfit = []
     for time in (1.5, 3.0, 5.0):
         run.simulator.advance(time)
-        unfit.append(bool(run.simulator.robots["wall_e"].unfit))
+        unfit.append(bool(run.simulator.robots["wall_e"].disabled))
 
     assert [True, True, False] == unfit
 
@@ -641,4 +641,4 @@ def test_whatever_goes_wrong_each_goal_ends_once_and_is_answered_once(happening,
         for goal_id in sent
     ]
     assert (frozenset(), set()) == (simulator.graph.closed, simulator.dispatcher.cut_off)
-    assert {("", 1.0)} == {(robot.unfit, robot.speed) for robot in simulator.robots.values()}
+    assert {("", 1.0)} == {(robot.disabled, robot.speed) for robot in simulator.robots.values()}

@@ -245,8 +245,7 @@ class TestEndsOnTheWay:
         run = simulate(world({"eve": "ground"}))
         run((0.0, go("ward")), until=3.0)
         robot = run.simulator.robots["eve"]
-        robot.slowness = 0.5
-        robot.retime()
+        robot.scale_speed(0.5)
         run.simulator.run()
 
         assert (17.0, "SUCCEEDED") == run.log.changes(EVE)[-1]

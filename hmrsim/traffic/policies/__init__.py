@@ -1,8 +1,9 @@
-"""Who may be where: one policy of traffic a file.
+"""Traffic: which vehicle may be where. One policy is one file.
 
-Waypoints and lanes are *slots*, numbered as `hmrsim.navigation.lanes` does: first the waypoints, then the lanes
-whatever their direction. A robot occupies the slots of the leg that it drives, which are the lane and the waypoint at
-its end, and what it stands on where it stands. A policy says when it may have them.
+Waypoints and lanes are *slots*, numbered as in `hmrsim.navigation.lanes`: first the waypoints, then the lanes in either
+direction.
+A vehicle holds the slots of the leg that it drives, which are the lane and the waypoint at its end, or the slot that it
+stands on. A policy decides when it may have them.
 """
 
 from __future__ import annotations
@@ -15,21 +16,23 @@ from typing import TYPE_CHECKING, Annotated, Any, Protocol
 from pydantic import BaseModel, ConfigDict, Field
 
 from hmrsim.plugins import discover
+from hmrsim.traffic.policies._admission import AdmissionControl
+from hmrsim.traffic.policies._vehicle import Vehicle, Wait
+
+__all__ = ["AdmissionControl", "Policy", "Rules", "Settings", "Vehicle", "Wait", "registry"]
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from hmrsim.navigation.route import Leg
-    from hmrsim.robots.vehicle import Mobile
-    from hmrsim.traffic.admission import Passage
 
 
 class Settings(BaseModel):
-    """What a world file may set of traffic, whatever the policy: unknown keys, NaN and infinity are errors.
+    """The settings of traffic under every policy: unknown keys, NaN and infinity are errors.
 
     Attributes:
-        policy: Its name.
-        patience: Seconds for which a robot waits before it gives its goal up; None for ever.
+        policy: The policy's name.
+        patience: Seconds that a robot waits before its goal is aborted; None for no limit.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -41,43 +44,46 @@ class Settings(BaseModel):
 class Rules(Protocol):
     """A policy at work in one world."""
 
-    def take(self, robot: Mobile, leg: Leg) -> bool:
-        """Have a robot occupy the slots of a leg, and nothing else any more; return whether it may."""
+    def held(self, robot: Vehicle) -> tuple[int, ...]:
+        """Return the slots that a vehicle holds, in the order in which it drives them."""
 
-    def begin_anew(self) -> None:
-        """Forget what has been; who stands where stays so."""
+    def take(self, robot: Vehicle, leg: Leg) -> bool:
+        """Give a vehicle the slots of a leg, and release all others that it holds; return whether it may have them."""
 
-    def stand(self, robot: Mobile, slots: tuple[int, ...]) -> None:
-        """Have a robot that stands occupy these slots, and nothing else any more, whoever else is there."""
+    def reset(self) -> None:
+        """Forget the past; where vehicles stand stays as it is."""
 
-    def leave(self, robot: Mobile) -> None:
-        """Let go of all that a robot occupies."""
+    def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
+        """Give a vehicle that stands these slots, also full ones, and release all others that it holds."""
 
-    def forget(self, robot: Mobile, leg: Leg) -> None:
-        """Let a robot wait for a leg no longer."""
+    def leave(self, robot: Vehicle) -> None:
+        """Release all that a vehicle holds."""
+
+    def forget(self, robot: Vehicle, leg: Leg) -> None:
+        """Let a vehicle wait for a leg no longer."""
 
     def full(self, slot: int) -> bool:
-        """Return whether nobody else may come into a slot now."""
+        """Return whether no other vehicle may come into a slot now."""
 
-    def inside(self, slot: int) -> Sequence[Mobile]:
-        """Return who occupies a slot."""
+    def inside(self, slot: int) -> Sequence[Vehicle]:
+        """Return the vehicles that hold a slot."""
 
-    def blockers(self, robot: Mobile, leg: Leg) -> Sequence[Mobile]:
-        """Return who occupies what a robot would need for a leg."""
+    def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
+        """Return the vehicles that hold what one would need for a leg."""
 
-    def halted(self, robot: Mobile) -> None:
-        """Take note that a robot has been stopped on its way, so that it will not arrive."""
+    def halted(self, robot: Vehicle) -> None:
+        """Take note that a vehicle was stopped on its way, so that it will not arrive."""
 
-    def keeps_aside(self, robot: Mobile) -> bool:
-        """Return whether a robot that has made room is to stay there; if so, it will be told to go on."""
+    def stays_aside(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle that has yielded is to stay there; then the policy tells it to go on later."""
 
-    def blocked(self, robot: Mobile) -> None:
-        """Do something about a robot that has begun to wait, if there is anything to be done."""
+    def blocked(self, robot: Vehicle) -> None:
+        """Resolve the wait of a vehicle that begins to wait, if that is possible."""
 
 
 @dataclass(frozen=True)
 class Policy:
-    """One way to rule traffic.
+    """One way to control traffic.
 
     Attributes:
         name: As in world files, and that of its module.
@@ -87,7 +93,7 @@ class Policy:
 
     name: str
     settings: type[Settings]
-    rule: Callable[[Passage, Any], Rules] | None
+    rule: Callable[[AdmissionControl, Any], Rules] | None
 
 
 @cache

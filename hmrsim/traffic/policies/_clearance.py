@@ -1,4 +1,4 @@
-"""How many robots there is room for."""
+"""Capacities: how many vehicles there is room for."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 
-def rooms_of_waypoints(world: World, most: int | None) -> dict[str, float]:
-    """Return how many robots may be at each waypoint.
+def rooms_of_waypoints(world: World, default: int | None) -> dict[str, float]:
+    """Return how many vehicles may be at each waypoint.
 
-    Whoever is docked at a waypoint stands there, so it has the room of its dock. Who waits for a lift stands beside
-    its door, and lets others get out.
+    A docked robot stands at the waypoint of its dock, so that the waypoint has the dock's capacity. A robot that waits
+    for a lift stands beside the door, and lets others get out.
 
     Args:
-        world: Its waypoints; docks that are nowhere are left out.
-        most: Of waypoints of which nothing is said; None for any number.
+        world: Its waypoints; docks without a place are left out.
+        default: The capacity of waypoints that state none; None for any number.
     """
-    said: dict[str, int | None] = {
+    stated: dict[str, int | None] = {
         name: at.capacity for name, at in world.waypoints.items() if isinstance(at, Waypoint)
     }
     names = {point: name for name, point in world.points.items()}
     for dock in world.docks:
         name, capacity = names.get(_point(world, dock) or (math.nan, math.nan)), world.docks[dock].capacity
         if name is not None and capacity > 1:
-            room = said.get(name) or most
-            said[name] = room and max(room, capacity)
+            room = stated.get(name) or default
+            stated[name] = room and max(room, capacity)
     stops = {stop for lift in world.lifts.values() for stop in lift.stops}
-    return {name: said.get(name) or (None if name in stops else most) or math.inf for name in world.waypoints}
+    return {name: stated.get(name) or (None if name in stops else default) or math.inf for name in world.waypoints}
 
 
 def _point(world: World, dock: str) -> Point | None:

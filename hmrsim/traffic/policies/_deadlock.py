@@ -1,4 +1,4 @@
-"""Moving robots that stand in each other's way one by one, as a search over where each of them is says."""
+"""Moving vehicles out of a deadlock one by one, as a search over the places of each of them finds."""
 
 from __future__ import annotations
 
@@ -9,118 +9,129 @@ from typing import TYPE_CHECKING, NamedTuple
 from hmrsim.traffic.policies.reserve import rank
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from hmrsim.navigation.lanes import Edge
-    from hmrsim.robots.vehicle import Mobile
-    from hmrsim.traffic.policies.priority import Priority
+    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._reservations import Slots
+    from hmrsim.traffic.policies._vehicle import Vehicle
 
-_MOST_ROBOTS = 6
-"""Robots that are moved for one: each one more makes the search longer by as many times as there are waypoints."""
+_MAX_ROBOTS = 6
+"""Vehicles that are moved for one: each more makes the search longer by as many times as there are waypoints."""
 
 _Places = tuple[int, ...]
 
 
 class Move(NamedTuple):
-    """One robot drives one lane."""
+    """One vehicle drives one lane."""
 
-    robot: Mobile
+    robot: Vehicle
     edge: Edge
 
 
 @dataclass(eq=False)
-class Untying:
-    """A knot that is being untied.
+class Resolution:
+    """A deadlock that is being resolved.
 
     Attributes:
-        first: For whose sake.
-        moves: What is still to be done, in order.
-        robots: Who is moved.
+        first: The vehicle for which the others move.
+        moves: The moves that are left, in order.
+        robots: The vehicles that move.
     """
 
-    first: Mobile
+    first: Vehicle
     moves: list[Move]
-    robots: list[Mobile] = field(init=False)
+    robots: list[Vehicle] = field(init=False)
 
     def __post_init__(self) -> None:
-        """Note who is moved."""
+        """Note the vehicles that move."""
         self.robots = [*dict.fromkeys([self.first, *(move.robot for move in self.moves)])]
 
 
-def find_moves(rules: Priority, robot: Mobile, target: int, most: int) -> list[Move] | None:
-    """Return the fewest moves after which a robot is at a waypoint; None if there are none, or none that are found.
-
-    Those who stand in the way of it come into the search one after the other, nearest first.
+class DeadlockResolver:
+    """Searches for moves that let a vehicle go on.
 
     Args:
-        rules: Who is where, and who may be moved.
-        robot: Which.
-        target: The waypoint.
-        most: How many situations are looked at, at most, in all.
+        admission: The lanes.
+        slots: The places of the vehicles.
+        movable: Returns whether the first vehicle may be moved for the second.
     """
-    if robot.slots[-1] >= len(rules.passage.graph.lanes.out):
-        # It stands in the middle of a lane, which only those before it and behind it can leave.
-        return None
-    group = [robot]
-    while len(group) < _MOST_ROBOTS and most > 0:
-        joining = next(_around(rules, group, target), None)
-        if joining is None:
+
+    def __init__(self, admission: AdmissionControl, slots: Slots, movable: Callable[[Vehicle, Vehicle], bool]) -> None:
+        self._admission = admission
+        self._slots = slots
+        self._movable = movable
+
+    def find_moves(self, robot: Vehicle, target: int, max_states: int) -> list[Move] | None:
+        """Return the fewest moves after which a vehicle is at a waypoint; None if none are found.
+
+        The vehicles in its way enter the search one after the other, the nearest first.
+
+        Args:
+            robot: The vehicle.
+            target: The waypoint.
+            max_states: How many combinations of places are searched in all.
+        """
+        if self._slots.held(robot)[-1] >= len(self._admission.graph.lanes.out):
+            # It stands in the middle of a lane, which only the vehicles before and behind it can leave.
             return None
-        group.append(joining)
-        moves, looked = _search(rules, group, target, most)
-        if moves is not None:
-            return moves
-        most -= looked
-    return None
+        group = [robot]
+        while len(group) < _MAX_ROBOTS and max_states > 0:
+            joining = next(self._around(group, target), None)
+            if joining is None:
+                return None
+            group.append(joining)
+            moves, searched = self._search(group, target, max_states)
+            if moves is not None:
+                return moves
+            max_states -= searched
+        return None
 
+    def _around(self, group: Sequence[Vehicle], target: int) -> Iterator[Vehicle]:
+        """Yield the vehicles that may be moved, in breadth-first order from the target."""
+        out = self._admission.graph.lanes.out
+        seen, todo = {target}, deque([target])
+        while todo:
+            node = todo.popleft()
+            for other in sorted(self._slots.inside(node), key=rank):
+                if other not in group and self._slots.held(other) == (node,) and self._movable(other, group[0]):
+                    yield other
+            for edge in out[node]:
+                if edge.end not in seen:
+                    seen.add(edge.end)
+                    todo.append(edge.end)
 
-def _around(rules: Priority, group: Sequence[Mobile], target: int) -> Iterator[Mobile]:
-    """Yield those that may be moved, in the order in which one comes upon them from the target."""
-    out = rules.passage.graph.lanes.out
-    seen, todo = {target}, deque([target])
-    while todo:
-        node = todo.popleft()
-        for other in sorted(rules.slots.inside(node), key=rank):
-            if other not in group and other.slots == (node,) and rules.movable(other, group[0]):
-                yield other
-        for edge in out[node]:
-            if edge.end not in seen:
-                seen.add(edge.end)
-                todo.append(edge.end)
+    def _search(self, group: Sequence[Vehicle], target: int, max_states: int) -> tuple[list[Move] | None, int]:
+        """Search the places of a group breadth first; return the moves, and how many combinations were searched."""
+        start: _Places = tuple(self._slots.held(robot)[-1] for robot in group)
+        before: dict[_Places, tuple[_Places, int, Edge] | None] = {start: None}
+        todo = deque([start])
+        while todo and len(before) < max_states:
+            places = todo.popleft()
+            if places[0] == target:
+                return _moves(before, places, group), len(before)
+            for i, place in enumerate(places):
+                for edge in self._steps(group, place):
+                    if edge.end in places:
+                        continue
+                    after = (*places[:i], edge.end, *places[i + 1 :])
+                    if after not in before:
+                        before[after] = (places, i, edge)
+                        todo.append(after)
+        return None, len(before)
 
-
-def _search(rules: Priority, group: Sequence[Mobile], target: int, most: int) -> tuple[list[Move] | None, int]:
-    """Search all situations of a group breadth first; return the moves, and how many situations were looked at."""
-    start: _Places = tuple(robot.slots[-1] for robot in group)
-    before: dict[_Places, tuple[_Places, int, Edge] | None] = {start: None}
-    todo = deque([start])
-    while todo and len(before) < most:
-        places = todo.popleft()
-        if places[0] == target:
-            return _moves(before, places, group), len(before)
-        for i, place in enumerate(places):
-            for edge in _steps(rules, group, place):
-                if edge.end in places:
-                    continue
-                after = (*places[:i], edge.end, *places[i + 1 :])
-                if after not in before:
-                    before[after] = (places, i, edge)
-                    todo.append(after)
-    return None, len(before)
-
-
-def _steps(rules: Priority, group: Sequence[Mobile], place: int) -> Iterator[Edge]:
-    """Yield the lanes from a waypoint on which only the group can be in the way."""
-    slots = rules.slots
-    for edge in rules.passage.graph.lanes.out[place]:
-        lane = edge.leg.lane
-        others = (other for slot in edge.leg.slots if slots.full(slot) for other in slots.inside(slot))
-        if lane and rules.passage.is_open(lane) and all(other in group for other in others):
-            yield edge
+    def _steps(self, group: Sequence[Vehicle], place: int) -> Iterator[Edge]:
+        """Yield the lanes from a waypoint on which only the group can be in the way."""
+        slots, admission = self._slots, self._admission
+        for edge in admission.graph.lanes.out[place]:
+            lane = edge.leg.lane
+            others = (other for slot in edge.leg.slots if slots.full(slot) for other in slots.inside(slot))
+            if lane and admission.is_open(lane) and all(other in group for other in others):
+                yield edge
 
 
 def _moves(
-    before: dict[_Places, tuple[_Places, int, Edge] | None], places: _Places, group: Sequence[Mobile]
+    before: dict[_Places, tuple[_Places, int, Edge] | None], places: _Places, group: Sequence[Vehicle]
 ) -> list[Move]:
     moves = []
     while (step := before[places]) is not None:

@@ -1,4 +1,4 @@
-"""Who occupies which slots, and who waits for them."""
+"""Which vehicles hold which slots, and which wait for them."""
 
 from __future__ import annotations
 
@@ -12,56 +12,62 @@ if TYPE_CHECKING:
 
     from hmrsim.geometry import Point
     from hmrsim.navigation.route import Leg
-    from hmrsim.robots.vehicle import Mobile
+    from hmrsim.traffic.policies._vehicle import Vehicle
 
 
 class Slots:
-    """The slots of a world, and the spots off the lanes where robots stand.
+    """The slots of a world, and the spots off the lanes where vehicles stand.
 
-    simpy has resources for such things; they take five times as long, and most slots are free most of the time.
+    simpy has resources for this; they take five times as long, and most slots are free most of the time.
 
     Args:
-        capacities: Of each slot, how many robots may be in it at once.
-        freed: Called with those who wait for what has just become free.
+        capacities: Of each slot, how many vehicles may hold it at once.
+        freed: Called with the vehicles that wait for what has just become free.
     """
 
-    def __init__(self, capacities: Sequence[float], freed: Callable[[Sequence[Mobile]], None]) -> None:
+    def __init__(self, capacities: Sequence[float], freed: Callable[[Sequence[Vehicle]], None]) -> None:
         self._free = [*capacities]
-        self._inside: list[list[Mobile]] = [[] for _ in capacities]
-        self._wanted: dict[int, dict[Mobile, None]] = {}
-        self._spots: dict[Mobile, Point] = {}
-        self._want_spots: dict[Mobile, None] = {}
+        self._inside: list[list[Vehicle]] = [[] for _ in capacities]
+        self._held: dict[Vehicle, tuple[int, ...]] = {}
+        self._wanted: dict[int, dict[Vehicle, None]] = {}
+        self._spots: dict[Vehicle, Point] = {}
+        self._want_spots: dict[Vehicle, None] = {}
         self._freed = freed
 
+    def held(self, robot: Vehicle) -> tuple[int, ...]:
+        """Return the slots that a vehicle holds, in the order in which it drives them."""
+        return self._held.get(robot, ())
+
     def full(self, slot: int) -> bool:
-        """Return whether nobody else may come into a slot."""
+        """Return whether no other vehicle may come into a slot."""
         return self._free[slot] < 1
 
-    def inside(self, slot: int) -> list[Mobile]:
-        """Return who occupies a slot, in order of coming."""
+    def inside(self, slot: int) -> list[Vehicle]:
+        """Return the vehicles that hold a slot, in the order in which they came."""
         return self._inside[slot]
 
-    def at_rest(self, idle: Callable[[Mobile], bool]) -> bool:
-        """Return whether all that occupy anything stand or wait, and are *idle*."""
+    def at_rest(self, idle: Callable[[Vehicle], bool]) -> bool:
+        """Return whether all vehicles that hold anything stand or wait, and are *idle*."""
         return all((other.stands or other.waits) and idle(other) for inside in self._inside for other in inside)
 
-    def missing(self, robot: Mobile, slots: tuple[int, ...]) -> Iterator[int]:
-        """Yield those of some slots that a robot does not have and can't have now."""
-        return (slot for slot in slots if self._free[slot] < 1 and slot not in robot.slots)
+    def missing(self, robot: Vehicle, slots: tuple[int, ...]) -> Iterator[int]:
+        """Yield those of some slots that a vehicle does not hold and can't have now."""
+        held = self.held(robot)
+        return (slot for slot in slots if self._free[slot] < 1 and slot not in held)
 
-    def on_spot(self, robot: Mobile, point: Point) -> Iterator[Mobile]:
-        """Yield who stands, or is going to stand, off the lanes where a robot's footprint would be at a point."""
+    def on_spot(self, robot: Vehicle, point: Point) -> Iterator[Vehicle]:
+        """Yield the vehicles that stand off the lanes, now or soon, where a vehicle's footprint would be at a point."""
         for other, spot in self._spots.items():
             if other is not robot and distance(spot, point) < max(SAME_PLACE, robot.radius + other.radius):
                 yield other
 
-    def take(self, robot: Mobile, leg: Leg) -> bool:
-        """Have a robot occupy the slots of a leg, or its end if that is off the lanes, and nothing else any more.
+    def take(self, robot: Vehicle, leg: Leg) -> bool:
+        """Give a vehicle the slots of a leg, or its end if that is off the lanes, and release all others.
 
         Returns:
-            Whether it may; if not, nothing has changed but that it waits.
+            Whether it may have them; if not, nothing has changed but that it waits.
         """
-        free, inside, held, wanted = self._free, self._inside, robot.slots, leg.slots
+        free, inside, held, wanted = self._free, self._inside, self._held.get(robot, ()), leg.slots
         for slot in wanted:
             if free[slot] < 1 and slot not in held:
                 self._wanted.setdefault(slot, {})[robot] = None
@@ -72,15 +78,15 @@ class Slots:
             if slot not in held:
                 free[slot] -= 1
                 inside[slot].append(robot)
-        robot.slots = wanted
+        self._held[robot] = wanted
         for slot in held:
             if slot not in wanted:
-                self._leave(robot, slot)
+                self._release(robot, slot)
         if wanted and self._spots:
             self._leave_spot(robot)
         return True
 
-    def _take_spot(self, robot: Mobile, leg: Leg) -> bool:
+    def _take_spot(self, robot: Vehicle, leg: Leg) -> bool:
         if not leg.shares_end and next(self.on_spot(robot, leg.end), None) is not None:
             self._want_spots[robot] = None
             return False
@@ -88,20 +94,20 @@ class Slots:
         self._spots[robot] = leg.end
         return True
 
-    def exchange(self, moves: Sequence[tuple[Mobile, Leg]]) -> bool:
-        """Have robots that stand occupy the slots of their legs, all at once; return whether there is room for all."""
+    def exchange(self, moves: Sequence[tuple[Vehicle, Leg]]) -> bool:
+        """Give vehicles that stand the slots of their legs, all at once; return whether there is room for all."""
         free = self._free
-        gone = Counter(slot for robot, _ in moves for slot in robot.slots)
-        come = Counter(slot for _, leg in moves for slot in leg.slots)
-        if any(free[slot] + gone[slot] < number for slot, number in come.items()):
+        released = Counter(slot for robot, _ in moves for slot in self.held(robot))
+        taken = Counter(slot for _, leg in moves for slot in leg.slots)
+        if any(free[slot] + released[slot] < number for slot, number in taken.items()):
             return False
         left = []
         for robot, leg in moves:
-            for slot in robot.slots:
+            for slot in self.held(robot):
                 free[slot] += 1
                 self._inside[slot].remove(robot)
                 left.append(slot)
-            robot.slots = leg.slots
+            self._held[robot] = leg.slots
         for robot, leg in moves:
             for slot in leg.slots:
                 free[slot] -= 1
@@ -111,10 +117,10 @@ class Slots:
                 self._freed([*waiting])
         return True
 
-    def stand(self, robot: Mobile, slots: tuple[int, ...]) -> None:
-        """Have a robot that stands occupy these slots, or its spot, and nothing else any more, whoever is there."""
-        held = robot.slots
-        robot.slots = slots
+    def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
+        """Give a vehicle that stands these slots, also full ones, or its spot, and release all others."""
+        held = self.held(robot)
+        self._held[robot] = slots
         for slot in slots:
             if slot not in held:
                 self._free[slot] -= 1
@@ -124,32 +130,32 @@ class Slots:
             self._spots[robot] = robot.pose().point
         for slot in held:
             if slot not in slots:
-                self._leave(robot, slot)
+                self._release(robot, slot)
             elif waiting := self._wanted.pop(slot, None):
-                # They may not want to wait for one that stays.
+                # A vehicle that waits for one that stays may prefer another route.
                 self._freed([*waiting])
 
-    def leave(self, robot: Mobile) -> None:
-        """Let go of all that a robot occupies."""
-        held, robot.slots = robot.slots, ()
+    def leave(self, robot: Vehicle) -> None:
+        """Release all that a vehicle holds."""
+        held = self._held.pop(robot, ())
         self._leave_spot(robot)
         for slot in held:
-            self._leave(robot, slot)
+            self._release(robot, slot)
 
-    def forget(self, robot: Mobile, leg: Leg) -> None:
-        """Let a robot wait for a leg no longer."""
+    def forget(self, robot: Vehicle, leg: Leg) -> None:
+        """Let a vehicle wait for a leg no longer."""
         for slot in leg.slots:
             self._wanted.get(slot, {}).pop(robot, None)
         self._want_spots.pop(robot, None)
 
-    def _leave(self, robot: Mobile, slot: int) -> None:
+    def _release(self, robot: Vehicle, slot: int) -> None:
         self._free[slot] += 1
         self._inside[slot].remove(robot)
         waiting = self._wanted.pop(slot, None)
         if waiting:
             self._freed([*waiting])
 
-    def _leave_spot(self, robot: Mobile) -> None:
+    def _leave_spot(self, robot: Vehicle) -> None:
         if self._spots.pop(robot, None) is not None and self._want_spots:
             waiting, self._want_spots = self._want_spots, {}
             self._freed([*waiting])

@@ -1,4 +1,4 @@
-"""Robots pass through each other: nobody ever waits."""
+"""Robots pass through each other, and no robot waits for another."""
 
 from __future__ import annotations
 

@@ -1,13 +1,13 @@
-"""Reservations as in `hmrsim.traffic.policies.reserve`, but whoever set out first has others make room for it.
+"""Reservations as in `hmrsim.traffic.policies.reserve`, but other robots yield to the one that set out first.
 
-That is priority inheritance with backtracking (PIBT; Okumura and others, 2019) where robots take their own time: one
-that stands in the way of another that set out earlier drives to a free waypoint beside it, or has whoever is there
-make room in turn; a circle of three or more moves on all at once. Robots that have nothing to do, or wait themselves,
-make room; those that are at work where they stand do not.
+That is priority inheritance with backtracking (PIBT; Okumura and others, 2019) where robots take their own time: a
+robot that stands in the way of one that set out earlier drives to a free waypoint beside it, or has the robot there
+yield in turn; a cycle of three or more moves on all at once. Robots that are idle, or wait themselves, yield; robots
+that work where they stand do not.
 
-Where that is not enough, as in dead ends, all robots of the knot are moved one by one as a search over where each of
-them is says. The one that set out first gets on its way so, whatever the others want; when it has arrived the next one
-is the first. So where waypoints are connected in both directions and there is room for two to pass, nobody waits for
+Where that is not enough, as in dead ends, all robots of the deadlock are moved one by one, as a search over their
+places finds. So the one that set out first goes on, whatever the goals of the others; when it has arrived, the next one
+is the first. Where waypoints are connected in both directions and there is room for two to pass, no robot waits for
 ever.
 """
 
@@ -19,30 +19,30 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from hmrsim.traffic.policies import Policy
-from hmrsim.traffic.policies._deadlock import Move, Untying, find_moves
-from hmrsim.traffic.policies._waits_for import circle_of
+from hmrsim.traffic.policies._deadlock import DeadlockResolver, Move, Resolution
+from hmrsim.traffic.policies._waits_for import waits_for_cycle
 from hmrsim.traffic.policies.reserve import Exit, Reserve, ReserveSettings, exits, rank
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hmrsim.navigation.route import Leg
-    from hmrsim.robots.vehicle import Mobile
-    from hmrsim.traffic.admission import Passage
+    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._vehicle import Vehicle
 
-    _Chain = list[tuple[Mobile, Exit]]
-    """Who makes room, and by which way."""
+    _Chain = list[tuple[Vehicle, Exit]]
+    """The vehicles that yield, and by which lanes."""
 
 
 _BETWEEN_SEARCHES = 5.0
-"""Simulated seconds from one search for a robot to the next: what was in vain is so for a while."""
+"""Simulated seconds between two searches for the same vehicle: one that fails would fail again soon after."""
 
 
 class PrioritySettings(ReserveSettings):
-    """What every reservation has, and how far a knot is searched.
+    """The settings of reservations, and the limit of a search.
 
     Attributes:
-        most_states: How many situations of robots a search for a way out looks at before it gives up.
+        most_states: How many combinations of places a search for a way out of a deadlock looks at before it gives up.
     """
 
     most_states: Annotated[int, Field(strict=True, ge=0, le=10_000_000)] = 20_000
@@ -52,117 +52,118 @@ class Priority(Reserve):
     """Priorities at work in one world.
 
     Args:
-        passage: The ways of the world.
-        settings: How many robots go where.
+        admission: The lanes of the world.
+        settings: Default capacities, and the limit of a search.
     """
 
-    def __init__(self, passage: Passage, settings: PrioritySettings) -> None:
-        super().__init__(passage, settings)
-        self._most_states = settings.most_states
-        self._untyings: dict[Mobile, Untying] = {}
-        self._stuck: dict[Mobile, None] = {}
-        self._searched: dict[Mobile, float] = {}
+    def __init__(self, admission: AdmissionControl, settings: PrioritySettings) -> None:
+        super().__init__(admission, settings)
+        self._max_states = settings.most_states
+        self._resolver = DeadlockResolver(admission, self.slots, self._movable)
+        self._resolutions: dict[Vehicle, Resolution] = {}
+        self._stuck: dict[Vehicle, None] = {}
+        self._searched: dict[Vehicle, float] = {}
         self.take, self.stand = self._take, self._stand
 
-    def _take(self, robot: Mobile, leg: Leg) -> bool:
-        """As `Reserve.take`, but who is part of a knot moves as the knot is untied, and not by itself."""
-        return robot not in self._untyings and self.slots.take(robot, leg)
+    def _take(self, robot: Vehicle, leg: Leg) -> bool:
+        """As `Reserve.take`, but a vehicle that is part of a resolution moves only when that says so."""
+        return robot not in self._resolutions and self.slots.take(robot, leg)
 
-    def _stand(self, robot: Mobile, slots: tuple[int, ...]) -> None:
-        """As `Reserve.stand`; whoever could not be helped before may be now."""
+    def _stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
+        """As `Reserve.stand`; vehicles that could not be helped before ask again."""
         self.slots.stand(robot, slots)
         if self._stuck:
             stuck, self._stuck = self._stuck, {}
-            self.passage.look_again([*stuck])
+            self.admission.look_again([*stuck])
 
-    def blockers(self, robot: Mobile, leg: Leg) -> Sequence[Mobile]:
-        """Return who occupies what a robot would need, or for whose sake it is moved."""
-        untying = self._untyings.get(robot)
-        return super().blockers(robot, leg) or ([untying.first] if untying and untying.first is not robot else [])
+    def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
+        """Return the vehicles that hold what one would need, or the one for which it is moved."""
+        moved = self._resolutions.get(robot)
+        return super().blockers(robot, leg) or ([moved.first] if moved and moved.first is not robot else [])
 
-    def begin_anew(self) -> None:
-        """Forget who could not be helped, and when."""
-        super().begin_anew()
+    def reset(self) -> None:
+        """Forget which vehicles could not be helped, and when."""
+        super().reset()
         self._stuck.clear()
         self._searched.clear()
 
-    def halted(self, robot: Mobile) -> None:
-        """Give up the knot of which a robot is a part: the next move would wait for it."""
-        if robot in self._untyings:
-            self._drop(self._untyings[robot])
+    def halted(self, robot: Vehicle) -> None:
+        """Give up the resolution of which a vehicle is a part: the next move would wait for it."""
+        if robot in self._resolutions:
+            self._drop(self._resolutions[robot])
 
-    def blocked(self, robot: Mobile) -> None:
-        """Have those in the way make room if they set out later, and this is not part of a knot being untied."""
-        if robot in self._untyings:
+    def blocked(self, robot: Vehicle) -> None:
+        """Have vehicles in the way yield if they set out later, unless this is part of a resolution."""
+        if robot in self._resolutions:
             return
-        circle = circle_of(self.passage, robot)
-        if circle:
-            self._tell(circle)
-            robot = min(circle, key=rank)
-        blockers = self.passage.blockers(robot)
+        cycle = waits_for_cycle(self.admission, robot)
+        if cycle:
+            self._publish(cycle)
+            robot = min(cycle, key=rank)
+        blockers = self.admission.blockers(robot)
         self._stuck[robot] = None
         if not all(other.stands or other.waits for other in blockers):
-            # Who is on its way will be off it.
+            # A vehicle on its way will leave by itself.
             return
-        if any(other in self._untyings or (other.waits and rank(other) < rank(robot)) for other in blockers):
+        if any(other in self._resolutions or (other.waits and rank(other) < rank(robot)) for other in blockers):
             return
         if not (self._push(robot) or self._clear_lanes(robot)):
-            self._untie(robot)
+            self._resolve(robot)
 
-    def keeps_aside(self, robot: Mobile) -> bool:
-        """Return whether a robot has made room as one move of several; the next one begins, or all ask again."""
-        untying = self._untyings.get(robot)
-        if untying is None:
+    def stays_aside(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle has yielded as one move of several; the next one begins, or all ask again."""
+        resolution = self._resolutions.get(robot)
+        if resolution is None:
             return False
-        self._go_on_untying(untying)
+        self._begin_next_move(resolution)
         return True
 
     # --- pushing --------------------------------------------------------------------------------------------------
 
-    def _push(self, robot: Mobile) -> bool:
-        """Have those make room that are in a robot's way, and let it go on; return whether they can."""
-        wait = self.passage.waits.get(robot)
+    def _push(self, robot: Vehicle) -> bool:
+        """Have the vehicles in the way of one yield, and let it go on; return whether they can."""
+        wait = self.admission.waits.get(robot)
         if wait is None or not wait.leg.slots:
             return False
         slot = next(self.slots.missing(robot, wait.leg.slots), None)
         chain = None if slot is None else self._chain(slot, robot, robot, {robot: None})
         if chain is None:
             return False
-        # Who stands on the lane has to be off it before anybody comes.
+        # A vehicle that stands on the lane has to leave it before another one enters.
         goes = slot == wait.leg.slots[-1]
-        if not self._make_room(chain, robot, [(robot, wait.leg)] if goes else []):
+        if not self._yield(chain, robot, [(robot, wait.leg)] if goes else []):
             return False
         if goes:
-            self.passage.release(robot)
+            self.admission.release(robot)
         return True
 
-    def _make_room(self, chain: _Chain, robot: Mobile, own: Sequence[tuple[Mobile, Leg]] = ()) -> bool:
-        """Have all of a chain make room for a robot at once, which may go itself; return whether there is room."""
+    def _yield(self, chain: _Chain, robot: Vehicle, own: Sequence[tuple[Vehicle, Leg]] = ()) -> bool:
+        """Have all of a chain yield to a vehicle at once, which may go itself; return whether there is room."""
         if not self.slots.exchange([*own, *((other, way.leg) for other, way in chain)]):
             return False
         for other, way in chain:
-            self.passage.push(other, way.leg, robot)
+            self.admission.push(other, way.leg, robot)
         return True
 
-    def _clear_lanes(self, robot: Mobile) -> bool:
-        """Have somebody leave a lane in whose middle it stands, so that nobody gets past; return whether one can."""
-        lanes = self.passage.graph.lanes
+    def _clear_lanes(self, robot: Vehicle) -> bool:
+        """Have a vehicle leave the lane in whose middle it stands and blocks others; return whether one can."""
+        lanes = self.admission.graph.lanes
         for slot in range(len(lanes.names), len(lanes.names) + len(lanes.tracks)):
             if not any(self._gives_way(other, robot) for other in self.slots.inside(slot)):
                 continue
             chain = self._chain(slot, robot, robot, {robot: None})
-            if chain is not None and self._make_room(chain, robot):
+            if chain is not None and self._yield(chain, robot):
                 return True
         return False
 
-    def _chain(self, slot: int, first: Mobile, pusher: Mobile, pushed: dict[Mobile, None]) -> _Chain | None:
-        """Return who drives where so that there is room in a slot; None if they can't make any.
+    def _chain(self, slot: int, first: Vehicle, pusher: Vehicle, pushed: dict[Vehicle, None]) -> _Chain | None:
+        """Return which vehicles drive where so that there is room in a slot; None if they can't make any.
 
         Args:
-            slot: Where.
-            first: For whom all make room; it makes room itself when it goes on.
-            pusher: Who needs the slot: there nobody can go.
-            pushed: Who has been asked already.
+            slot: The slot.
+            first: The vehicle to which all yield; it leaves its own place when it goes on.
+            pusher: The vehicle that needs the slot; no other can go where it is.
+            pushed: The vehicles that have been asked already.
         """
         for other in sorted(self.slots.inside(slot), key=rank, reverse=True):
             if other in pushed or not self._gives_way(other, first):
@@ -176,70 +177,70 @@ class Priority(Reserve):
                     return [(other, way), *further]
         return None
 
-    def _gives_way(self, other: Mobile, robot: Mobile) -> bool:
-        return other.may_make_room and other not in self._untyings and rank(other) > rank(robot)
+    def _gives_way(self, other: Vehicle, robot: Vehicle) -> bool:
+        return other.may_yield and other not in self._resolutions and rank(other) > rank(robot)
 
-    def _refuges(self, robot: Mobile, pusher: Mobile) -> list[Exit]:
-        """Return the ways by which a robot can make room: the free ones first, and the best for its own way."""
-        wait = self.passage.waits.get(robot)
-        wanted = wait.leg.slots[-1:] if wait else ()
+    def _refuges(self, robot: Vehicle, pusher: Vehicle) -> list[Exit]:
+        """Return the lanes by which a vehicle can yield: the free ones first, and the best for its own trip."""
+        wait = self.admission.waits.get(robot)
+        wanted, taken = wait.leg.slots[-1:] if wait else (), self.slots.held(pusher)
 
         def cost(way: Exit) -> tuple[bool, bool, float, int]:
             return self.slots.full(way.end), way.end not in wanted, way.leg.length, way.end
 
         return [
             way
-            for way in sorted(exits(self.passage, robot), key=cost)
-            if next(self.slots.missing(robot, way.leg.slots[:1]), None) is None and way.end not in pusher.slots
+            for way in sorted(exits(self.admission, self.slots, robot), key=cost)
+            if next(self.slots.missing(robot, way.leg.slots[:1]), None) is None and way.end not in taken
         ]
 
-    # --- untying --------------------------------------------------------------------------------------------------
+    # --- resolutions ----------------------------------------------------------------------------------------------
 
-    def _untie(self, robot: Mobile) -> None:
-        """Move the robots around one that can't go on so that it can, if there is a way."""
-        wait = self.passage.waits.get(robot)
+    def _resolve(self, robot: Vehicle) -> None:
+        """Move the vehicles around one that can't go on so that it can, if that is possible."""
+        wait = self.admission.waits.get(robot)
         if wait is None or len(wait.leg.slots) < 2:  # noqa: PLR2004 - a lane and the waypoint at its end
             return
-        now = self.passage.now
+        now = self.admission.now
         if now - self._searched.get(robot, -math.inf) < _BETWEEN_SEARCHES:
             return
         self._searched[robot] = now
-        moves = find_moves(self, robot, wait.leg.slots[-1], self._most_states)
+        moves = self._resolver.find_moves(robot, wait.leg.slots[-1], self._max_states)
         if moves is None:
-            around = any(other.stands for other in self.passage.blockers(robot)) and self.go_around(robot)
-            circle = [] if around else circle_of(self.passage, robot)
-            if circle and self.slots.at_rest(lambda other: self.passage.is_held_up(other) or not other.busy):
-                # Nobody moves, and nobody ever will.
-                self.give_up(circle)
+            around = any(other.stands for other in self.admission.blockers(robot)) and self.go_around(robot)
+            cycle = [] if around else waits_for_cycle(self.admission, robot)
+            if cycle and self.slots.at_rest(lambda other: self.admission.is_held_up(other) or not other.busy):
+                # No vehicle moves, and none ever will.
+                self.give_up(cycle)
             return
-        untying = Untying(robot, moves)
-        self._untyings.update(dict.fromkeys(untying.robots, untying))
-        self._go_on_untying(untying)
+        resolution = Resolution(robot, moves)
+        self._resolutions.update(dict.fromkeys(resolution.robots, resolution))
+        self._begin_next_move(resolution)
 
-    def movable(self, other: Mobile, robot: Mobile) -> bool:
-        """Return whether a robot may be moved for another's sake."""
+    def _movable(self, other: Vehicle, robot: Vehicle) -> bool:
+        """Return whether a vehicle may be moved for another."""
         return other is robot or self._gives_way(other, robot)
 
-    def _go_on_untying(self, untying: Untying) -> None:
-        """Begin the next move; if somebody else is in its way by now, all is dropped and everybody asks again."""
-        if untying.moves:
-            move: Move = untying.moves.pop(0)
-            there = move.robot.may_make_room and move.robot.slots == (move.edge.start,)
+    def _begin_next_move(self, resolution: Resolution) -> None:
+        """Begin the next move; if another vehicle is in its way by now, all are dropped, and all vehicles ask again."""
+        if resolution.moves:
+            move: Move = resolution.moves.pop(0)
+            there = move.robot.may_yield and self.slots.held(move.robot) == (move.edge.start,)
             if there and self.slots.exchange([(move.robot, move.edge.leg)]):
-                self.passage.push(move.robot, move.edge.leg, untying.first)
+                self.admission.push(move.robot, move.edge.leg, resolution.first)
                 return
-        self._drop(untying)
+        self._drop(resolution)
 
-    def _drop(self, untying: Untying) -> None:
-        for robot in untying.robots:
-            self._untyings.pop(robot, None)
-        for robot in sorted(untying.robots, key=rank):
-            self.passage.try_again(robot)
+    def _drop(self, resolution: Resolution) -> None:
+        for robot in resolution.robots:
+            self._resolutions.pop(robot, None)
+        for robot in sorted(resolution.robots, key=rank):
+            self.admission.try_again(robot)
 
-    def _tell(self, circle: Sequence[Mobile]) -> None:
-        """Tell of a deadlock once, and not of each time that it is looked at."""
-        if not any(robot in self._untyings for robot in circle):
-            super()._tell(circle)
+    def _publish(self, cycle: Sequence[Vehicle]) -> None:
+        """Publish a deadlock once, and not each time that it is looked at."""
+        if not any(robot in self._resolutions for robot in cycle):
+            super()._publish(cycle)
 
 
 POLICY = Policy(name="priority", settings=PrioritySettings, rule=Priority)

@@ -1,0 +1,59 @@
+"""What a traffic policy may ask and tell those who admit vehicles to lanes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.navigation.graph import Lane, WaypointGraph
+    from hmrsim.navigation.route import Leg
+    from hmrsim.traffic.policies._vehicle import Vehicle, Wait
+    from hmrsim.world.model import World
+
+
+class AdmissionControl(Protocol):
+    """The lanes of one world, and the vehicles that wait for them."""
+
+    @property
+    def world(self) -> World:
+        """The world."""
+
+    @property
+    def graph(self) -> WaypointGraph:
+        """Its lanes."""
+
+    @property
+    def happened(self) -> Happenings:
+        """Publishes what happens."""
+
+    @property
+    def now(self) -> float:
+        """The simulated time, in seconds."""
+
+    @property
+    def waits(self) -> Mapping[Vehicle, Wait]:
+        """The vehicles that wait, in the order in which they began to."""
+
+    def is_open(self, lane: Lane) -> bool:
+        """Return whether only traffic can be in the way on a lane."""
+
+    def blockers(self, robot: Vehicle) -> Sequence[Vehicle]:
+        """Return the vehicles for which one waits; none if it does not wait, or waits for something else."""
+
+    def is_held_up(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle can't go on because of others."""
+
+    def look_again(self, robots: Sequence[Vehicle]) -> None:
+        """Have vehicles that wait ask again, at this instant but after what happens now."""
+
+    def try_again(self, robot: Vehicle) -> None:
+        """Have a vehicle ask again, at this instant, whether it waits or has yielded."""
+
+    def release(self, robot: Vehicle) -> None:
+        """Let a vehicle go on that has been given the slots of the leg for which it waits."""
+
+    def push(self, robot: Vehicle, leg: Leg, by: Vehicle, *, rerouted: bool = False) -> None:
+        """Have a vehicle yield to another by driving a leg, whose slots it has been given."""

@@ -1,0 +1,124 @@
+"""What traffic knows of robots: a vehicle, with verbs, and its wait for the right of way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from hmrsim.errors import GoalAborted
+    from hmrsim.geometry import Point, Pose
+    from hmrsim.navigation.graph import Lane
+    from hmrsim.navigation.motion import Piece
+    from hmrsim.navigation.route import Leg
+
+
+class Vehicle(Protocol):
+    """A robot as those see it that admit it to lanes, open for it, or carry it."""
+
+    @property
+    def name(self) -> str:
+        """Its name, which is unique."""
+
+    @property
+    def type(self) -> str:
+        """The name of its robot type."""
+
+    @property
+    def radius(self) -> float:
+        """Of its footprint; 0 if it has none."""
+
+    @property
+    def flies(self) -> bool:
+        """Whether nothing on the ground is in its way."""
+
+    @property
+    def speed(self) -> float:
+        """The maximum speed that it can go now, in the world's unit a second."""
+
+    @property
+    def set_out(self) -> float:
+        """When it began its trip, in simulated seconds."""
+
+    @property
+    def rerouted(self) -> int:
+        """How often it has taken another route on its trip."""
+
+    # --- state ----------------------------------------------------------------------------------------------------
+
+    @property
+    def stands(self) -> bool:
+        """Whether it stands, and goes nowhere."""
+
+    @property
+    def waits(self) -> bool:
+        """Whether it stands on its way, since something is in it."""
+
+    @property
+    def sets_out(self) -> bool:
+        """Whether it begins a lane or a turn at this very instant."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether its goal needs it to stand still."""
+
+    @property
+    def may_yield(self) -> bool:
+        """Whether it stands, and could go somewhere else for a while."""
+
+    def pose(self) -> Pose:
+        """Return the position of its centre and its yaw, now."""
+
+    def distance_to(self, point: Point) -> float:
+        """Return how far its centre is from *point*."""
+
+    @property
+    def piece(self) -> Piece | None:
+        """The lane or the turn that it drives now; None when it stands, or waits."""
+
+    @property
+    def next_leg(self) -> Leg | None:
+        """The leg that it drives now, or waits for; None when it stands, or turns."""
+
+    @property
+    def legs_ahead(self) -> list[Leg]:
+        """The legs that it has not driven to their ends; none when it stands."""
+
+    # --- verbs ----------------------------------------------------------------------------------------------------
+
+    def go_on(self) -> None:
+        """Drive the leg for which it waits: it is admitted now."""
+
+    def ask_again(self) -> None:
+        """Ask for the right of way again if it waits, and drive on or keep waiting."""
+
+    def step_back(self) -> None:
+        """Lose the right of way at the instant at which it sets out, and wait."""
+
+    def reroute(self, avoid: Collection[Lane]) -> bool:
+        """Take another route from where it waits, without these lanes; return whether there is one."""
+
+    def yield_along(self, leg: Leg, *, rerouted: bool = False) -> None:
+        """Yield to another vehicle by driving a leg, to which it is admitted already; it may count as another route."""
+
+    def give_up(self, why: GoalAborted) -> None:
+        """Stop on its way, and fail the drive."""
+
+
+@dataclass(eq=False)
+class Wait:
+    """A vehicle that waits for the right of way.
+
+    Attributes:
+        robot: The vehicle.
+        leg: The leg that it is to drive.
+        since: When it began to wait, in simulated seconds.
+        why: What is in its way, in words; empty where that is other vehicles.
+    """
+
+    robot: Vehicle
+    leg: Leg
+    since: float
+    why: str = ""
