@@ -18,7 +18,7 @@ from hmrsim.navigation.route import Route
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from hmrsim.facilities.docks import Berths
+    from hmrsim.robots.docking import DockBay
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 
@@ -54,10 +54,10 @@ def _process(
 ) -> Generator[Any, Any, DockRobot.Result]:
     docking, began = _Docking(robot, report), robot.now
     dock = _find(robot, goal)
-    if dock.dock.charges and robot.energy is None:
+    if dock.spec.charges and robot.energy is None:
         raise GoalAborted(_RESULT.FAILED_TO_CHARGE, f"{robot.name} has no battery that {dock.name!r} could charge")
     if robot.dock is not dock:
-        with dock.berth(robot) as turn:
+        with dock.reserve(robot) as turn:
             try:
                 late = GoalAborted(_RESULT.FAILED_TO_STAGE, f"it takes longer than {goal.max_staging_time:g} s")
                 with robot.within(goal.max_staging_time, late):
@@ -75,12 +75,12 @@ def _process(
             docking.enter(_STAGE.CONTROLLING)
             yield from _drive_in(robot, dock)
             dock.take_in(robot)
-    if dock.dock.charges:
+    if dock.spec.charges:
         docking.enter(_STAGE.WAIT_FOR_CHARGE)
     return DockRobot.Result()
 
 
-def _drive_in(robot: Robot, dock: Berths) -> Generator[Any, Any, None]:
+def _drive_in(robot: Robot, dock: DockBay) -> Generator[Any, Any, None]:
     """Have a robot drive straight to where it is docked.
 
     Raises:
@@ -91,18 +91,18 @@ def _drive_in(robot: Robot, dock: Berths) -> Generator[Any, Any, None]:
     if blocked:
         raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"{text}: {blocked}")
     try:
-        yield from robot.drive(_shared(way), dock.dock.yaw)
+        yield from robot.drive(_shared(way), dock.spec.yaw)
     except GoalAborted as why:
         raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"{text}: {why}") from None
 
 
 def _shared(route: Route) -> Route:
-    """Return a route whose end may be shared by those who have a berth there."""
+    """Return a route whose end robots that are docked there may share."""
     *before, last = route.legs or (None,)
     return route if last is None or last.slots else replace(route, legs=(*before, replace(last, shares_end=True)))
 
 
-def _find(robot: Robot, goal: DockRobot.Goal) -> Berths:
+def _find(robot: Robot, goal: DockRobot.Goal) -> DockBay:
     """Return the dock that a goal asks for.
 
     Raises:
@@ -115,15 +115,15 @@ def _find(robot: Robot, goal: DockRobot.Goal) -> Berths:
             raise GoalAborted(_RESULT.DOCK_NOT_IN_DB, f"no dock {goal.dock_id!r}; there are: {there}")
     else:
         dock = _nearest(robot, goal)
-    if goal.dock_type not in ("", dock.dock.type):
-        raise GoalAborted(_RESULT.DOCK_NOT_VALID, f"{dock.name!r} is a {dock.dock.type}, not a {goal.dock_type}")
+    if goal.dock_type not in ("", dock.spec.type):
+        raise GoalAborted(_RESULT.DOCK_NOT_VALID, f"{dock.name!r} is a {dock.spec.type}, not a {goal.dock_type}")
     if not dock.serves(robot):
-        names = ", ".join(dock.dock.reserved_for or ())
+        names = ", ".join(dock.spec.reserved_for or ())
         raise GoalAborted(_RESULT.DOCK_NOT_VALID, f"{dock.name!r} is reserved for {names}")
     return dock
 
 
-def _nearest(robot: Robot, goal: DockRobot.Goal) -> Berths:
+def _nearest(robot: Robot, goal: DockRobot.Goal) -> DockBay:
     """Return the dock at a pose.
 
     Raises:

@@ -12,7 +12,7 @@ from hmrsim.interfaces.nav2_msgs import UndockRobot
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from hmrsim.facilities.docks import Berths
+    from hmrsim.robots.docking import DockBay
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 
@@ -23,8 +23,8 @@ def _process(
     robot: Robot, goal: UndockRobot.Goal, _report: Report[UndockRobot.Feedback]
 ) -> Generator[Any, Any, UndockRobot.Result]:
     dock = _find(robot)
-    if goal.dock_type not in ("", dock.dock.type):
-        raise GoalAborted(_RESULT.DOCK_NOT_VALID, f"{dock.name!r} is a {dock.dock.type}, not a {goal.dock_type}")
+    if goal.dock_type not in ("", dock.spec.type):
+        raise GoalAborted(_RESULT.DOCK_NOT_VALID, f"{dock.name!r} is a {dock.spec.type}, not a {goal.dock_type}")
     seconds = goal.max_undocking_time
     late = GoalAborted(_RESULT.TIMEOUT, f"can't leave {dock.name!r} within {seconds:g} s")
     try:
@@ -36,11 +36,11 @@ def _process(
             raise
         raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"can't leave {dock.name!r}: {why}") from None
     if robot.dock is dock:
-        dock.let_go(robot)
+        dock.release(robot)
     return UndockRobot.Result()
 
 
-def _find(robot: Robot) -> Berths:
+def _find(robot: Robot) -> DockBay:
     """Return where a robot is docked, or has not left yet.
 
     Raises:

@@ -1,8 +1,7 @@
-"""What can go wrong on purpose: one kind of fault a file.
+"""Faults that can be injected. One kind of fault is one file.
 
-A fault is data: a name, its settings, and a function that lets it begin and returns what ends it. The schedule of a
-world, the services and the tests are generic over it. Nothing here knows when faults begin: see
-`hmrsim.simulation.fault_injector`.
+A fault is data: a name, its settings, and a function that begins it and returns what ends it. The schedule of a world,
+the services and the tests are generic over it. When faults begin is decided in `hmrsim.simulation.fault_injector`.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ import inspect
 import sys
 from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Generic, Protocol, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -23,10 +22,12 @@ if TYPE_CHECKING:
 
     from hmrsim.components.claw import Claw
     from hmrsim.events import Event
-    from hmrsim.robots.robot import Robot
+    from hmrsim.geometry import Pose
+    from hmrsim.robots.items import Item
+    from hmrsim.robots.power import Energy
     from hmrsim.simulation.entities import Roster
 
-_MOST = 1e9
+_MAX = 1e9
 
 SUBJECTS = ("robot", "door", "lane")
 """The fields that name what a fault happens to."""
@@ -37,8 +38,8 @@ _IN_GENERAL = frozenset({"name", "at", "mean_time_between", "until", "duration",
 _TITLES = {"at": "Start time", "until": "End time", "mean_time_between": "Mean time between faults", "yaw": "Rotation"}
 
 Name = Annotated[str, Field(min_length=1, max_length=100)]
-Seconds = Annotated[float, Field(strict=True, ge=0, le=_MOST, json_schema_extra={"unit": "s"})]
-SomeSeconds = Annotated[float, Field(strict=True, gt=0, le=_MOST, json_schema_extra={"unit": "s"})]
+Seconds = Annotated[float, Field(strict=True, ge=0, le=_MAX, json_schema_extra={"unit": "s"})]
+SomeSeconds = Annotated[float, Field(strict=True, gt=0, le=_MAX, json_schema_extra={"unit": "s"})]
 Probability = Annotated[float, Field(strict=True, gt=0, le=1)]
 
 
@@ -58,7 +59,7 @@ class Occurrence(BaseModel):
 
     @property
     def subject(self) -> str:
-        """What it happens to: the name of a robot or a door, or the waypoints of a lane."""
+        """What it affects: the name of a robot or a door, or the waypoints of a lane."""
         return str(getattr(self, "robot", "") or getattr(self, "door", "") or "-".join(getattr(self, "lane", ())))
 
     @model_validator(mode="after")
@@ -90,16 +91,51 @@ class Spell(Occurrence):
 S = TypeVar("S", bound=Occurrence)
 
 
+class FaultTarget(Protocol):
+    """A robot as faults see it."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def components(self) -> Mapping[str, Any]:
+        """Its components, by name."""
+
+    @property
+    def energy(self) -> Energy | None:
+        """The account of its battery; None if it has none."""
+
+    def pose(self) -> Pose:
+        """Return where it is now."""
+
+    def disable(self, cause: str, why: str) -> None:
+        """Stop, and be able to do nothing until this and all other causes are gone."""
+
+    def enable(self, cause: str) -> None:
+        """Be disabled by this cause no longer."""
+
+    def scale_speed(self, scale: float) -> None:
+        """Go at this share of its maximum speed."""
+
+    def set_localization_error(self, error: Pose) -> None:
+        """Estimate its own pose with this error from now on."""
+
+    def drop(self, item: Item) -> None:
+        """Let an item fall where the robot is."""
+
+
 @dataclass(frozen=True)
 class Case(Generic[S]):
-    """One time that a fault happens.
+    """One occurrence of a fault.
 
     Attributes:
-        name: Of the fault.
-        settings: What the world file says of it.
-        roster: The robots, items, doors and ways of the world.
-        random: For what is left to chance; no other fault's chance depends on it.
-        concurrent: Returns the settings of other faults of this kind that are active on the same subject, oldest first.
+        name: The fault's name.
+        settings: Its settings.
+        roster: The robots, items, doors and lanes of the world.
+        random: Its own random numbers, which no other fault uses.
+        concurrent: Returns the settings of other faults of this kind that are active on the same subject, in order of
+            their beginnings.
     """
 
     name: str
@@ -109,8 +145,8 @@ class Case(Generic[S]):
     concurrent: Callable[[], Sequence[S]]
 
     @property
-    def robot(self) -> Robot:
-        """The robot that it happens to."""
+    def robot(self) -> FaultTarget:
+        """The robot that it affects."""
         return self.roster.robots[self.settings.subject]
 
     @property
@@ -124,21 +160,21 @@ class Case(Generic[S]):
         self.roster.publish(make)
 
     def happens(self, probability: float) -> bool:
-        """Return whether something happens that does so with a probability."""
+        """Return True with a probability."""
         return self.random.random() < probability
 
 
 @dataclass(frozen=True)
 class FaultType(Generic[S]):
-    """A kind of thing that goes wrong.
+    """A kind of fault.
 
     Attributes:
         name: As in world files, and that of its module.
-        settings: The model of its settings. A field ``robot``, ``door`` or ``lane`` names the subject, which must be
-            there when it happens.
-        begin: Lets it happen; returns what ends it.
+        settings: The model of its settings. A field ``robot``, ``door`` or ``lane`` names the subject, which must exist
+            when the fault begins.
+        begin: Begins it; returns what ends it.
         component: The component that the robot needs; None for none.
-        example: Settings that make sense in the world of the contract tests, in plain values.
+        example: Valid settings in the world of the contract tests, in plain values.
         title: What people call it; empty for its name in words.
     """
 
@@ -179,7 +215,7 @@ class FaultType(Generic[S]):
 
     @property
     def lasts(self) -> bool:
-        """Whether it goes on for a while, and does not happen in an instant."""
+        """Whether it goes on for a while, and does not end at the instant at which it begins."""
         return issubclass(self.settings, Spell)
 
 

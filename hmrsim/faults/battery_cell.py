@@ -1,4 +1,4 @@
-"""A cell of a battery fails: less goes into it, and what was in the cell is gone."""
+"""A cell of a battery fails: its charge is lost, and the battery holds less."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A claw lets go of what it holds, which falls where the robot is, and is in the way there."""
+"""A claw drops what it holds, which falls where the robot is and obstructs the lane there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A door stays as it is, open or closed, whoever wants it otherwise."""
+"""A door stays as it is, open or closed, whatever it is commanded."""
 
 from __future__ import annotations
 

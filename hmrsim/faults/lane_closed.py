@@ -1,4 +1,4 @@
-"""A lane is closed, both ways: nobody enters it, and whoever is on it drives on."""
+"""A lane is closed in both directions: no robot enters it, and a robot on it drives on."""
 
 from __future__ import annotations
 

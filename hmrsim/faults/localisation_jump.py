@@ -1,4 +1,4 @@
-"""A robot believes to be elsewhere: what it tells of places is off, what it does is not."""
+"""The estimated pose of a robot is wrong: the poses that it reports are off, its motion is not."""
 
 from __future__ import annotations
 
@@ -36,12 +36,13 @@ class LocalisationJump(Spell):
 def _begin(case: Case[LocalisationJump]) -> Callable[[], None]:
     robot = case.robot
 
-    def misplace(jumps: tuple[LocalisationJump, ...]) -> None:
+    def update(jumps: tuple[LocalisationJump, ...]) -> None:
         jumps = (*case.concurrent(), *jumps)
-        robot.set_localization_error(Pose(*(sum(getattr(jump, key) for jump in jumps) for key in ("dx", "dy", "yaw"))))
+        error = Pose(*(sum(getattr(jump, key) for jump in jumps) for key in ("dx", "dy", "yaw")))
+        robot.set_localization_error(error)
 
-    misplace((case.settings,))
-    return partial(misplace, ())
+    update((case.settings,))
+    return partial(update, ())
 
 
 FAULT = FaultType(

@@ -1,4 +1,4 @@
-"""The connection to a robot is lost: nothing that it says arrives, and nobody can ask it anything."""
+"""The connection to a robot is lost: none of its messages arrives, and no request reaches it."""
 
 from __future__ import annotations
 

@@ -27,14 +27,14 @@ class SensorBlind(Spell):
 def _begin(case: Case[SensorBlind]) -> Callable[[], None]:
     robot = case.robot
 
-    def look(blinding: tuple[SensorBlind, ...]) -> None:
+    def update(blinding: tuple[SensorBlind, ...]) -> None:
         causes = [each.sensor for each in (*blinding, *case.concurrent())]
         for name, one in robot.components.items():
             if isinstance(one, Sensor):
                 one.set_blind(blind=None in causes or name in causes)
 
-    look((case.settings,))
-    return partial(look, ())
+    update((case.settings,))
+    return partial(update, ())
 
 
 FAULT = FaultType(

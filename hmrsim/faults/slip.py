@@ -1,4 +1,4 @@
-"""The wheels of a robot slip: it is slower, also on the way that it drives just now."""
+"""The wheels of a robot slip: it is slower, also on the route that it drives now."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class Slip(Spell):
 def _begin(case: Case[Slip]) -> Callable[[], None]:
     robot = case.robot
 
-    def slow_down(factor: float) -> None:
+    def update(factor: float) -> None:
         robot.scale_speed(factor * math.prod(other.factor for other in case.concurrent()))
 
-    slow_down(case.settings.factor)
-    return lambda: slow_down(1.0)
+    update(case.settings.factor)
+    return lambda: update(1.0)
 
 
 FAULT = FaultType(

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from hmrsim.engine.environment import Alarm, Environment
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.events.batteries import BatteryEvent
-    from hmrsim.facilities.docks import Berths
     from hmrsim.geometry import Point, Pose
+    from hmrsim.robots.docking import DockBay
 
 EMPTY = "battery_empty"
 """The cause for which an empty battery disables its robot."""
@@ -74,7 +74,7 @@ class PoweredRobot(Protocol):
         """The actions of its goals that run."""
 
     @property
-    def dock(self) -> Berths | None:
+    def dock(self) -> DockBay | None:
         """The dock that it is in; None if it is in none."""
 
     @property

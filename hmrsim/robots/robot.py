@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.errors import GoalAborted
     from hmrsim.events import Event as WorldEvent
-    from hmrsim.facilities.docks import Berths
     from hmrsim.geometry import Point
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
+    from hmrsim.robots.docking import DockBay
     from hmrsim.robots.items import Item
     from hmrsim.traffic.admission import Passage
     from hmrsim.world.model import RobotSpec, World
@@ -91,7 +91,7 @@ class Robot(MobileBase):
         world: World,
         graph: WaypointGraph,
         items: Mapping[str, Item],
-        docks: Mapping[str, Berths],
+        docks: Mapping[str, DockBay],
         passage: Passage,
         plans: Plans,
         happened: Happenings,
@@ -119,7 +119,7 @@ class Robot(MobileBase):
         self.localization_error = _NO_ERROR
         self.components = self._equip()
         self.docks = docks
-        self.dock: Berths | None = None
+        self.dock: DockBay | None = None
         self.doing: list[str] = []
         self._turn: Event | None = None
         self.energy = self._power_up()
@@ -137,7 +137,7 @@ class Robot(MobileBase):
     def _follow_motion(self) -> None:
         """Leave the dock when it moves, and account for the energy of the motion."""
         if self.dock is not None and self.moves:
-            self.dock.let_go(self)
+            self.dock.release(self)
         if self.energy is not None:
             self.energy.look()
 
@@ -196,6 +196,7 @@ class Robot(MobileBase):
         self.localization_error = _NO_ERROR
         for cause in [*self.disabled_reasons]:
             super().enable(cause)
+        self.dock = None
         self.retire()
         self.components = self._equip()
         # Its place comes before its battery: an empty battery says where it is, and a dock charges the new one.
@@ -206,7 +207,7 @@ class Robot(MobileBase):
     def retire(self) -> None:
         """Leave the dock, and set no alarm any more."""
         if self.dock is not None:
-            self.dock.let_go(self)
+            self.dock.release(self)
         if self.energy is not None:
             self.energy.stop()
 
@@ -229,7 +230,7 @@ class Robot(MobileBase):
     def move_to(self, pose: Pose) -> None:
         """Stand somewhere else at once, and obstruct the lane there if it is disabled; no goal may hold the base."""
         if self.dock is not None:
-            self.dock.let_go(self)
+            self.dock.release(self)
         super().move_to(pose)
         self.settle_in()
 
@@ -246,6 +247,18 @@ class Robot(MobileBase):
         self._passage.closures.clear(self.name)
         if self.disabled and not self.flies:
             self._passage.closures.obstruct(self.name, self.pose().point, self.disabled)
+
+    def enter_dock(self, dock: DockBay) -> None:
+        """Be docked, and charge if the dock is a charger."""
+        self.dock = dock
+        if self.energy is not None:
+            self.energy.switch()
+
+    def leave_dock(self) -> None:
+        """Be docked no longer."""
+        self.dock = None
+        if self.energy is not None:
+            self.energy.switch()
 
     # --- items ----------------------------------------------------------------------------------------------------
 

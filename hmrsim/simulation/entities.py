@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.events.entities import Deleted, Spawned, Teleported
 from hmrsim.facilities import Fixture, Site, install_all
-from hmrsim.facilities.docks import Berths
+from hmrsim.facilities.docks import DockBays
 from hmrsim.protocol.gateway import RosterChanged
 from hmrsim.robots.items import Item
 from hmrsim.robots.robot import Robot
@@ -104,7 +104,7 @@ class Roster:
         self.items |= self._own_items()
         site = Site(self._env, world, self.passage, lambda: self.robots, self._happened)
         self.fixtures = install_all(site)
-        self._docks = {dock.name: dock for dock in self.fixtures.values() if isinstance(dock, Berths)}
+        self._docks = {dock.name: dock for dock in self.fixtures.values() if isinstance(dock, DockBays)}
         self.passage.closures.publish()
         self._serve(self._own_robots())
         for _, item in sorted(self.items.items()):

@@ -1,0 +1,70 @@
+"""What robots and docks know of each other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from hmrsim.traffic.policies import Vehicle
+
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
+    from simpy import Event
+
+    from hmrsim.components.battery import Battery
+    from hmrsim.geometry import Point, Pose
+    from hmrsim.world.model import Dock
+
+
+class DockBay(Protocol):
+    """A dock as robots, their batteries and docking actions see it."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def pose(self) -> Pose:
+        """The pose of a docked robot."""
+
+    @property
+    def spec(self) -> Dock:
+        """What the world file states of it."""
+
+    @property
+    def staging(self) -> Point:
+        """Where robots line up before they drive in."""
+
+    def serves(self, robot: DockClient) -> bool:
+        """Return whether a robot may dock here."""
+
+    def power_for(self, battery: Battery) -> float:
+        """Return the units of energy a second that it charges a battery with; 0 if it charges none."""
+
+    def away(self, point: Point) -> float:
+        """Return how far a point is from where robots stand in it."""
+
+    def holds(self, point: Point) -> bool:
+        """Return whether a point is in it, or between it and its staging pose."""
+
+    def has_room_for(self, robot: DockClient) -> bool:
+        """Return whether a robot may dock here, and a bay is free."""
+
+    def reserve(self, robot: DockClient) -> AbstractContextManager[Event]:
+        """Reserve a bay for a robot, as soon as one is free, until it is docked there or gives up."""
+
+    def take_in(self, robot: DockClient) -> None:
+        """Dock a robot that stands here."""
+
+    def release(self, robot: DockClient) -> None:
+        """Undock a robot."""
+
+
+class DockClient(Vehicle, Protocol):
+    """A robot as docks see it."""
+
+    def enter_dock(self, dock: DockBay) -> None:
+        """Be docked, and charge if the dock is a charger."""
+
+    def leave_dock(self) -> None:
+        """Be docked no longer."""
