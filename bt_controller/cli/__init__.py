@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from bt_controller.cli import check, nodes, run
-from bt_controller.cli._codes import EXIT_CODES, FAILED, NOBODY, WRONG_USE
-from hmrsim.program.command_line import CommandParser, autocomplete, run_program
+from bt_controller.cli._codes import EXAMPLES, EXIT_CODES, FAILED
+from hmrsim.program.command_line import LazyParser, autocomplete, run_program
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    import argparse
+    from collections.abc import Sequence
 
-    from hmrsim.program.command_line import Completer
-
-# What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
-# ruff: noqa: PLC0415
+_COMMANDS: Final = {
+    "run": "run a tree for each robot",
+    "check": "load and check a tree without running it",
+    "nodes": "tell what XML trees can be made of",
+}
+"""Each is a module of this package with a function *configure*, which adds arguments to the command's parser."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -27,7 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _main(argv: Sequence[str] | None) -> int:
     parser = _parser()
-    autocomplete(parser, _completers)
+    autocomplete(parser, f"{__name__}._completers")
     args = parser.parse_args(argv)
     try:
         code: int = args.command(args)
@@ -36,7 +37,10 @@ def _main(argv: Sequence[str] | None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except Exception as error:
-        if (known := _exit_code(error)) is None:
+        # Loads Zenoh and py_trees, which the command that raised the error has done already.
+        from bt_controller.cli._failures import exit_code  # noqa: PLC0415
+
+        if (known := exit_code(error)) is None:
             raise
         for line in str(error).splitlines():
             print(f"bt-controller: {line}", file=sys.stderr)
@@ -44,47 +48,16 @@ def _main(argv: Sequence[str] | None) -> int:
     return code
 
 
-def _completers() -> Mapping[str, Completer]:
-    from bt_controller.running.selection import completions
-    from bt_controller.world.directory import Directory
-    from hmrsim_zenoh.client.completion import robots, running
-
-    def selectors(parsed_args: argparse.Namespace, **_unused: object) -> list[str]:
-        return completions(Directory.from_info(running(parsed_args)))
-
-    return {"bt-controller run NAME": robots, "bt-controller run SELECTOR": selectors}
-
-
-def _exit_code(error: Exception) -> int | None:
-    """Return the exit code of an error whose text is fit to be shown; None for a bug."""
-    from bt_controller.core.node import PortError
-    from bt_controller.errors import TreeError
-    from hmrsim.errors import HmrsimError
-    from hmrsim_zenoh.errors import (
-        BadOptions,
-        NameTaken,
-        NobodyThere,
-        PortTaken,
-        RequestTimeout,
-        SimulatorGone,
-        Unreachable,
-    )
-
-    if isinstance(error, (TreeError, PortError, BadOptions, PortTaken, NameTaken)):
-        return WRONG_USE
-    if isinstance(error, (NobodyThere, SimulatorGone, Unreachable, RequestTimeout)):
-        return NOBODY
-    return FAILED if isinstance(error, HmrsimError) else None
-
-
 def _parser() -> argparse.ArgumentParser:
-    parser = CommandParser(
+    parser = LazyParser(
         prog="bt-controller",
         description="Drive robots with behaviour trees, as a client of a simulator.",
-        epilog=f"{run.EXAMPLES}\n\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=f"{EXAMPLES}\n\n{EXIT_CODES}",
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (run, check, nodes):
-        command.add_parser(commands)
+    words = os.environ.get("COMP_LINE", "").split() if "_ARGCOMPLETE" in os.environ else ()
+    for name, summary in _COMMANDS.items():
+        command = commands.add_parser(name, help=summary, module=f"{__name__}.{name}")
+        if name in words:
+            command.load()
     return parser

@@ -7,6 +7,9 @@ import re
 import sys
 from typing import TYPE_CHECKING, Any, Final
 
+from bt_controller.core.ports import Given
+from bt_controller.loading.trees import load
+
 if TYPE_CHECKING:
     from bt_controller.loading.trees import Plan
 
@@ -46,10 +49,6 @@ def tree_of(args: argparse.Namespace) -> Plan:
     Raises:
         TreeError: There is none, or something is wrong with it.
     """
-    # --help is quick.
-    from bt_controller.core.ports import Given  # noqa: PLC0415
-    from bt_controller.loading.trees import load  # noqa: PLC0415
-
     values = {key: Given(text, key) for key, text in args.values}
     plan = load(args.tree, tree=args.tree_id, nodes=args.nodes, values=values)
     for line in plan.doubts:

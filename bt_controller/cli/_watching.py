@@ -9,6 +9,15 @@ from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from py_trees.common import Status
+
+from bt_controller.running.snapshot import nodes_of, reasons
+from bt_controller.watching.display import JsonDisplay, PlainDisplay
+from bt_controller.watching.publishing import Publisher
+from bt_controller.watching.renders import check_graphviz, dot, svg
+from bt_controller.watching.transitions import Transitions
+from hmrsim_zenoh.errors import BadOptions
+
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,9 +28,6 @@ if TYPE_CHECKING:
     from bt_controller.running.snapshot import Node
     from bt_controller.watching.display import Watcher
     from hmrsim_zenoh.client.client import Client
-
-# What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
-# ruff: noqa: PLC0415
 
 _STDOUT: Final = "-"
 
@@ -47,15 +53,11 @@ def check_pictures(args: argparse.Namespace) -> None:
     Raises:
         BadOptions: There is no folder for a file, or Graphviz is missing.
     """
-    from hmrsim_zenoh.errors import BadOptions
-
     for option, name in (("--dot", args.dot), ("--svg", args.svg)):
         if name and name != _STDOUT and (Path(name).is_dir() or not Path(name).parent.is_dir()):
             wrong = errno.EISDIR if Path(name).is_dir() else errno.ENOENT
             raise BadOptions(f"{option} {name}: {os.strerror(wrong)}")
     if args.svg:
-        from bt_controller.watching.renders import check_graphviz
-
         check_graphviz()
 
 
@@ -66,8 +68,6 @@ def draw(args: argparse.Namespace, trees: Mapping[str, Sequence[Node]], *, statu
         BadOptions: A file can't be written, or Graphviz is missing.
     """
     if args.dot or args.svg:
-        from bt_controller.watching.renders import dot, svg
-
         graph = dot(trees, statuses=statuses)
         if args.dot == _STDOUT:
             sys.stdout.write(graph)
@@ -82,12 +82,14 @@ def display(args: argparse.Namespace) -> AbstractContextManager[Watcher | None]:
     if args.quiet:
         return nullcontext()
 
-    from bt_controller.watching.display import JsonDisplay, PlainDisplay
-    from bt_controller.watching.live_display import live_display
-
     if args.json:
         return nullcontext(JsonDisplay(sys.stdout))
-    return live_display() if sys.stdout.isatty() else nullcontext(PlainDisplay(sys.stdout))
+    if not sys.stdout.isatty():
+        return nullcontext(PlainDisplay(sys.stdout))
+    # Loads rich, which takes 60 ms and serves terminals alone.
+    from bt_controller.watching.live_display import live_display  # noqa: PLC0415
+
+    return live_display()
 
 
 @contextmanager
@@ -99,9 +101,6 @@ def watching(
     Raises:
         BadOptions: A file can't be written.
     """
-    from bt_controller.watching.publishing import Publisher
-    from bt_controller.watching.transitions import Transitions
-
     with ExitStack() as ending:
         watchers: list[Watcher] = [ending.enter_context(Publisher(client.session, client.keys, missions))]
         if shown is not None:
@@ -121,10 +120,6 @@ def watching(
 
 def why_failed(missions: Sequence[Mission]) -> dict[str, list[dict[str, str]]]:
     """Return the behaviours that made trees fail, and what they say, by robot."""
-    from py_trees.common import Status
-
-    from bt_controller.running.snapshot import nodes_of, reasons
-
     return {
         mission.robot: [{"node": node.name, "message": node.message} for node in reasons(nodes_of(mission.root))]
         for mission in missions
@@ -139,7 +134,6 @@ def in_words(why: Sequence[Mapping[str, str]]) -> str:
 
 
 def _opened(option: str, path: str) -> Any:
-    from hmrsim_zenoh.errors import BadOptions
 
     try:
         return Path(path).open("w", encoding="utf-8")

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 from bt_controller.cli._codes import DONE, EXIT_CODES
 from bt_controller.cli._tree_options import add_tree_options, tree_of
 from bt_controller.cli._watching import add_picture_options, draw
+from bt_controller.running.mission import Mission
 
-# What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
-# ruff: noqa: PLC0415
+if TYPE_CHECKING:
+    import argparse
 
 _EXAMPLES: Final = """\
 examples:
@@ -22,16 +22,13 @@ examples:
   bt-controller check missions:patrol --json | jq '.nodes | length'"""
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command."""
-    parser = commands.add_parser(
-        "check",
-        help="load and check a tree without running it",
-        description="Load a tree, build it and print it; nothing is sent. Each mistake of a file is a line of its own;"
-        " what is still to be given with --set is told, too, and no mistake.",
-        epilog=f"{_EXAMPLES}\n\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``bt-controller check``."""
+    parser.description = (
+        "Load a tree, build it and print it; nothing is sent. Each mistake of a file is a line of its own;"
+        " what is still to be given with --set is told, too, and no mistake."
     )
+    parser.epilog = f"{_EXAMPLES}\n\n{EXIT_CODES}"
     add_tree_options(parser)
     parser.add_argument("--json", action="store_true", help="print the tree as one JSON object")
     add_picture_options(parser)
@@ -39,7 +36,6 @@ def add_parser(commands: Any) -> None:
 
 
 def _check(args: argparse.Namespace) -> int:
-    from bt_controller.running.mission import Mission
 
     plan = tree_of(args)
     nodes = Mission("robot", plan).snapshot(None).nodes

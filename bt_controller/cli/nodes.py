@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import inspect
 import json
 import sys
@@ -11,12 +10,14 @@ from typing import TYPE_CHECKING, Any, Final
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from bt_controller.cli._codes import DONE, EXIT_CODES, WRONG_USE
+from bt_controller.core.node import Condition, Control, Decoration
+from bt_controller.nodes import registry
+from hmrsim.diagnostics import meant
 
 if TYPE_CHECKING:
-    from bt_controller.core.node import Node
+    import argparse
 
-# What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
-# ruff: noqa: PLC0415
+    from bt_controller.core.node import Node
 
 _EXAMPLES: Final = """\
 examples:
@@ -26,15 +27,10 @@ examples:
   bt-controller nodes --json | jq 'keys'"""
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command."""
-    parser = commands.add_parser(
-        "nodes",
-        help="tell what XML trees can be made of",
-        description="List the nodes of XML trees; with their ports if they are named.",
-        epilog=f"{_EXAMPLES}\n\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``bt-controller nodes``."""
+    parser.description = "List the nodes of XML trees; with their ports if they are named."
+    parser.epilog = f"{_EXAMPLES}\n\n{EXIT_CODES}"
     parser.add_argument("nodes", nargs="*", metavar="NODE", help="a node's tag; all of them if none is named")
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--json", action="store_true", help="one JSON object: nodes with their ports, by tag")
@@ -43,8 +39,6 @@ def add_parser(commands: Any) -> None:
 
 
 def _nodes(args: argparse.Namespace) -> int:
-    from bt_controller.nodes import registry
-    from hmrsim.diagnostics import meant
 
     known = registry()
     for name in args.nodes:
@@ -72,8 +66,6 @@ def _nodes(args: argparse.Namespace) -> int:
 
 def _kind(node: type[Node]) -> str:
     """Return what BehaviorTree.CPP calls a node of this kind."""
-    from bt_controller.core.node import Condition, Control, Decoration
-
     for base, kind in ((Control, "control"), (Decoration, "decorator"), (Condition, "condition")):
         if issubclass(node, base):
             return kind

@@ -9,10 +9,11 @@ import math
 import os
 import re
 import sys
+from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-from bt_controller.cli._codes import DONE, EXIT_CODES, FAILED
+from bt_controller.cli._codes import DONE, EXAMPLES, EXIT_CODES, FAILED
 from bt_controller.cli._tree_options import add_tree_options, tree_of
 from bt_controller.cli._watching import (
     add_watching_options,
@@ -23,8 +24,19 @@ from bt_controller.cli._watching import (
     watching,
     why_failed,
 )
+from bt_controller.errors import TreeError
+from bt_controller.running.clocks import clock_for
+from bt_controller.running.interruption import on_interrupt
+from bt_controller.running.mailbox import STOP, Mailbox
+from bt_controller.running.mission import missions_for, prepare
+from bt_controller.running.runner import Runner
+from bt_controller.running.selection import check_selector, selected
+from bt_controller.running.snapshot import nodes_of
+from bt_controller.world.directory import Directory
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 from hmrsim.program.signals import exit_code_of
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.client.participant import check_name
 from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options, session_options
 
 if TYPE_CHECKING:
@@ -32,10 +44,6 @@ if TYPE_CHECKING:
 
     from bt_controller.loading.trees import Plan
     from bt_controller.running.runner import Outcome
-    from hmrsim_zenoh.client.client import Client
-
-# What takes its time to load (py_trees, pydantic, zenoh) is imported where it is needed: --help is quick.
-# ruff: noqa: PLC0415
 
 _GRACE: Final = 3.0
 """Wall seconds for which the simulator may be out of reach, and in which canceled goals may end."""
@@ -45,28 +53,11 @@ _SHOW_CURSOR: Final = b"\x1b[?25h"
 
 _ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
-EXAMPLES: Final = """\
-examples:
-  bt-controller run bt_controller.examples:go_to_pose --robot wall_e
-  bt-controller run navigate.xml --robot wall_e --set goal=kitchen
-  bt-controller run missions:patrol --robot wall_e eve --connect tcp/10.0.0.7:7447
-  bt-controller run missions:patrol --robot wall_e --json | jq -c 'select(.robot) | [.sim_time, .status]'
 
-TREE is an XML file of BehaviorTree.CPP version 4, made of the nodes that `bt-controller nodes` tells;
-or it is MODULE:FUNCTION; modules are looked for in the current folder, too. The function takes the
-robot's name or nothing, and returns the root of a py_trees tree. Each robot has a tree and a
-blackboard of its own."""
-
-
-def add_parser(commands: Any) -> None:
-    """Add the command."""
-    parser = commands.add_parser(
-        "run",
-        help="run a tree for each robot",
-        description="Run a tree for each robot until all have ended.",
-        epilog=f"{EXAMPLES}\n\n{ENVIRONMENT}\n\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``bt-controller run``."""
+    parser.description = "Run a tree for each robot until all have ended."
+    parser.epilog = f"{EXAMPLES}\n\n{ENVIRONMENT}\n\n{EXIT_CODES}"
     add_tree_options(parser)
     parser.add_argument(
         "--robot",
@@ -132,7 +123,6 @@ def add_parser(commands: Any) -> None:
 
 
 def _participant(text: str) -> str:
-    from hmrsim_zenoh.client.participant import check_name
 
     try:
         check_name(text)
@@ -148,7 +138,6 @@ def _robot(text: str) -> str:
 
 
 def _selector(text: str) -> str:
-    from bt_controller.running.selection import check_selector
 
     try:
         check_selector(text)
@@ -169,9 +158,6 @@ def _period(text: str) -> float:
 
 def _chosen(args: argparse.Namespace, client: Client) -> list[str]:
     """Return the robots that are named, and after them those that are selected."""
-    from bt_controller.running.selection import selected
-    from bt_controller.world.directory import Directory
-
     found = selected(Directory.from_info(client.info()), args.robots) if args.robots else []
     return list(dict.fromkeys([*args.robot, *found]))
 
@@ -183,16 +169,6 @@ def _resumed(args: argparse.Namespace, plan: Plan) -> str | None:
 
 
 def _run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
-    from dataclasses import replace
-
-    from bt_controller.errors import TreeError
-    from bt_controller.running.clocks import clock_for
-    from bt_controller.running.interruption import on_interrupt
-    from bt_controller.running.mailbox import STOP, Mailbox
-    from bt_controller.running.mission import missions_for, prepare
-    from bt_controller.running.runner import Runner
-    from bt_controller.running.snapshot import nodes_of
-    from hmrsim_zenoh.client.client import Client
 
     if not (args.robot or args.robots):
         parser.error("the following arguments are required: --robot or --robots")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
@@ -71,10 +72,10 @@ def registry() -> Mapping[str, type[Node]]:
     Raises:
         PluginError: A module is broken, or two have nodes of one tag.
     """
-    from bt_controller.nodes import actions, conditions, controls, decorators  # noqa: PLC0415 - they import `Family`
-
     found: dict[str, type[Node]] = {}
-    for package in (controls, decorators, actions, conditions):
+    for kind in ("controls", "decorators", "actions", "conditions"):
+        # By name, as they import `Family`.
+        package = import_module(f"{__name__}.{kind}")
         for family in discover(package, "FAMILY", Family).values():
             for tag, node in family.nodes.items():
                 if tag in found:

@@ -11,6 +11,9 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
 from py_trees.common import Status
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
 
 from bt_controller.running.snapshot import UNICODE, tip
 from bt_controller.watching.display import symbols_for
@@ -18,8 +21,7 @@ from bt_controller.watching.display import symbols_for
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rich.console import Console, ConsoleOptions, RenderResult
-    from rich.text import Text
+    from rich.console import ConsoleOptions, RenderResult
 
     from bt_controller.running.mission import Mission
     from bt_controller.running.snapshot import Node, Snapshot
@@ -71,8 +73,6 @@ class LiveDisplay:
 
     def text(self, height: int) -> Text:
         """Return the trees as lines for a terminal of some height."""
-        from rich.text import Text  # noqa: PLC0415 - slow to load
-
         # What does not fit the width is cut; rich's own mark for that is no ASCII.
         text = Text(no_wrap=True, overflow="ellipsis" if self._symbols is UNICODE else "crop")
         missions = [mission for mission, _ in list(self._ticked.values())]
@@ -164,9 +164,6 @@ class LiveDisplay:
 @contextmanager
 def live_display() -> Iterator[LiveDisplay]:
     """Draw trees on the terminal meanwhile; the last ones stay there."""
-    from rich.console import Console  # noqa: PLC0415 - slow to load
-    from rich.live import Live  # noqa: PLC0415
-
     display = LiveDisplay(symbols_for(sys.stdout))
     # What is logged is written above the trees, but where the log goes elsewhere it is not ours.
     console, logs_here = Console(file=sys.stdout), sys.stderr.isatty()

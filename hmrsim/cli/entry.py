@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import sys
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from hmrsim import __version__
 from hmrsim.errors import HmrsimError
-from hmrsim.program.command_line import ENVIRONMENT, CommandParser, autocomplete, run_program
+from hmrsim.program.command_line import ENVIRONMENT, LazyParser, autocomplete, run_program
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Mapping, Sequence
-
-    from hmrsim.program.command_line import Completer
+    from collections.abc import Sequence
 
 _COMMANDS: Final = {
     "run": "serve a world over Zenoh until Ctrl-C",
@@ -53,54 +50,18 @@ examples:
 _DONE: Final = 0
 
 
-class _CommandParser(CommandParser):
-    """A parser that gets its arguments when its command is the one asked for.
-
-    Most commands load Zenoh and pydantic, which takes longer than ``hmrsim --help`` may.
-    """
-
-    def __init__(self, *, command: str | None = None, **options: Any) -> None:
-        super().__init__(**options)
-        self._command = command
-
-    def load(self) -> None:
-        """Let the command's module add its arguments, once."""
-        if self._command is not None:
-            module = importlib.import_module(f"{__package__}.{self._command}")
-            self._command = None
-            module.configure(self)
-
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
-        """Parse, after the command's module has added its arguments."""
-        self.load()
-        return super().parse_known_args(args, namespace)
-
-    def _print_message(self, message: str, file: Any = None) -> None:
-        """Print help, and let an error through that argparse would swallow: the help could not be printed."""
-        if file is sys.stdout:
-            file.write(message)
-        else:
-            super()._print_message(message, file)
-
-
 def _parser() -> argparse.ArgumentParser:
-    parser = _CommandParser(
+    parser = LazyParser(
         prog="hmrsim", description="A mission-level simulator of robots, driven over Zenoh.", epilog=_EPILOG
     )
     parser.add_argument("--version", action="version", version=f"hmrsim {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     words = os.environ.get("COMP_LINE", "").split() if "_ARGCOMPLETE" in os.environ else ()
     for name, summary in _COMMANDS.items():
-        command = commands.add_parser(name, help=summary, command=name)
+        command = commands.add_parser(name, help=summary, module=f"{__package__}.{name}")
         if name in words:
             command.load()
     return parser
-
-
-def _completers() -> Mapping[str, Completer]:
-    from hmrsim.cli.completers import COMPLETERS  # noqa: PLC0415
-
-    return COMPLETERS
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -115,7 +76,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(argv: Sequence[str] | None) -> int:
     try:
         parser = _parser()
-        autocomplete(parser, _completers)
+        autocomplete(parser, f"{__package__}.completers")
         args = parser.parse_args(argv)
         code: int = args.function(args)
     except SystemExit as end:

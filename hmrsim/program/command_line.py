@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import errno
+import importlib
 import os
 import re
 import sys
@@ -124,6 +125,40 @@ def variable_of(action: argparse.Action) -> str:
     return f"HMRSIM_{names[0][2:].replace('-', '_').upper()}"
 
 
+class LazyParser(CommandParser):
+    """A parser that gets its arguments when its command is the one asked for.
+
+    Most commands load Zenoh and pydantic, which takes longer than ``--help`` of the program may.
+
+    Args:
+        module: Has a function *configure*, which adds arguments to the parser; empty for none.
+        **options: As of every parser.
+    """
+
+    def __init__(self, *, module: str = "", **options: Any) -> None:
+        super().__init__(**options)
+        self._module = module
+
+    def load(self) -> None:
+        """Let the command's module add its arguments, once."""
+        if self._module:
+            module = importlib.import_module(self._module)
+            self._module = ""
+            module.configure(self)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """Parse, after the command's module has added its arguments."""
+        self.load()
+        return super().parse_known_args(args, namespace)
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Print help, and let an error through that argparse would swallow: the help could not be printed."""
+        if file is sys.stdout:
+            file.write(message)
+        else:
+            super()._print_message(message, file)
+
+
 def run_program(program: str, run: Callable[[], int]) -> int:
     """Return a program's exit code, also when its output can't be written or Ctrl-C ends it."""
     if sys.stdout is None:
@@ -153,19 +188,20 @@ def _mute_stdout() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def autocomplete(parser: argparse.ArgumentParser, completers: Callable[[], Mapping[str, Completer]]) -> None:
+def autocomplete(parser: argparse.ArgumentParser, completers: str) -> None:
     """Answer the shell and end the process, if it is a shell that asks for completions; else do nothing.
 
     Args:
         parser: Of the program, with the arguments of all commands that are on the line.
-        completers: Gives what completes the positional arguments whose metavar is the key, or any argument whose
-            metavar stands behind the command in the key, such as ``"hmrsim topic echo NAME"``.
+        completers: A module whose COMPLETERS complete the positional arguments whose metavar is the key, or any
+            argument whose metavar stands behind the command in the key, such as ``"hmrsim topic echo NAME"``.
     """
     if "_ARGCOMPLETE" not in os.environ:
         return
+    # Takes 20 ms to load, which no other command line needs.
     import argcomplete  # noqa: PLC0415
 
-    _attach(parser, completers())
+    _attach(parser, importlib.import_module(completers).COMPLETERS)
     argcomplete.autocomplete(parser, always_complete_options=False)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from bt_controller.cli import main
-from hmrsim_zenoh.client import client as client_module
+from bt_controller.cli import run as run_command
 from hmrsim_zenoh.client.client import Client
 from tests.served_world import served_world
 
@@ -51,7 +51,7 @@ def simulator(client, monkeypatch):
             return sender
 
     client.then = lambda goal: goal.succeed()
-    monkeypatch.setattr(client_module, "Client", Connected)
+    monkeypatch.setattr(run_command, "Client", Connected)
     return client
 
 

@@ -11,9 +11,10 @@ from types import SimpleNamespace
 import pytest
 
 from hmrsim import __version__
-from hmrsim.cli import entry, main
+from hmrsim.cli import main
 from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse, code_of, text_of
 from hmrsim.errors import HmrsimError, Problem, WorldError
+from hmrsim.program import command_line
 from hmrsim_zenoh.errors import (
     BadOptions,
     GoalRejectedError,
@@ -58,7 +59,7 @@ def broken_command(monkeypatch):
             raise error
 
         command = SimpleNamespace(configure=lambda parser: parser.set_defaults(function=fail))
-        monkeypatch.setattr(entry.importlib, "import_module", lambda _name: command)
+        monkeypatch.setattr(command_line.importlib, "import_module", lambda _name: command)
 
     return make
 

@@ -7,7 +7,8 @@ import json
 import pytest
 from py_trees.common import Status
 
-from bt_controller.cli import _exit_code, main
+from bt_controller.cli import main
+from bt_controller.cli._failures import exit_code
 from bt_controller.cli._tree_options import _value
 from bt_controller.cli.run import _report
 from bt_controller.core.node import PortError
@@ -150,4 +151,4 @@ class TestRun:
 
     def test_a_value_that_is_found_wrong_at_setup_is_wrong_use(self):
         """Such as the name of a place, of which only the simulator knows."""
-        assert _exit_code(PortError("no place 'nowhere'")) == 2
+        assert exit_code(PortError("no place 'nowhere'")) == 2

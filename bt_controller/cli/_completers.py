@@ -1,0 +1,25 @@
+"""What a shell completes: the names of the simulator that runs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from bt_controller.running.selection import completions
+from bt_controller.world.directory import Directory
+from hmrsim_zenoh.client.completion import robots, running
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Mapping
+
+    from hmrsim.program.command_line import Completer
+
+
+def _selectors(parsed_args: argparse.Namespace, **_unused: object) -> list[str]:
+    return completions(Directory.from_info(running(parsed_args)))
+
+
+COMPLETERS: Final[Mapping[str, Completer]] = {
+    "bt-controller run NAME": robots,
+    "bt-controller run SELECTOR": _selectors,
+}

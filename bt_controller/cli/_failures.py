@@ -1,0 +1,26 @@
+"""Which errors end a command with which exit code."""
+
+from __future__ import annotations
+
+from bt_controller.cli._codes import FAILED, NOBODY, WRONG_USE
+from bt_controller.core.node import PortError
+from bt_controller.errors import TreeError
+from hmrsim.errors import HmrsimError
+from hmrsim_zenoh.errors import (
+    BadOptions,
+    NameTaken,
+    NobodyThere,
+    PortTaken,
+    RequestTimeout,
+    SimulatorGone,
+    Unreachable,
+)
+
+
+def exit_code(error: Exception) -> int | None:
+    """Return the exit code of an error whose text is fit to be shown; None for a bug."""
+    if isinstance(error, (TreeError, PortError, BadOptions, PortTaken, NameTaken)):
+        return WRONG_USE
+    if isinstance(error, (NobodyThere, SimulatorGone, Unreachable, RequestTimeout)):
+        return NOBODY
+    return FAILED if isinstance(error, HmrsimError) else None
