@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from argcomplete.shell_integration import shellcode
+
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show
 
@@ -31,8 +33,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _print_script(args: argparse.Namespace) -> int:
-    # It takes longer to load than --help may.
-    from argcomplete.shell_integration import shellcode  # noqa: PLC0415
 
     show(shellcode(_PROGRAMS, shell=args.shell).rstrip("\n"))
     return ExitCode.DONE

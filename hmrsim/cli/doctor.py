@@ -7,10 +7,12 @@ import os
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.connection import add_connection_options
+from hmrsim.cli.doctor_text import as_json, as_text
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.ros2_options import VARIABLE, domain_id
 from hmrsim.program.log_options import logging_to_stderr
+from hmrsim_zenoh.doctor import Problem, asked_for, gather, problems
 from hmrsim_zenoh.errors import NobodyThere
 from hmrsim_zenoh.wire.options import ENVIRONMENT, session_options
 
@@ -51,9 +53,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _examine(args: argparse.Namespace) -> int:
-    # They take longer to load than --help may.
-    from hmrsim.cli.doctor_text import as_json, as_text  # noqa: PLC0415
-    from hmrsim_zenoh.doctor import Problem, asked_for, gather, problems  # noqa: PLC0415
 
     given, options = args.ros_domain_id, session_options(args)
     asked = asked_for(

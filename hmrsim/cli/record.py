@@ -13,18 +13,20 @@ from hmrsim.cli import numbers
 from hmrsim.cli.connection import add_connection_options, connected
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show_json, warn
-from hmrsim.cli.recording import account
+from hmrsim.cli.rosout import told
+from hmrsim.cli.run_recording import account
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.errors import Unreachable
+from hmrsim_zenoh.recording.listening import Listener
+from hmrsim_zenoh.recording.recorder import Recorder
+from hmrsim_zenoh.recording.writing import RecordingFile
 from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     import argparse
 
     from hmrsim_zenoh.client.client import Client
-    from hmrsim_zenoh.recording.listening import Listener
-    from hmrsim_zenoh.recording.recorder import Recorder
 
 _EXAMPLES: Final = f"""\
 examples:
@@ -59,11 +61,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _record(args: argparse.Namespace) -> int:
-    # Takes its time to load, which --help need not wait for.
-    from hmrsim.cli.rosout import told  # noqa: PLC0415
-    from hmrsim_zenoh.recording.listening import Listener  # noqa: PLC0415
-    from hmrsim_zenoh.recording.recorder import Recorder  # noqa: PLC0415
-    from hmrsim_zenoh.recording.writing import RecordingFile  # noqa: PLC0415
 
     signals: list[int] = []
     with on_signals(signals.append), connected(args) as (client, _), RecordingFile(args.file) as file:

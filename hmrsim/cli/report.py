@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, warn
-from hmrsim.cli.report_text import show_summary
 from hmrsim.cli.tracing import told_of
 from hmrsim.errors import printable
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 from hmrsim.report import of_recording, of_trace, report_of
+from hmrsim.report.page import page_of
+from hmrsim.report.tables import tables_of
+from hmrsim_zenoh.recording import open_recording
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -82,6 +84,9 @@ def _report(args: argparse.Namespace) -> int:
     if args.json:
         show(report.model_dump_json())
     elif args.output is None and args.csv is None:
+        # Loads rich, which takes 60 ms and serves people alone.
+        from hmrsim.cli.report_text import show_summary  # noqa: PLC0415
+
         show_summary(report)
     return ExitCode.DONE
 
@@ -142,14 +147,11 @@ def _lines(path: Path) -> Iterator[str]:
 
 
 def _recorded(path: Path) -> Told:
-    # What reads them takes its time to load.
-    from hmrsim_zenoh.recording import open_recording  # noqa: PLC0415
 
     return of_recording(open_recording(path))
 
 
 def _write_page(output: str, report: Report, told: Told) -> None:
-    from hmrsim.report.page import page_of  # noqa: PLC0415 - likewise
 
     page = page_of(report, told.definition)
     if output == _STDOUT:
@@ -159,7 +161,6 @@ def _write_page(output: str, report: Report, told: Told) -> None:
 
 
 def _write_tables(directory: Path, report: Report) -> None:
-    from hmrsim.report.tables import tables_of  # noqa: PLC0415 - likewise
 
     try:
         directory.mkdir(parents=True, exist_ok=True)

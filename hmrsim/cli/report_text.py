@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
 from hmrsim.cli.output import show
 from hmrsim.errors import printable
 from hmrsim.report.wording import UNKNOWN, amount, seconds, share, times
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-    from rich.table import Table
 
     from hmrsim.report import Report
 
@@ -23,9 +25,6 @@ _WIDTH: Final = 200
 
 def show_summary(report: Report) -> None:
     """Print what a person wants to know first."""
-    # Takes its time to load, which programs that read JSON need not wait for.
-    from rich.console import Console  # noqa: PLC0415
-
     for line in _lines(report):
         show(line)
     if report.robots:
@@ -64,9 +63,6 @@ def _lines(report: Report) -> Iterator[str]:
 
 
 def _robots(report: Report) -> Table:
-    from rich.table import Table  # noqa: PLC0415
-    from rich.text import Text  # noqa: PLC0415
-
     table = Table(box=None, pad_edge=False)
     for heading in ("robot", "succeeded", "failed", "driven", "driving", "waiting", "idle", "waited", "mostly for"):
         table.add_column(heading, justify="left" if heading in ("robot", "mostly for") else "right")

@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli import numbers
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
-from hmrsim.cli.output import show, show_json, warn
+from hmrsim.cli.output import show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.run_log import EventLog
 from hmrsim.cli.time_options import add_run_options
 from hmrsim.cli.tracing import traced
 from hmrsim.cli.world_options import add_world_options, read_world
-from hmrsim.diagnostics import shown
 from hmrsim.program.log_options import add_log_options, log_level, logging_to_stderr
 from hmrsim.protocol.gateway import GoalChanged
 from hmrsim.simulation.scripts import ScriptState
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
     import argparse
 
     from hmrsim.protocol.gateway import Event, Topic
-    from hmrsim.simulation.scripts import Script
     from hmrsim.world_checks import LoadedWorld
 
 _EXAMPLES: Final = """\
@@ -39,11 +37,6 @@ examples:
   hmrsim simulate warehouse --log-level info 2>goals.log
   hmrsim simulate warehouse --seed 3 --trace run.jsonl && hmrsim replay run.jsonl
   hmrsim simulate my_map.drawio --duration 600 --json | jq .robots"""
-
-_SHORTEST: Final = 1e-6
-"""Wall seconds; nothing is taken to be done in less."""
-
-_COLOURS: Final = {ScriptState.DONE: "green", ScriptState.RUNNING: "yellow", ScriptState.FAILED: "red"}
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -106,37 +99,12 @@ def _simulate(args: argparse.Namespace) -> int:
     if args.json:
         show_json(summary)
     else:
-        _show(summary, list(scripts))
+        # Loads rich, which takes 60 ms and serves people alone.
+        from hmrsim.cli.simulate_text import show_summary  # noqa: PLC0415
+
+        show_summary(summary, list(scripts))
     return ExitCode.DONE if all(script.state is ScriptState.DONE for script in scripts) else ExitCode.FAILED
 
 
 def _header(loaded: LoadedWorld, simulator: Simulator) -> dict[str, Any]:
     return {"world": {"name": loaded.world.name, "hash": loaded.hash}, "seed": simulator.seed}
-
-
-def _show(summary: dict[str, Any], scripts: list[Script]) -> None:
-    """Print the summary for people: a line a robot, then the whole."""
-    if scripts:
-        # Takes its time to load, which programs that read JSON need not wait for.
-        from rich.console import Console  # noqa: PLC0415
-        from rich.table import Table  # noqa: PLC0415
-        from rich.text import Text  # noqa: PLC0415
-
-        table = Table("robot", "orders", "state", "ended at", "why", box=None, pad_edge=False)
-        for script in scripts:
-            ended = "" if script.ended is None else f"{script.ended:.3f} s"
-            state = Text(script.state.value, _COLOURS[script.state])
-            table.add_row(script.robot, f"{script.done}/{len(script.orders)}", state, ended, Text(_remark(script)))
-        Console(width=None if Console().is_terminal else 200).print(table)
-    done = sum(script.state is ScriptState.DONE for script in scripts)
-    goals = ", ".join(f"{number} {status}" for status, number in summary["goals"].items()) or "none"
-    factor = summary["sim_time"] / max(summary["wall_time"], _SHORTEST)
-    show(f"{done} of {len(scripts)} scripts done; goals: {goals}")
-    show(
-        f"{summary['sim_time']:.3f} simulated seconds in {summary['wall_time']:.3f} wall seconds,"
-        f" {factor:,.0f} times real time"
-    )
-
-
-def _remark(script: Script) -> str:
-    return f"at {shown(script.orders[script.done].text)}" if script.state is ScriptState.RUNNING else script.error

@@ -13,7 +13,12 @@ from hmrsim.cli.output import show, show_json
 from hmrsim.cli.view_options import port
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 from hmrsim.program.signals import on_signals
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
+from hmrsim_zenoh.view.live import Live
+from hmrsim_zenoh.view.recorded import Recorded
+from hmrsim_zenoh.view.server import ViewServer
 from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options, session_options
 
 if TYPE_CHECKING:
@@ -64,8 +69,6 @@ def _view(args: argparse.Namespace) -> int:
     signals: queue.SimpleQueue[int] = queue.SimpleQueue()
     with on_signals(signals.put), logging_to_stderr(args), ExitStack() as stack:
         source = recording or _simulator(args, stack)
-        # Takes its time to load, which a mistyped name or nobody there need not.
-        from hmrsim_zenoh.view.server import ViewServer  # noqa: PLC0415
 
         if signals.empty():
             server = stack.enter_context(ViewServer(source, host=args.host, port=args.port))
@@ -85,9 +88,6 @@ def _simulator(args: argparse.Namespace, stack: ExitStack) -> Source:
     Raises:
         NobodyThere: None is.
     """
-    from hmrsim_zenoh.client.client import Client  # noqa: PLC0415
-    from hmrsim_zenoh.view.live import Live  # noqa: PLC0415
-
     options = session_options(args)
     client = stack.enter_context(Client(options, clock="realtime"))
     client.wait_for_simulator(options.timeout)
@@ -100,7 +100,4 @@ def _recording(path: Path) -> Source:
     Raises:
         RecordingError: It is none.
     """
-    from hmrsim_zenoh.recording import open_recording  # noqa: PLC0415
-    from hmrsim_zenoh.view.recorded import Recorded  # noqa: PLC0415
-
     return Recorded(open_recording(path))
