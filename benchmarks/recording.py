@@ -26,7 +26,7 @@ QUICK: dict[str, Any] = {"sizes": (10, 100), "seconds": 5.0}
 _TIME = TimeState(0.0, LOCKSTEP, 1.0, False, 0, (), (), 0.0)
 _RUSH = 2.0
 """Simulated seconds in which all begin, which are not measured."""
-_MOST_MICROSECONDS = 20.0
+_MAX_MICROSECONDS = 20.0
 
 
 class _Timed(RecordingSink):
@@ -62,7 +62,7 @@ def _of(robots: int, seconds: float, side: int) -> list[Row]:
         megabytes = path.stat().st_size / 1e6 * 60 / (_RUSH + seconds)
     name = f"{robots:,} robots"
     return [
-        Row(f"{name}: a message", sink.spent / messages * 1e6, "µs", at_most=_MOST_MICROSECONDS),
+        Row(f"{name}: a message", sink.spent / messages * 1e6, "µs", at_most=_MAX_MICROSECONDS),
         Row(f"{name}: at real-time factor 1", sink.spent / seconds * 100, "% of a core"),
         Row(f"{name}: messages", messages / seconds, "messages/s"),
         Row(f"{name}: file", megabytes, "MB/minute"),

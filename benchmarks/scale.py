@@ -31,7 +31,7 @@ _TARGETS = {100: 10_000.0, 1000: 1000.0, 10_000: 40.0}
 _EVENTS_A_LOOK = 1000
 _SLICES = 8
 """Into which the window is cut, so that the simulator and bare simpy take turns."""
-_LEAST_FOR_MEMORY = 10_000
+_MIN_FOR_MEMORY = 10_000
 """Robots from which on the memory of the rest does not count."""
 
 
@@ -77,7 +77,7 @@ def run(
             Row(f"{name}: events", found.whole.events, "events/s"),
             Row(f"{name}: planning", found.planning * 100, "% of the time"),
         ]
-        if robots >= _LEAST_FOR_MEMORY:
+        if robots >= _MIN_FOR_MEMORY:
             rows.append(Row(f"{name}: memory while they drive", found.megabytes * 1000 / robots, "MB/1,000 robots"))
     return [*rows, Row(f"search for the ways to one of {side * side:,} waypoints", found.searching * 1e3, "ms")]
 

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 QUICK: dict[str, Any] = {"rounds": 1, "seconds": 100.0}
 
 _POLICIES = ("free", "reserve", "priority")
-_MOST = 1.5
-_LEAST_FACTOR = 2000.0
-_LONGEST = 36_000.0
+_MAX_RATIO = 1.5
+_MIN_FACTOR = 2000.0
+_MAX_SECONDS = 36_000.0
 
 
 class _Lanes:
@@ -56,15 +56,15 @@ def run(rounds: int = 5, seconds: float = 1000.0, robots: int = 100, side: int =
 
 def _warehouse(rounds: int) -> list[Row]:
     world = load_world("warehouse").world
-    rows = _compared("warehouse", world, rounds, lambda simulator: simulator.run_scripts(_LONGEST))
+    rows = _compared("warehouse", world, rounds, lambda simulator: simulator.run_scripts(_MAX_SECONDS))
     simulator, spent = Simulator(world), float("inf")
     for _ in range(rounds):
         simulator = Simulator(world)
         began = time.perf_counter()
-        simulator.run_scripts(_LONGEST)
+        simulator.run_scripts(_MAX_SECONDS)
         spent = min(spent, time.perf_counter() - began)
     title = f"warehouse as it is shipped, {len(world.robots)} robots with batteries, under {world.traffic.policy}"
-    return [*rows, Row(title, simulator.now / spent, "times real time", at_least=_LEAST_FACTOR)]
+    return [*rows, Row(title, simulator.now / spent, "times real time", at_least=_MIN_FACTOR)]
 
 
 def _grid(rounds: int, seconds: float, robots: int, side: int) -> list[Row]:
@@ -97,7 +97,7 @@ def _compared(title: str, world: World, rounds: int, go: Callable[[Simulator], N
             cost * 1e6,
             "µs",
             ratio=None if policy == "free" else cost / least["free"],
-            ratio_at_most=_MOST if policy == "reserve" else None,
+            ratio_at_most=_MAX_RATIO if policy == "reserve" else None,
         )
         for policy, cost in least.items()
     ]

@@ -21,7 +21,7 @@ _SHOWN = 60
 _COMPARED = 300
 """So many names are looked at for one that is alike: comparing is slow."""
 
-MOST_FINDINGS = 1_000
+MAX_FINDINGS = 1_000
 """Nobody reads more; what is found beyond them need not be put in words."""
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
-FARTHEST = 1e7
+MAX_COORDINATE = 1e7
 """Greatest coordinate, either way: beyond it positions would be coarser than arrivals are exact."""
 
 SAME_PLACE = 1e-6

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.goal import GoalStatus
 
-_MOST_SHOWN = 200
+_MAX_SHOWN = 200
 
 
 class BadOptions(HmrsimError):
@@ -78,7 +78,7 @@ class RequestError(HmrsimError):
             body = json.loads(payload)
             error, details = body["error"], [dict(item) for item in body.get("details", ())]
         except (ValueError, TypeError, KeyError, AttributeError):
-            return cls(payload[:_MOST_SHOWN].decode(errors="replace"))
+            return cls(payload[:_MAX_SHOWN].decode(errors="replace"))
         return cls(str(error), details)
 
 

@@ -21,7 +21,7 @@ from hmrsim.timing.result_retention import Retention
 from hmrsim_zenoh.errors import BadOptions, PrefixTaken
 from hmrsim_zenoh.server import warm_up
 from hmrsim_zenoh.server.external_planner import Planner
-from hmrsim_zenoh.server.liveliness import MOST_TOKENS, Tokens
+from hmrsim_zenoh.server.liveliness import MAX_TOKENS, Tokens
 from hmrsim_zenoh.server.server import Server
 from hmrsim_zenoh.server.world_info import Description
 from hmrsim_zenoh.wire.envelopes import MAX_PAYLOAD
@@ -268,7 +268,7 @@ class Host:
             serves=self._description.serves,
             fixed=self._description.latched,
             services=all_services(),
-            declare=len(self.simulator.robots) <= MOST_TOKENS,
+            declare=len(self.simulator.robots) <= MAX_TOKENS,
             max_payload=self._settings.max_payload,
         )
 

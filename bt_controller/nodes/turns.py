@@ -7,7 +7,7 @@ from typing import Final
 
 from bt_controller.core.sim_time import now
 
-MOST: Final = 1000
+MAX_TURNS: Final = 1000
 """Turns in one tick, and at one instant."""
 
 
@@ -23,4 +23,4 @@ class TurnCounter:
         if now() != self._at:
             self._at, self._taken = now(), 0
         self._taken += 1
-        return self._taken <= MOST
+        return self._taken <= MAX_TURNS

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_MOST_AT_ONCE: Final = 10_000
+_MAX_AT_ONCE: Final = 10_000
 """Ticks at one instant: more than any tree needs."""
 
 _FLEET: Final = "fleet"
@@ -142,9 +142,9 @@ class Mission:
         if now is None or now != self._instant:
             self._instant, self._ticks_at = now, 0
         self._ticks_at += 1
-        if self._ticks_at > _MOST_AT_ONCE:
+        if self._ticks_at > _MAX_AT_ONCE:
             raise TreeCrashed(
-                f"the tree of {self.robot!r} was ticked {_MOST_AT_ONCE} times at {now} s, so that time can't go on;"
+                f"the tree of {self.robot!r} was ticked {_MAX_AT_ONCE} times at {now} s, so that time can't go on;"
                 " it sends goals that end at once, again and again"
             )
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _PERIOD: Final = 1.0
 """Simulated seconds between looks at what nobody tells us."""
 
-_MOST_TURNS: Final = 10
+_MAX_TURNS: Final = 10
 """Ticks of one tree at one instant, if each of them writes something new."""
 
 _LAST_WORDS: Final = 0.5
@@ -203,7 +203,7 @@ class Runner:
                 if mission.status is Status.RUNNING:
                     needed = self._due(mission, time)
                     # What was written might change what is looked at again and again; that need not wait for a period.
-                    if mission.changed_entries and turns < _MOST_TURNS and needed <= self._next_period(time):
+                    if mission.changed_entries and turns < _MAX_TURNS and needed <= self._next_period(time):
                         continue
                     self._agenda.put(number, needed)
                     break

@@ -51,13 +51,13 @@ _ARITHMETIC: Final[Mapping[str, tuple[int, str]]] = MappingProxyType(
 )
 """How strongly an operator binds, and the kind that it belongs to."""
 
-_DEEPEST: Final = 20
+_MAX_DEPTH: Final = 20
 """How many parentheses and signs may stand in each other."""
 
-_LONGEST: Final = 100
+_MAX_OPERATORS: Final = 100
 """How many operators may stand in a row."""
 
-_LARGEST: Final = 2**63
+_MAX_NUMBER: Final = 2**63
 
 
 class ScriptError(HmrsimError):
@@ -230,7 +230,7 @@ class _Parser:
         if not text.isdigit() and text[:2].lower() != "0x":
             return float(text)
         digits, base = (text[2:], 16) if text[:2].lower() == "0x" else (text, 10)
-        if len(digits.lstrip("0")) >= len(str(_LARGEST)) + 1 or int(digits, base) >= _LARGEST:
+        if len(digits.lstrip("0")) >= len(str(_MAX_NUMBER)) + 1 or int(digits, base) >= _MAX_NUMBER:
             raise self._error(token.position, "a number of 64 bits", text)
         return int(digits, base)
 
@@ -242,13 +242,13 @@ class _Parser:
 
     def _deeper(self) -> None:
         self._depth += 1
-        if self._depth > _DEEPEST:
-            self._fail(f"something simpler (at most {_DEEPEST} parentheses within each other)")
+        if self._depth > _MAX_DEPTH:
+            self._fail(f"something simpler (at most {_MAX_DEPTH} parentheses within each other)")
 
     def _made(self, evaluate: Callable[[Environment], Any], *parts: Term, kind: str = "") -> Term:
         depth = 1 + max(part.depth for part in parts)
-        if depth > _LONGEST:
-            self._fail(f"something shorter (at most {_LONGEST} operators in a row)")
+        if depth > _MAX_OPERATORS:
+            self._fail(f"something shorter (at most {_MAX_OPERATORS} operators in a row)")
         if kind and any(part.kind not in ("", kind) for part in parts):
             self._fail("parentheses where arithmetic and bitwise operators or '!' meet", back=1)
         return Term(evaluate, depth, kind)

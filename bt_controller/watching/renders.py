@@ -30,7 +30,7 @@ _CONTROLS: Final = ("box", "octagon", "parallelogram", "hexagon")
 
 _COLOURS: Final = {Status.SUCCESS: "green3", Status.FAILURE: "red", Status.RUNNING: "blue", Status.INVALID: "gray70"}
 
-_WIDEST: Final = 60
+_MAX_LETTERS: Final = 60
 """Letters of a message that are shown."""
 
 
@@ -80,7 +80,7 @@ def _graph(nodes: Sequence[Node], first: int, *, statuses: bool) -> Iterator[str
         label = f"{node.symbol} {node.name}" if shape in _CONTROLS else node.name
         if statuses:
             look += f", color={_COLOURS[node.status]}, penwidth=3"
-            label += f"\n{node.message[:_WIDEST]}" if node.message else ""
+            label += f"\n{node.message[:_MAX_LETTERS]}" if node.message else ""
         yield f"n{number} [label={_quoted(label)}, {look}];"
         del above[node.depth :]
         if above:

@@ -8,10 +8,10 @@ from typing import Final
 from bt_controller.errors import TreeError
 from hmrsim.diagnostics import shortened, shown
 
-MOST_FAULTS: Final = 50
+MAX_FAULTS: Final = 50
 """How many are told at once: more help nobody, and looking for what could be meant takes its time."""
 
-_LONGEST: Final = 400
+_MAX_LINE: Final = 400
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Origin:
         element = f" <{shortened(self.tag)}>" if self.tag else ""
         name = f" {shown(self.name)}" if self.name and self.name != self.tag else ""
         line = " ".join(f"{self}:{element}{name}{':' if element else ''} {text}".splitlines())
-        return line if len(line) <= _LONGEST else f"{line[:_LONGEST]}…"
+        return line if len(line) <= _MAX_LINE else f"{line[:_MAX_LINE]}…"
 
 
 class Faults:
@@ -61,12 +61,12 @@ class Faults:
             TreeError: There are too many to go on.
         """
         self._lines[origin.says(text)] = None
-        if len(self._lines) >= MOST_FAULTS:
-            raise TreeError("\n".join([*self._lines, f"that is {MOST_FAULTS} mistakes; there may be more"]))
+        if len(self._lines) >= MAX_FAULTS:
+            raise TreeError("\n".join([*self._lines, f"that is {MAX_FAULTS} mistakes; there may be more"]))
 
     def warn(self, origin: Origin, text: str) -> None:
         """Remember what need not be wrong; too many are not told."""
-        if len(self._warnings) < MOST_FAULTS:
+        if len(self._warnings) < MAX_FAULTS:
             self._warnings[origin.says(text)] = None
 
     def raise_any(self) -> None:

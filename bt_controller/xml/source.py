@@ -8,18 +8,18 @@ from typing import Any, Final
 from xml.etree.ElementTree import Element as _Element
 
 from bt_controller.errors import TreeError
-from bt_controller.xml.faults import MOST_FAULTS, Origin
+from bt_controller.xml.faults import MAX_FAULTS, Origin
 from hmrsim.diagnostics import shown
 from hmrsim.safe_xml import Refused, parse
 
-LARGEST: Final = 1 << 20
+MAX_BYTES: Final = 1 << 20
 """Bytes of all files of a tree; a hand-written one has a few thousand."""
-MOST_NODES: Final = 10_000
+MAX_NODES: Final = 10_000
 """Elements of all files of a tree, and nodes of the tree that they make."""
-LONGEST: Final = 10_000
+MAX_LETTERS: Final = 10_000
 """Letters of a tag or an attribute."""
 
-_MOST_INCLUDES: Final = 20
+_MAX_INCLUDES: Final = 20
 """How many files may include the next."""
 
 _INCLUDES: Final = ("include", "Include", "Import")
@@ -50,7 +50,7 @@ class _Reader:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._folder = path.parent.resolve()
-        self._left = LARGEST
+        self._left = MAX_BYTES
         self._elements = 0
         self._mistakes: dict[str, None] = {}
         self._begun: list[Path] = []
@@ -62,7 +62,7 @@ class _Reader:
             raise TreeError(origin.says(missing))
         root = self._read(self._path.resolve(), origin, origin)
         if self._mistakes:
-            raise TreeError("\n".join(list(self._mistakes)[:MOST_FAULTS]))
+            raise TreeError("\n".join(list(self._mistakes)[:MAX_FAULTS]))
         return root
 
     def _read(self, path: Path, file: Origin, asked: Origin) -> Element:
@@ -73,10 +73,10 @@ class _Reader:
             raise TreeError(asked.says(f"can't read {file.file!r}: {(error.strerror or str(error)).lower()}")) from None
         self._left -= len(data)
         if self._left < 0:
-            raise TreeError(file.says(f"more than {LARGEST} bytes are no tree"))
+            raise TreeError(file.says(f"more than {MAX_BYTES} bytes are no tree"))
         make = partial(self._element, file.file)
         try:
-            root = parse(data, make, max_elements=MOST_NODES)
+            root = parse(data, make, max_elements=MAX_NODES)
         except Refused as error:
             raise TreeError(Origin(file.file, error.line or 1).says(str(error))) from None
         self._begun.append(path)
@@ -86,10 +86,10 @@ class _Reader:
 
     def _element(self, file: str, tag: str, attributes: dict[str, str], line: int) -> Element:
         self._elements += 1
-        if self._elements > MOST_NODES:
-            raise Refused(f"has more than {MOST_NODES} elements, with all that is included", line)
-        if max(map(len, [tag, *attributes, *attributes.values()])) > LONGEST:
-            raise Refused(f"has a text of more than {LONGEST} letters", line)
+        if self._elements > MAX_NODES:
+            raise Refused(f"has more than {MAX_NODES} elements, with all that is included", line)
+        if max(map(len, [tag, *attributes, *attributes.values()])) > MAX_LETTERS:
+            raise Refused(f"has a text of more than {MAX_LETTERS} letters", line)
         return Element(tag, attributes, Origin(file, line, tag, attributes.get("name", "")))
 
     def _inline(self, root: Element, path: Path) -> None:
@@ -125,8 +125,8 @@ class _Reader:
             raise TreeError(origin.says(f"{shown(name)} is outside the folder of {self._path.name!r}, and not read"))
         if wanted in self._begun:
             raise TreeError(origin.says(f"{shown(name)} includes itself"))
-        if len(self._begun) >= _MOST_INCLUDES:
-            raise TreeError(origin.says(f"files include each other more than {_MOST_INCLUDES} deep"))
+        if len(self._begun) >= _MAX_INCLUDES:
+            raise TreeError(origin.says(f"files include each other more than {_MAX_INCLUDES} deep"))
         if wanted in self._done:
             return []
         self._done.add(wanted)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from xml.etree.ElementTree import Element
 
 from bt_controller.xml.keys import is_private
-from bt_controller.xml.source import MOST_NODES
+from bt_controller.xml.source import MAX_NODES
 from bt_controller.xml.subtree import SubTree
 from hmrsim.safe_xml import MAX_DEPTH
 
@@ -30,7 +30,7 @@ SUBTREE: Final = "SubTree"
 _SHOWN_SUBTREE: Final = "#SubTree"
 """A tag that no file can have."""
 
-_MOST_KEYS: Final = 1_000
+_MAX_KEYS: Final = 1_000
 """Of one tree. py_trees writes the table of them into a message, which nobody reads, for each node."""
 
 
@@ -115,11 +115,11 @@ def in_order(calls: Mapping[str, Call], faults: Faults) -> list[str]:
 
 def _excess(count: int, depth: int, keys: int) -> str:
     """Return what is too much for py_trees; nothing if it is not."""
-    if count > MOST_NODES:
-        return f"have more than {MOST_NODES} nodes"
+    if count > MAX_NODES:
+        return f"have more than {MAX_NODES} nodes"
     if depth > MAX_DEPTH:
         return f"be more than {MAX_DEPTH} levels deep"
-    return f"use more than {_MOST_KEYS} keys" if keys > _MOST_KEYS else ""
+    return f"use more than {_MAX_KEYS} keys" if keys > _MAX_KEYS else ""
 
 
 def _wrapped(node: type[Any]) -> partial[Any]:

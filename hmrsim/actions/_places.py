@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from hmrsim.geometry import FARTHEST
+from hmrsim.geometry import MAX_COORDINATE
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 
 if TYPE_CHECKING:
@@ -74,5 +74,5 @@ def check_reachable(x: float, y: float) -> None:
     Raises:
         ValueError: It is beyond all coordinates.
     """
-    if max(abs(x), abs(y)) > FARTHEST:
-        raise ValueError(f"({x:g}, {y:g}) is outside any map: coordinates end at {FARTHEST:g}")
+    if max(abs(x), abs(y)) > MAX_COORDINATE:
+        raise ValueError(f"({x:g}, {y:g}) is outside any map: coordinates end at {MAX_COORDINATE:g}")

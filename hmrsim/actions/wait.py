@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 
-_LONGEST = 2**31 - 1
+_MAX_SECONDS = 2**31 - 1
 """Whole seconds that a ROS duration can state."""
 
 
@@ -33,8 +33,8 @@ def _process(robot: Robot, goal: Wait.Goal, report: Report[Wait.Feedback]) -> Ge
 
 def _ordered(text: str, _world: World) -> Wait.Goal:
     seconds = numbers(text.split())
-    if len(seconds) != 1 or not 0 <= seconds[0] <= _LONGEST:
-        raise ValueError(f"expected one number of seconds, from 0 to {_LONGEST}, got {text!r}")
+    if len(seconds) != 1 or not 0 <= seconds[0] <= _MAX_SECONDS:
+        raise ValueError(f"expected one number of seconds, from 0 to {_MAX_SECONDS}, got {text!r}")
     return Wait.Goal(time=Duration.from_seconds(seconds[0]))
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from hmrsim.cli.names import Info
 
-_LEAST_WAIT: Final = 0.1
+_MIN_WAIT: Final = 0.1
 _GRACE: Final = 3.0
 """Wall seconds that a simulator may be out of reach, as when a router is restarted."""
 
@@ -42,7 +42,7 @@ def connected(args: argparse.Namespace) -> Iterator[tuple[Client, Info]]:
     begin = time.monotonic()
 
     def left() -> float:
-        return max(_LEAST_WAIT, round(begin + options.timeout - time.monotonic(), 1))
+        return max(_MIN_WAIT, round(begin + options.timeout - time.monotonic(), 1))
 
     with logging_to_stderr(args) if "log_level" in args else nullcontext():
         where = ", ".join(options.connect or options.listen) or "the default endpoint"

@@ -12,7 +12,7 @@ from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions
 from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.type_compat import distros_of, ros_name
-from hmrsim_zenoh.server.liveliness import MOST_TOKENS
+from hmrsim_zenoh.server.liveliness import MAX_TOKENS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -27,7 +27,7 @@ _KINDS: Final = {
     Kind.SERVICE: "service",
     Kind.CLIENT: "client",
 }
-_MOST_DOMAINS: Final = 8
+_MAX_DOMAINS: Final = 8
 _LABEL: Final = 11
 """Columns of what stands in front of a line."""
 
@@ -149,7 +149,7 @@ def _groups(simulator: Simulator) -> Iterator[str]:
 
 
 def _alive(simulator: Simulator) -> Iterator[str]:
-    if len(simulator.robots) > MOST_TOKENS:
+    if len(simulator.robots) > MAX_TOKENS:
         yield "too many for liveliness tokens"
     elif simulator.robots:
         there = len(simulator.alive & simulator.robots.keys())
@@ -171,7 +171,7 @@ def _of_time(time: Any) -> Iterator[str]:
 
 def _of_ros(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
     domains = {snapshot.domain: snapshot.ros, **snapshot.domains}
-    for number in [*domains][:_MOST_DOMAINS]:
+    for number in [*domains][:_MAX_DOMAINS]:
         domain = domains[number]
         if not domain.tokens:
             yield "ROS", f"domain {number}: nobody"
@@ -179,8 +179,8 @@ def _of_ros(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
             yield "ROS", f"domain {number}: {_offer(snapshot, domain)}"
         if domain.others:
             yield "ROS", f"domain {number}: {_nodes(domain.others)}"
-    if len(domains) > _MOST_DOMAINS:
-        yield "ROS", f"{len(domains) - _MOST_DOMAINS} more domains"
+    if len(domains) > _MAX_DOMAINS:
+        yield "ROS", f"{len(domains) - _MAX_DOMAINS} more domains"
 
 
 def _offer(snapshot: Snapshot, domain: Domain) -> str:

@@ -11,14 +11,14 @@ from hmrsim.interfaces.message import Message
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-_MOST: Final = 3
+_MAX_PARTS: Final = 3
 
 
 def summary(goal: Message) -> str:
     """Return what a goal asks for: points, names, durations, and numbers that are not their default."""
     words = list(_words(goal))
-    rest = [f"and {len(words) - _MOST} more"] if len(words) > _MOST else []
-    return ", ".join([*words[:_MOST], *rest])
+    rest = [f"and {len(words) - _MAX_PARTS} more"] if len(words) > _MAX_PARTS else []
+    return ", ".join([*words[:_MAX_PARTS], *rest])
 
 
 def error_in(result: Mapping[str, Any]) -> str:

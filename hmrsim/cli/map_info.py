@@ -45,7 +45,7 @@ _COUNTED: Final = (
     "robots",
     "faults",
 )
-_MOST: Final = 10
+_MAX_LINES: Final = 10
 """So many lines of a kind are shown."""
 
 
@@ -127,7 +127,7 @@ def _lines(values: dict[str, Any]) -> Iterator[str]:
         yield f"{kind} ({box[0]:g}, {box[1]:g}) to ({box[2]:g}, {box[3]:g}) {units}"
     yield ", ".join(_counted(number, key.replace("_", " ")) for key, number in values["counts"].items() if number)
     if values["counts"]["lanes"]:
-        parts = f"in {len(values['parts'])} parts of {', '.join(map(str, values['parts'][:_MOST]))} waypoints"
+        parts = f"in {len(values['parts'])} parts of {', '.join(map(str, values['parts'][:_MAX_LINES]))} waypoints"
         joined = "all connected" if len(values["parts"]) == 1 else parts
         yield f"lanes: {values['lane_length']:g} {units} in all, {values['one_way_lanes']} one-way, {joined}"
     yield from _listed("robots", (_robot_line(one, units) for one in values["robots"]))
@@ -149,9 +149,9 @@ def _listed(title: str, lines: Iterable[str]) -> Iterator[str]:
     rows = list(lines)
     if rows:
         yield f"{title}:"
-    yield from (f"  {row}" for row in rows[:_MOST])
-    if len(rows) > _MOST:
-        yield f"  and {len(rows) - _MOST} more; --json has all"
+    yield from (f"  {row}" for row in rows[:_MAX_LINES])
+    if len(rows) > _MAX_LINES:
+        yield f"  and {len(rows) - _MAX_LINES} more; --json has all"
 
 
 def _robot_line(robot: dict[str, Any], units: str) -> str:

@@ -29,9 +29,9 @@ examples:
 {ENVIRONMENT}"""
 
 _STDOUT: Final = "-"
-_NARROWEST, _WIDEST = 100, 20_000
+_MIN_WIDTH, _MAX_WIDTH = 100, 20_000
 _SHARPEST: Final = 8.0
-_MOST_PIXELS: Final = 200e6
+_MAX_PIXELS: Final = 200e6
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -57,8 +57,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _width(text: str) -> int:
-    if not text.isdecimal() or not _NARROWEST <= int(text) <= _WIDEST:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {_NARROWEST} to {_WIDEST}")
+    if not text.isdecimal() or not _MIN_WIDTH <= int(text) <= _MAX_WIDTH:
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {_MIN_WIDTH} to {_MAX_WIDTH}")
     return int(text)
 
 
@@ -117,7 +117,7 @@ def _png(svg: str, drawing: Drawing, scale: float) -> bytes:
         WrongUse: They are too many, or what makes them is not installed.
     """
     width, height = drawing.size
-    if width * height * scale * scale > _MOST_PIXELS:
+    if width * height * scale * scale > _MAX_PIXELS:
         raise WrongUse(
             f"a PNG of {width * scale:.0f} x {height * scale:.0f} pixels is too large; give less --width or --scale"
         )

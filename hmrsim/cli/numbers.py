@@ -7,7 +7,7 @@ import math
 import re
 from typing import Final
 
-_GREATEST_FACTOR: Final = 1e6
+_MAX_FACTOR: Final = 1e6
 _FOR_EVER: Final = -1
 _NANOSECOND: Final = 1e-9
 _PARTICIPANT: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -53,8 +53,8 @@ def or_for_ever(text: str) -> float:
 def factor(text: str) -> float:
     """Return a real-time factor: 0, or up to a million."""
     value = not_negative(text)
-    if value > _GREATEST_FACTOR:
-        raise argparse.ArgumentTypeError(f"{text} is greater than {_GREATEST_FACTOR:g}; 0 is as fast as possible")
+    if value > _MAX_FACTOR:
+        raise argparse.ArgumentTypeError(f"{text} is greater than {_MAX_FACTOR:g}; 0 is as fast as possible")
     return value
 
 

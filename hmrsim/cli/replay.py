@@ -25,7 +25,7 @@ examples:
   hmrsim replay run.jsonl
   hmrsim replay run.jsonl --json | jq .difference"""
 
-_MOST_BYTES: Final = 64 * 1024 * 1024
+_MAX_BYTES: Final = 64 * 1024 * 1024
 """No line is so long: a world is smaller, and all else is much smaller."""
 
 
@@ -49,7 +49,7 @@ def _replay(args: argparse.Namespace) -> int:
         args.trace.open(encoding="utf-8", newline="\n") as lines,
         logging_to_stderr(args),
     ):
-        outcome = replay(iter(lambda: lines.readline(_MOST_BYTES), ""))
+        outcome = replay(iter(lambda: lines.readline(_MAX_BYTES), ""))
     if outcome.header.version != __version__:
         warn(f"{args.trace} was written by hmrsim {outcome.header.version}; this is {__version__}")
     if args.json:

@@ -38,7 +38,7 @@ examples:
   python -c 'import pandas; print(pandas.read_csv("tables/goals.csv").groupby("action").duration.describe())'"""
 
 _MCAP: Final = b"\x89MCAP"
-_MOST_CHARACTERS: Final = 64 * 1024 * 1024
+_MAX_CHARACTERS: Final = 64 * 1024 * 1024
 """No line is so long: a world is smaller, and all else is much smaller."""
 
 _STDOUT: Final = "-"
@@ -143,7 +143,7 @@ def _read(path: Path) -> Told:
 
 def _lines(path: Path) -> Iterator[str]:
     with path.open(encoding="utf-8", newline="\n") as file:
-        yield from iter(lambda: file.readline(_MOST_CHARACTERS), "")
+        yield from iter(lambda: file.readline(_MAX_CHARACTERS), "")
 
 
 def _recorded(path: Path) -> Told:

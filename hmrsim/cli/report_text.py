@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from hmrsim.report import Report
 
-_MOST_ROBOTS: Final = 40
-_MOST_ERRORS: Final = 10
+_MAX_ROBOTS: Final = 40
+_MAX_ERRORS: Final = 10
 _WIDTH: Final = 200
 """Of a table that nobody reads on a terminal."""
 
@@ -30,19 +30,19 @@ def show_summary(report: Report) -> None:
     if report.robots:
         show("")
         Console(width=None if Console().is_terminal else _WIDTH).print(_robots(report))
-        if len(report.robots) > _MOST_ROBOTS:
-            show(f"… and {len(report.robots) - _MOST_ROBOTS} more; see --json or --csv")
+        if len(report.robots) > _MAX_ROBOTS:
+            show(f"… and {len(report.robots) - _MAX_ROBOTS} more; see --json or --csv")
     if report.errors:
         show("")
-    for error in report.errors[:_MOST_ERRORS]:
+    for error in report.errors[:_MAX_ERRORS]:
         code = error.error_name if error.error_code is None else f"{error.error_code} {error.error_name}".strip()
         while_waiting = f"; it waited for {error.waited_for}" if error.waited_for else ""
         said = (
             f"{error.at:.1f} s  {error.robot} {error.action} {error.status}: {error.error_msg} ({code}){while_waiting}"
         )
         show(printable(said))
-    if len(report.errors) > _MOST_ERRORS:
-        show(f"… and {len(report.errors) - _MOST_ERRORS} more errors; see --json or --csv")
+    if len(report.errors) > _MAX_ERRORS:
+        show(f"… and {len(report.errors) - _MAX_ERRORS} more errors; see --json or --csv")
 
 
 def _lines(report: Report) -> Iterator[str]:
@@ -66,7 +66,7 @@ def _robots(report: Report) -> Table:
     table = Table(box=None, pad_edge=False)
     for heading in ("robot", "succeeded", "failed", "driven", "driving", "waiting", "idle", "waited", "mostly for"):
         table.add_column(heading, justify="left" if heading in ("robot", "mostly for") else "right")
-    for robot in report.robots[:_MOST_ROBOTS]:
+    for robot in report.robots[:_MAX_ROBOTS]:
         shares = [share(robot.share[state]) for state in ("driving", "waiting", "idle")]
         waited = seconds(robot.waited + robot.queued) if robot.waits else UNKNOWN
         mostly = Text(printable(next(iter(robot.waited_for), "")))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.ros2.codec.distros import DISTROS
-from hmrsim_zenoh.ros2.keys import DOMAINS, HIGHEST_DOMAIN
+from hmrsim_zenoh.ros2.keys import DOMAINS, MAX_DOMAIN
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.wires import Wire
@@ -76,7 +76,7 @@ def ros2_wires(args: argparse.Namespace) -> tuple[Wire, ...]:
 def domain_id(text: str) -> int:
     """Return one of ROS's domains."""
     if text not in DOMAINS:
-        raise argparse.ArgumentTypeError(f"{text[:20]!r} is no domain; a whole number from 0 to {HIGHEST_DOMAIN} is")
+        raise argparse.ArgumentTypeError(f"{text[:20]!r} is no domain; a whole number from 0 to {MAX_DOMAIN} is")
     return DOMAINS[text]
 
 

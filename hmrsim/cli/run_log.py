@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 _FORMAT: Final = "[%(levelname)s] %(asctime)s | %(message)s"
 _TIME_FORMAT: Final = "%H:%M:%S"
 
-_MOST_WAITING: Final = 10_000
-_MOST_LATER: Final = 1_000
+_MAX_WAITING: Final = 10_000
+_MAX_LATER: Final = 1_000
 _LAST_WORDS: Final = 0.5
 
 _LEVELS: Final = {
@@ -99,7 +99,7 @@ class Later:
         kind = type(event)
         if kind is GoalChanged or kind is Happened:
             self._events.append(event)
-            if len(self._events) >= _MOST_LATER:
+            if len(self._events) >= _MAX_LATER:
                 self.hand_on()
 
     def hand_on(self) -> None:
@@ -147,7 +147,7 @@ class LogLines(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Put a line in the queue."""
-        if self._lines.qsize() < _MOST_WAITING:
+        if self._lines.qsize() < _MAX_WAITING:
             self._lines.put(self.format(record))
 
     def _run(self) -> None:

@@ -15,7 +15,7 @@ from hmrsim.simulation.scripts import ScriptState
 if TYPE_CHECKING:
     from hmrsim.simulation.scripts import Script
 
-_SHORTEST: Final = 1e-6
+_MIN_WALL_TIME: Final = 1e-6
 """Wall seconds; nothing is taken to be done in less."""
 _COLOURS: Final = {ScriptState.DONE: "green", ScriptState.RUNNING: "yellow", ScriptState.FAILED: "red"}
 
@@ -31,7 +31,7 @@ def show_summary(summary: dict[str, Any], scripts: list[Script]) -> None:
         Console(width=None if Console().is_terminal else 200).print(table)
     done = sum(script.state is ScriptState.DONE for script in scripts)
     goals = ", ".join(f"{number} {status}" for status, number in summary["goals"].items()) or "none"
-    factor = summary["sim_time"] / max(summary["wall_time"], _SHORTEST)
+    factor = summary["sim_time"] / max(summary["wall_time"], _MIN_WALL_TIME)
     show(f"{done} of {len(scripts)} scripts done; goals: {goals}")
     show(
         f"{summary['sim_time']:.3f} simulated seconds in {summary['wall_time']:.3f} wall seconds,"

@@ -18,7 +18,7 @@ from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-_GREATEST_PORT: Final = 65_535
+_MAX_PORT: Final = 65_535
 _START_SECONDS: Final = 30.0
 _LAST_WORDS: Final = 1.0
 
@@ -40,8 +40,8 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
 
 def port(text: str) -> int:
     """Return a port, or 0."""
-    if not text.isdecimal() or int(text) > _GREATEST_PORT:
-        raise argparse.ArgumentTypeError(f"{text!r} is no port; a whole number from 0 to {_GREATEST_PORT} is")
+    if not text.isdecimal() or int(text) > _MAX_PORT:
+        raise argparse.ArgumentTypeError(f"{text!r} is no port; a whole number from 0 to {_MAX_PORT} is")
     return int(text)
 
 

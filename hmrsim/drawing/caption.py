@@ -20,7 +20,7 @@ _LINE: Final = 22.0
 _MARK: Final = 6.0
 _SWATCH: Final = 26.0
 _BETWEEN: Final = 18.0
-_MOST_TYPES: Final = 12
+_MAX_TYPES: Final = 12
 _BAR: Final = 0.15
 """Share of the width that the scale bar takes at most."""
 
@@ -79,10 +79,10 @@ def _entries(drawing: Canvas) -> Iterator[tuple[str, str]]:
     """Return mark and meaning of all that there is; marks are around (9, 0)."""
     world, colours, at = drawing.world, drawing.colours, (9.0, 0.0)
     types = list(drawing.types.items())
-    for name, colour in types[:_MOST_TYPES]:
+    for name, colour in types[:_MAX_TYPES]:
         yield marks.robot(at, 7.0, 0.0, colour, colours), shortened(name)
-    if len(types) > _MOST_TYPES:
-        yield "", f"and {len(types) - _MOST_TYPES} more types"
+    if len(types) > _MAX_TYPES:
+        yield "", f"and {len(types) - _MAX_TYPES} more types"
     if world.items:
         yield marks.item(at, _MARK, colours), "item"
     if world.places:

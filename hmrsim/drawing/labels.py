@@ -17,17 +17,17 @@ if TYPE_CHECKING:
 _CELL: Final = 32.0
 _GAP: Final = 2.0
 _STEP: Final = 6.0
-_MOST_STEPS: Final = 2000
+_MAX_STEPS: Final = 2000
 """Points that one line is taken for at most."""
 _SIDES: Final = (
     *((1, x, y) for x, y in ((1, 0), (-1, 0), (0, -1), (0, 1), (1, -1), (-1, -1), (1, 1), (-1, 1))),
     *((3, x, y) for x, y in ((1, 0), (-1, 0), (0, -1), (0, 1))),
 )
 """Where a name may be, in gaps and sides, the better ones first: to the right, to the left, above, below, …"""
-_LONGEST: Final = 28
+_MAX_LETTERS: Final = 28
 
 
-def shortened(text: str, longest: int = _LONGEST) -> str:
+def shortened(text: str, longest: int = _MAX_LETTERS) -> str:
     """Return a text without its end, if it is long."""
     return text if len(text) <= longest else f"{text[: longest - 1]}…"
 
@@ -59,7 +59,7 @@ class Labels:
 
     def avoid(self, a: Point, b: Point) -> None:
         """Keep texts off a line where there is another place for them."""
-        steps = min(_MOST_STEPS, max(1, int(math.dist(a, b) / _STEP)))
+        steps = min(_MAX_STEPS, max(1, int(math.dist(a, b) / _STEP)))
         for step in range(steps + 1):
             x, y = (a[axis] + (b[axis] - a[axis]) * step / steps for axis in (0, 1))
             self._lines[x // _CELL, y // _CELL].append((x, y))

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hmrsim.world.model import Lane, World
 
 _WIDTH: Final = 1.3
-_MOST_TRACKS: Final = 4
+_MAX_TRACKS: Final = 4
 
 
 def lanes(
@@ -31,7 +31,7 @@ def lanes(
     for lane in world.lanes:
         a, b = (frame.at(world.points[name]) for name in (lane.from_, lane.to))
         arrow = marks.chevron(a, b, size) if lane.one_way else ""
-        tracks = min(_MOST_TRACKS, lane.capacity or 1)
+        tracks = min(_MAX_TRACKS, lane.capacity or 1)
         look: Attributes = {"stroke": colours["lane"], "stroke_width": _WIDTH + (tracks - 1) * 0.6}
         yield element("path", titled(about(lane, world.units)), d=path((a, b)) + arrow, **look)
         ways = {(lane.from_, lane.to): (a, b), (lane.to, lane.from_): (b, a)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hmrsim.interfaces.builtin_interfaces import MOST_NANOSECONDS, NANOSECONDS
+from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
 
 JITTER = 1_000_000
 """Nanoseconds by which what is heard may be earlier than what was before, without time having begun anew."""
@@ -10,7 +10,7 @@ JITTER = 1_000_000
 
 def nanoseconds(seconds: float) -> int:
     """Return simulated seconds as whole nanoseconds, or the latest time that ROS can state."""
-    return round(min(seconds * NANOSECONDS, MOST_NANOSECONDS))
+    return round(min(seconds * NANOSECONDS, MAX_NANOSECONDS))
 
 
 def stamp(seconds: float) -> int:

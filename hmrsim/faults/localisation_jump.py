@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from hmrsim.faults import Case, FaultType, Name, Spell
-from hmrsim.geometry import FARTHEST, Pose
+from hmrsim.geometry import MAX_COORDINATE, Pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-_Number = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST)]
+_Number = Annotated[float, Field(strict=True, ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
 _Offset = Annotated[_Number, Field(json_schema_extra={"unit": "m"})]
 
 

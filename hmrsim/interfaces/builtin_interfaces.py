@@ -7,14 +7,14 @@ from hmrsim.interfaces.message import Int32, Message, UInt32
 NANOSECONDS = 1_000_000_000
 """In a second."""
 
-MOST_NANOSECONDS = 2**31 * NANOSECONDS - 1
+MAX_NANOSECONDS = 2**31 * NANOSECONDS - 1
 """Nanoseconds that ROS can state: 68 years. What is later or longer than that is stated as that."""
 
 
 def values_of(nanoseconds: float) -> dict[str, int]:
     """Return nanoseconds as the plain values of a `Time` or `Duration`; at most as many as ROS can state."""
-    if not -MOST_NANOSECONDS < nanoseconds < MOST_NANOSECONDS:
-        nanoseconds = max(-MOST_NANOSECONDS, min(MOST_NANOSECONDS, nanoseconds))
+    if not -MAX_NANOSECONDS < nanoseconds < MAX_NANOSECONDS:
+        nanoseconds = max(-MAX_NANOSECONDS, min(MAX_NANOSECONDS, nanoseconds))
     sec, nanosec = divmod(round(nanoseconds), NANOSECONDS)
     return {"sec": sec, "nanosec": nanosec}
 

@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.errors import NoRoute
-from hmrsim.geometry import FARTHEST, SAME_PLACE, Obstacles, Point, between, distance, foot
+from hmrsim.geometry import MAX_COORDINATE, SAME_PLACE, Obstacles, Point, between, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.navigation.route import Leg, Route
 
@@ -125,8 +125,8 @@ class Lanes:
         """
         x, y = point
         noun, outside, occupied = end
-        if max(abs(x), abs(y)) > FARTHEST:
-            raise NoRoute(outside, f"{noun} ({x:g}, {y:g}) is outside any map: coordinates end at {FARTHEST:g}")
+        if max(abs(x), abs(y)) > MAX_COORDINATE:
+            raise NoRoute(outside, f"{noun} ({x:g}, {y:g}) is outside any map: coordinates end at {MAX_COORDINATE:g}")
         if self._bounds is not None:
             x0, y0, x1, y1 = self._bounds
             if not (x0 <= x <= x1 and y0 <= y <= y1):
@@ -172,7 +172,7 @@ class Lanes:
 
     def _share_on_map(self, a: Point, b: Point) -> float:
         """Return the share of the line from *a*, which is on the map, to *b* that is on it, too."""
-        x0, y0, x1, y1 = self._bounds or (-FARTHEST, -FARTHEST, FARTHEST, FARTHEST)
+        x0, y0, x1, y1 = self._bounds or (-MAX_COORDINATE, -MAX_COORDINATE, MAX_COORDINATE, MAX_COORDINATE)
         shares = [1.0]
         for start, end, low, high in ((a[0], b[0], x0, x1), (a[1], b[1], y0, y1)):
             if not low <= end <= high:

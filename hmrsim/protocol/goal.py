@@ -30,7 +30,7 @@ WORLD: Final = "_world"
 """The name under which the world serves actions, as a robot does under its own."""
 
 _GOAL_ID = re.compile(r"[0-9a-f]{32}")
-_MOST_SHOWN = 200
+_MAX_SHOWN = 200
 
 
 _FIRST_TERMINAL: Final = 4
@@ -112,7 +112,7 @@ def parse_goal_id(text: str) -> str:
         return text
     goal_id = text.replace("-", "").lower()
     if not _GOAL_ID.fullmatch(goal_id):
-        raise ValueError(f"goal id {text[:_MOST_SHOWN]!r} is not a UUID of 32 hex digits")
+        raise ValueError(f"goal id {text[:_MAX_SHOWN]!r} is not a UUID of 32 hex digits")
     return goal_id
 
 

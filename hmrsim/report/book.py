@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.report.occurrence import Commanded
 
-_MOST: Final = 80
+_MAX_CHARACTERS: Final = 80
 """Characters of what was asked for."""
 
 
@@ -99,14 +99,14 @@ def target_of(asked: Any) -> tuple[str, Point | None]:
     points = list(_points(asked, 0))
     words = [f"({x:g}, {y:g})" for x, y in points[:3]] + list(_words(asked, 0))[:3]
     said = ", ".join(words) + (f" and {len(points) - 3} more" if len(points) > 3 else "")  # noqa: PLR2004 - as above
-    return (said if len(said) <= _MOST else f"{said[:_MOST]}…"), points[0] if points else None
+    return (said if len(said) <= _MAX_CHARACTERS else f"{said[:_MAX_CHARACTERS]}…"), points[0] if points else None
 
 
-_DEEPEST: Final = 8
+_MAX_DEPTH: Final = 8
 
 
 def _points(value: Any, depth: int) -> Iterator[Point]:
-    if depth > _DEEPEST:
+    if depth > _MAX_DEPTH:
         return
     if isinstance(value, dict):
         at = value.get("position")
@@ -126,7 +126,7 @@ _UNSAID: Final = {"header", "position", "orientation", "stamp", "frame_id"}
 
 
 def _words(value: Any, depth: int, key: str = "") -> Iterator[str]:
-    if depth > _DEEPEST:
+    if depth > _MAX_DEPTH:
         return
     if isinstance(value, dict):
         if value.keys() <= {"sec", "nanosec"} and value:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from hmrsim.report.model import Bucket, Report, Span
 
 _WIDTH, _HEIGHT = 1000.0, 160.0
-MOST_BATTERIES: Final = 60
+MAX_BATTERIES: Final = 60
 """Curves that are shown."""
 
 _CURVE: Final = (300.0, 60.0)
@@ -59,9 +59,7 @@ def battery_curves(report: Report) -> tuple[Curve, ...]:
             charging.setdefault(span.robot, []).append(span)
     began = min((robot.began for robot in report.robots), default=0.0)
     length = report.summary.sim_time or 1.0
-    return tuple(
-        _curve(name, points, charging.get(name, []), began, length) for name, points in lowest[:MOST_BATTERIES]
-    )
+    return tuple(_curve(name, points, charging.get(name, []), began, length) for name, points in lowest[:MAX_BATTERIES])
 
 
 def _curve(

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hmrsim.report.track import Track
     from hmrsim.report.troubles import Trouble
 
-_MOST_POINTS: Final = 300
+_MAX_POINTS: Final = 300
 """Of a battery's curve."""
 
 
@@ -163,8 +163,8 @@ def _spans(tracks: Iterable[Track]) -> Iterator[model.Span]:
 
 def _thinned(curve: list[tuple[int, float]]) -> tuple[tuple[float, float], ...]:
     """Return a curve with no more points than can be told apart, with its peaks."""
-    if len(curve) > _MOST_POINTS:
-        size = math.ceil(len(curve) / (_MOST_POINTS // 3))
+    if len(curve) > _MAX_POINTS:
+        size = math.ceil(len(curve) / (_MAX_POINTS // 3))
         parts = [curve[i : i + size] for i in range(0, len(curve), size)]
         kept = {curve[0], curve[-1]}
         for part in parts:

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 STEPS: Final = 6
 """Colours, from seldom to often."""
 
-_WIDEST: Final = 9.0
-_LARGEST: Final = 26.0
-_SMALLEST: Final = 3.0
+_MAX_WIDTH: Final = 9.0
+_MAX_RADIUS: Final = 26.0
+_MIN_RADIUS: Final = 3.0
 
 
 def heat_map(report: Report, world: World) -> str:
@@ -34,7 +34,7 @@ def heat_map(report: Report, world: World) -> str:
     for lane in report.lanes:
         if lane.begin and lane.drives:
             step = step_of(lane.drives, most)
-            looks[lane.begin, lane.end] = f"var(--heat-{step})", 2.0 + (_WIDEST - 2.0) * step / STEPS
+            looks[lane.begin, lane.end] = f"var(--heat-{step})", 2.0 + (_MAX_WIDTH - 2.0) * step / STEPS
             waited = f", {times(lane.waits, 'wait')}, {seconds(lane.waited)} in all" if lane.waits else ""
             notes[lane.begin, lane.end] = f"driven {times(lane.drives)}{waited}"
     svg = drawing.svg(looks, lane_notes=notes)
@@ -69,6 +69,6 @@ def _waits(report: Report, frame: Frame) -> Iterator[str]:
     longest = max(map(sum, spots.values()), default=0.0) or 1.0
     for at, waits in sorted(spots.items(), key=lambda spot: (-sum(spot[1]), spot[0])):
         x, y = frame.at(at)
-        radius = max(_SMALLEST, _LARGEST * math.sqrt(sum(waits) / longest))
+        radius = max(_MIN_RADIUS, _MAX_RADIUS * math.sqrt(sum(waits) / longest))
         title = titled(f"{times(len(waits), 'wait')} at ({at[0]:g}, {at[1]:g}), {seconds(sum(waits))} in all")
         yield element("circle", title, class_="waited", cx=x, cy=y, r=radius)

@@ -14,7 +14,7 @@ from markupsafe import Markup
 from hmrsim.drawing import PALETTE, THEMES
 from hmrsim.errors import WorldError
 from hmrsim.report import wording
-from hmrsim.report.charts import MOST_BATTERIES, battery_curves, throughput_chart
+from hmrsim.report.charts import MAX_BATTERIES, battery_curves, throughput_chart
 from hmrsim.report.heat import STEPS, heat_map, most_drives
 from hmrsim.report.model import STATES
 from hmrsim.report.timeline import timeline_of
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from hmrsim.report.model import Report
 
-_MOST_ROWS: Final = 500
+_MAX_ROWS: Final = 500
 """Of a table; more are in the JSON and in the CSV files."""
 
 
@@ -52,10 +52,10 @@ def page_of(report: Report, definition: Mapping[str, Any]) -> str:
             throughput=Markup(chart),  # noqa: S704
             throughput_most=most,
             curves=battery_curves(report),
-            most_curves=MOST_BATTERIES,
+            most_curves=MAX_BATTERIES,
             states=STATES,
             waited_for=_waited_for(report),
-            most_rows=_MOST_ROWS,
+            most_rows=_MAX_ROWS,
             script=Markup(script),  # noqa: S704 - ours
             script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
             style=Markup(_colours() + style),  # noqa: S704 - ours

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hmrsim.report.sites import Use
     from hmrsim.report.story import Story
 
-_MOST_PATHS: Final = 5000
+_MAX_PATHS: Final = 5000
 
 
 def lanes_of(story: Story) -> Iterator[model.Lane]:
@@ -55,7 +55,7 @@ def paths_of(story: Story) -> Iterator[model.Path]:
     paths = Counter[Any]()
     for track in story.crew.tracks.values():
         paths.update(track.paths)
-    for (begin, end), drives in sorted(paths.most_common(_MOST_PATHS)):
+    for (begin, end), drives in sorted(paths.most_common(_MAX_PATHS)):
         yield model.Path(begin=begin, end=end, drives=drives)
 
 

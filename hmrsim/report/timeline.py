@@ -17,7 +17,7 @@ WIDTH: Final = 10_000
 """Of a row, in units of its own; it is drawn as wide as there is room."""
 
 _ROWS: Final = 1_000
-_MOST_BARS: Final = 20_000
+_MAX_BARS: Final = 20_000
 _RESOLUTIONS: Final = (0.0, 2.5, 10.0, 40.0, 160.0)
 """What is drawn together, in units of a row, where there is too much for a browser."""
 
@@ -92,9 +92,9 @@ def timeline_of(report: Report) -> Timeline:
     resolution = 0.0
     for resolution in _RESOLUTIONS:
         bars = {robot.name: _bars(goals[robot.name], end, resolution / WIDTH * scale.length) for robot in robots}
-        if sum(map(len, bars.values())) <= _MOST_BARS:
+        if sum(map(len, bars.values())) <= _MAX_BARS:
             break
-    rows, most_waits = [], _MOST_BARS // max(1, len(robots)) + 20
+    rows, most_waits = [], _MAX_BARS // max(1, len(robots)) + 20
     for robot in robots:
         parts = [
             *(_goal_bar(bar, scale) for bar in bars[robot.name]),

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _INSTANT: Final = 5
 """Nanoseconds: what ends so shortly before or after something else ends with it, as stamps are rounded."""
 
-_LONGEST: Final = 1e9
+_MAX_SECONDS: Final = 1e9
 """Seconds; no piece of way takes longer."""
 
 
@@ -46,7 +46,7 @@ class Motion:
             Misfit: It describes none.
         """
         start, end = event.from_[:2], event.to[:2]
-        if not 0 <= event.duration <= _LONGEST:
+        if not 0 <= event.duration <= _MAX_SECONDS:
             raise Misfit("duration out of range")
         profile, behind = _profile(event.profile)
         until = at + round(event.duration * NANOSECONDS)

@@ -17,7 +17,7 @@ from hmrsim.world.model import ROS_NAME, RobotSpec
 if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
 
-_LONGEST: Final = 100
+_MAX_NAME: Final = 100
 _Response = SpawnEntity.Response
 
 
@@ -85,8 +85,8 @@ def _name(simulator: Simulator, request: SpawnEntity.Request, kind: Kind) -> str
     name = request.name
     if not name and not request.allow_renaming:
         raise _CanNotSpawn("the name is empty; give one, or allow_renaming", _Response.NAME_INVALID)
-    if name and not (re.fullmatch(ROS_NAME, name, re.ASCII) and len(name) <= _LONGEST):
-        message = f"{name[:_LONGEST]!r} is no name: expected up to {_LONGEST} letters, digits and _, a letter first"
+    if name and not (re.fullmatch(ROS_NAME, name, re.ASCII) and len(name) <= _MAX_NAME):
+        message = f"{name[:_MAX_NAME]!r} is no name: expected up to {_MAX_NAME} letters, digits and _, a letter first"
         raise _CanNotSpawn(message, _Response.NAME_INVALID)
     if name and simulator.roster.find(name) is None:
         return name
@@ -94,7 +94,7 @@ def _name(simulator: Simulator, request: SpawnEntity.Request, kind: Kind) -> str
         message = f"there is an entity {name!r} already; give another name, or allow_renaming"
         raise _CanNotSpawn(message, _Response.NAME_NOT_UNIQUE)
     stem = name or re.sub(r"^[^A-Za-z]+|\W", "", kind.stem, flags=re.ASCII) or "entity"
-    made = (f"{stem[: _LONGEST - len(str(number)) - 1]}_{number}" for number in count(1))
+    made = (f"{stem[: _MAX_NAME - len(str(number)) - 1]}_{number}" for number in count(1))
     return next(name for name in made if simulator.roster.find(name) is None)
 
 

@@ -57,10 +57,10 @@ _QUANTUM = 0.005
 """Wall seconds from one round of events to the next, where they are many: to wake, and to send a message that goes
 alone, costs more than to do the work. What is due in between comes as much late, a command never."""
 
-_LONGEST_WAIT = 3600.0
+_MAX_WAIT = 3600.0
 """Wall seconds that are waited at once: there is no end to what a wait of simulated seconds may take."""
 
-_MOST_LATE = 0.1
+_MAX_LATENESS = 0.1
 """Wall seconds that an event may be late before time gives up catching up."""
 
 _LOOKS = 5
@@ -209,7 +209,7 @@ class Pacing:
             self._anchor = woken - simulator.now / factor
         target = min((woken - self._anchor) * factor, self.duration)
         late = (target - simulator.next_due) / factor
-        if late > _MOST_LATE:
+        if late > _MAX_LATENESS:
             self._anchor += late
             target -= late * factor
             self._lose(late)
@@ -224,7 +224,7 @@ class Pacing:
             self._take_waiting(target)
         elif simulator.next_due > target:
             wake = max(min(simulator.next_due, self.duration) / factor + self._anchor, woken + _QUANTUM)
-            self._wait(None if wake == math.inf else min(max(0.0, wake - wall_time()), _LONGEST_WAIT))
+            self._wait(None if wake == math.inf else min(max(0.0, wake - wall_time()), _MAX_WAIT))
 
     def _stand(self) -> None:
         """Wait for the next command, however long that takes."""

@@ -10,7 +10,7 @@ from hmrsim.diagnostics import instead
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world.shipped import shipped_maps
 
-MOST_BYTES = 16 * 1024 * 1024
+MAX_BYTES = 16 * 1024 * 1024
 """A file may be so large."""
 
 
@@ -52,15 +52,15 @@ def read_text(path: Path, file: str) -> str:
         if not stat.S_ISREG(path.stat().st_mode):
             raise _error(file, f"is {'a folder' if path.is_dir() else 'no ordinary file'}; expected a file")
         with path.open("rb") as stream:
-            content = stream.read(MOST_BYTES + 1)
+            content = stream.read(MAX_BYTES + 1)
     except FileNotFoundError:
         raise _error(file, "no such file") from None
     except OSError as error:
         raise _error(file, f"can't be read: {os.strerror(error.errno).lower() if error.errno else error}") from None
     except ValueError:
         raise _error(file, "can't be read: its name has a null character") from None
-    if len(content) > MOST_BYTES:
-        raise _error(file, f"is larger than {MOST_BYTES // 1024 // 1024} MiB")
+    if len(content) > MAX_BYTES:
+        raise _error(file, f"is larger than {MAX_BYTES // 1024 // 1024} MiB")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
     from hmrsim.world.formats import Document
 
-_DEEPEST = 10
+_MAX_DEPTH = 10
 """Includes inside each other."""
 
 _IN_TURN = "includes this file in turn; take one of the two includes out"
 
-_MOST_FILES = 100
+_MAX_FILES = 100
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".pdf", ".webp")
 """What draw.io exports beside drawings; the name alone tells."""
@@ -143,8 +143,8 @@ def _target(name: object, above: tuple[Path, ...], seen: set[Path]) -> Path | st
         wrong = "is outside the folder of this file; include files beside or below it"
     elif target in above:
         wrong = _IN_TURN
-    elif len(above) > _DEEPEST:
-        wrong = f"is included {len(above)} deep; at most {_DEEPEST}"
-    elif len(seen) >= _MOST_FILES:
-        wrong = f"is one file too many; at most {_MOST_FILES}"
+    elif len(above) > _MAX_DEPTH:
+        wrong = f"is included {len(above)} deep; at most {_MAX_DEPTH}"
+    elif len(seen) >= _MAX_FILES:
+        wrong = f"is one file too many; at most {_MAX_FILES}"
     return f"{name!r} {wrong}" if wrong else target

@@ -21,7 +21,7 @@ from pydantic import (
     model_validator,
 )
 
-from hmrsim.geometry import FARTHEST, crosses, distance
+from hmrsim.geometry import MAX_COORDINATE, crosses, distance
 from hmrsim.world.network import Way, as_networkx, levels, nearest
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Model(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-Coordinate = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST)]
+Coordinate = Annotated[float, Field(strict=True, ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
 Point = Annotated[tuple[Coordinate, Coordinate], Field(description="x, y in the world's unit.")]
 Name = Annotated[str, Field(min_length=1, max_length=100)]
 RosName = Annotated[str, Field(pattern=ROS_NAME, max_length=100)]

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 Segment = tuple["Point", "Point"]
 
-_MOST_PIECES = 100_000
+_MAX_PIECES = 100_000
 """The segments are cut into so many pieces at most, more or less; cells grow with their length."""
 
-_LEAST_SIZE = 1e-6
+_MIN_SIZE = 1e-6
 
 
 class SegmentGrid:
@@ -38,7 +38,7 @@ class SegmentGrid:
         self._low, self._high = (min(xs), min(ys)), (max(xs), max(ys))
         extent = max(self._high[0] - self._low[0], self._high[1] - self._low[1])
         length = math.fsum(distance(a, b) for a, b in segments)
-        self._size = max(extent / (2.0 * math.sqrt(len(segments))), length / _MOST_PIECES, _LEAST_SIZE)
+        self._size = max(extent / (2.0 * math.sqrt(len(segments))), length / _MAX_PIECES, _MIN_SIZE)
         self._cells: dict[tuple[int, int], list[int]] = defaultdict(list)
         for i, (a, b) in enumerate(segments):
             for cell in self._along(a, b):

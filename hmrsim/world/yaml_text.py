@@ -10,13 +10,13 @@ import yaml
 
 from hmrsim.diagnostics import Finding, Path, shown
 
-MOST_NODES = 500_000
+MAX_NODES = 500_000
 """Values in a file, aliases written out."""
 
-DEEPEST = 50
+MAX_DEPTH = 50
 """Mappings and lists inside each other."""
 
-_LONGEST_NUMBER = 40
+_MAX_NUMBER = 40
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -150,10 +150,10 @@ class _Builder:
 
     def _count(self, size: int, depth: int, line: int) -> None:
         self._size += size
-        if self._size > MOST_NODES:
-            raise Unreadable(f"has more than {MOST_NODES} values, aliases written out", line)
-        if depth > DEEPEST:
-            raise Unreadable(f"is nested deeper than {DEEPEST}", line)
+        if self._size > MAX_NODES:
+            raise Unreadable(f"has more than {MAX_NODES} values, aliases written out", line)
+        if depth > MAX_DEPTH:
+            raise Unreadable(f"is nested deeper than {MAX_DEPTH}", line)
 
     def _scalar(self, event: Any, line: int) -> None:
         self._count(1, 0, line)
@@ -225,11 +225,11 @@ def _plain(text: str) -> object:
     elif text in _BOOL:
         value = _BOOL[text]
     elif _INT.fullmatch(text):
-        value = int(text) if len(text) <= _LONGEST_NUMBER else float(text)
+        value = int(text) if len(text) <= _MAX_NUMBER else float(text)
     elif _FLOAT.fullmatch(text):
         value = float(text)
     elif _NOT_FINITE.fullmatch(text):
         value = float(text.replace(".", ""))
     elif _OTHER_INT.fullmatch(text):
-        value = int(text, 0) if len(text) <= _LONGEST_NUMBER else float("inf")
+        value = int(text, 0) if len(text) <= _MAX_NUMBER else float("inf")
     return value

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from hmrsim.actions import registry
 from hmrsim.components import registry as components
-from hmrsim.diagnostics import MOST_FINDINGS, Finding, Path, dotted, instead, warning
+from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, dotted, instead, warning
 from hmrsim.errors import Problem
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
@@ -70,7 +70,7 @@ def check(world: World, lost: Lost | None = None) -> list[Finding]:
         _check_remap(world, lost),
         check_scripts(world, lost),
     )
-    return [finding for found in checks for finding in islice(found, MOST_FINDINGS)]
+    return [finding for found in checks for finding in islice(found, MAX_FINDINGS)]
 
 
 def _check_bounds(world: World) -> Iterator[Finding]:

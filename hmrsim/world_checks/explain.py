@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from hmrsim.diagnostics import MOST_FINDINGS, Finding, Path, instead, shown
+from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, instead, shown
 from hmrsim.world.model import Base, Dock, Fault, Item, Lane, Place, RobotSpec, RobotType, Solid, World
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def explain(error: ValidationError, data: object, model: type[BaseModel] | None 
     """
     found: dict[Path, Finding] = {}
     too_short: set[Path] = set()
-    for details in error.errors(include_url=False, include_input=False)[:MOST_FINDINGS]:
+    for details in error.errors(include_url=False, include_input=False)[:MAX_FINDINGS]:
         path, value = _follow(data, details["loc"], missing=details["type"] == "missing")
         if path not in found:
             found[path] = Finding(path, _message(details, path, value, model), value)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
     from hmrsim.world_checks.validation import Lost
 
-_MOST_LOOKED = 5_000_000
+_MAX_COMPARISONS = 5_000_000
 """What comparing lanes with walls may cost: some seconds."""
 
 
@@ -65,7 +65,7 @@ def _check_walls(world: World, good: list[int]) -> Iterator[Finding]:
         return
     grid = SegmentGrid([(a, b) for _, a, b in walls])
     for i in good:
-        if grid.looked > _MOST_LOOKED:
+        if grid.looked > _MAX_COMPARISONS:
             yield warning(("lanes",), f"and walls are too many to compare all; those from lanes.{i} on were not", i)
             return
         hit = grid.first_crossing(*_segment(world, i))

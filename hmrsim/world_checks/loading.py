@@ -7,7 +7,7 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.diagnostics import MOST_FINDINGS, dotted
+from hmrsim.diagnostics import MAX_FINDINGS, dotted
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world import additions
 from hmrsim.world.files import find
@@ -115,11 +115,11 @@ def _in_order(problems: list[Problem], file: str) -> list[Problem]:
         files.setdefault(problem.file, len(files))
     ordered = sorted(problems, key=lambda problem: (files[problem.file], problem.line or 0))
     ordered.sort(key=lambda problem: problem.severity != "error")
-    if len(ordered) <= MOST_FINDINGS:
+    if len(ordered) <= MAX_FINDINGS:
         return ordered
-    more = len(ordered) - MOST_FINDINGS
-    last = Problem(file, "", f"and {more} more", severity=ordered[MOST_FINDINGS].severity)
-    return [*ordered[:MOST_FINDINGS], last]
+    more = len(ordered) - MAX_FINDINGS
+    last = Problem(file, "", f"and {more} more", severity=ordered[MAX_FINDINGS].severity)
+    return [*ordered[:MAX_FINDINGS], last]
 
 
 def world_hash(world: World) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from hmrsim.diagnostics import MOST_FINDINGS, Finding
+from hmrsim.diagnostics import MAX_FINDINGS, Finding
 from hmrsim.world.model import World
 from hmrsim.world_checks.explain import explain
 
@@ -85,9 +85,9 @@ def validate(data: dict[str, Any]) -> Validated:
             if not _is_dead(dead, finding.path):
                 findings.append(finding)
             _kill(data, dead, finding.path)
-        if count > MOST_FINDINGS:
+        if count > MAX_FINDINGS:
             text = f"has {count} errors, of which nobody would read more than these"
-            findings = [Finding((), text, count), *findings][:MOST_FINDINGS]
+            findings = [Finding((), text, count), *findings][:MAX_FINDINGS]
             break
     return Validated(world, tuple(findings), _lost(data, dead, world), _kept(data, dead))
 

@@ -50,7 +50,7 @@ _FOR_EVER = 1e6
 # One try of a request that is answered at once. Sending it again does no harm.
 _ONE_TRY = 3.0
 _FIRST_PAUSE = 0.05
-_LONGEST_PAUSE = 0.4
+_MAX_PAUSE = 0.4
 _PAUSE_FACTOR = 1.5
 
 
@@ -290,7 +290,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             self.fail(absence)
             return
         self._link.worker.after(self._pause, step)
-        self._pause = min(self._pause * _PAUSE_FACTOR, _LONGEST_PAUSE)
+        self._pause = min(self._pause * _PAUSE_FACTOR, _MAX_PAUSE)
 
 
 def _payload(answer: bytes | RequestError) -> bytes:

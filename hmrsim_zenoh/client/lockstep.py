@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.participant import Grant, Happening, Kind
 
 _LAST_WORDS: Final = 1.0
-_LONGEST_LOOK: Final = 3.0
+_MAX_LOOK: Final = 3.0
 _LATEST: Final = 2.0**31
 """Seconds that ROS can state."""
 _SURE: Final = 2
@@ -129,8 +129,8 @@ class Lockstep:
 
     def look_up(self, port: Port, payload: bytes, *, timeout: float, then: Callable[[Answer], None]) -> None:
         """Ask for what has happened before: no grant brings it; time stands until the answer has come."""
-        call = self._link.call(port, payload, timeout=min(timeout, _LONGEST_LOOK))
-        call.wait(_LONGEST_LOOK)
+        call = self._link.call(port, payload, timeout=min(timeout, _MAX_LOOK))
+        call.wait(_MAX_LOOK)
         then(call.answer)
 
     def listen(self, key: str, on_payload: Callable[[bytes], None], wanted: Callable[[], bool]) -> None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_MOST_WAITING: Final = 10_000
+_MAX_WAITING: Final = 10_000
 
 
 class Subscription:
@@ -32,7 +32,7 @@ class Subscription:
         self._key = key
         self._callback = callback
         self._changed = threading.Condition()
-        self._waiting: deque[tuple[str, bytes]] = deque(maxlen=_MOST_WAITING)
+        self._waiting: deque[tuple[str, bytes]] = deque(maxlen=_MAX_WAITING)
         self._closed = False
         self._subscriber = self._declared(session, history=history)
         # Not in Zenoh's receive loop: a daemon thread that the interpreter ends there takes the process with it.

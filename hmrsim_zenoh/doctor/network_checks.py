@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim_zenoh.doctor.problem import Problem, some
 from hmrsim_zenoh.ros2.codec.distros import DISTROS
-from hmrsim_zenoh.ros2.keys import DOMAINS, HIGHEST_DOMAIN
+from hmrsim_zenoh.ros2.keys import DOMAINS, MAX_DOMAIN
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
@@ -82,7 +82,7 @@ def other_domain(snapshot: Snapshot) -> Iterator[Problem]:
         yield Problem(
             "no_domain",
             f"ROS_DOMAIN_ID is {said[:20]!r}, which is no domain: ROS nodes of this shell do not start",
-            f"`export ROS_DOMAIN_ID={snapshot.domain}`, or another from 0 to {HIGHEST_DOMAIN}",
+            f"`export ROS_DOMAIN_ID={snapshot.domain}`, or another from 0 to {MAX_DOMAIN}",
         )
     elif DOMAINS[said] != snapshot.domain:
         yield Problem(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.names import Names
-from hmrsim_zenoh.server.liveliness import MOST_TOKENS
+from hmrsim_zenoh.server.liveliness import MAX_TOKENS
 from hmrsim_zenoh.wire.endpoints import DEFAULT_ENDPOINT
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Simulator:
     @property
     def lost(self) -> list[str]:
         """The robots that can't be reached; none in worlds that are too large for tokens."""
-        if len(self.robots) > MOST_TOKENS:
+        if len(self.robots) > MAX_TOKENS:
             return []
         return [robot for robot in self.robots if robot not in self.alive]
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from mcap.records import McapRecord
 
-MOST_UNPACKED: Final = 64 << 20
+MAX_UNPACKED: Final = 64 << 20
 """Bytes of a chunk that is looked into; ours have 1 MiB, and a message more at most."""
 
 BROKEN: Final = (
@@ -91,7 +91,7 @@ def _within(data: memoryview) -> Iterator[Piece | Channel | Schema]:
 
 def _data(chunk: Chunk) -> bytes:
     size = chunk.uncompressed_size
-    if size > MOST_UNPACKED:
+    if size > MAX_UNPACKED:
         raise ValueError(f"a chunk of {size} bytes")
     match chunk.compression:
         case "zstd":

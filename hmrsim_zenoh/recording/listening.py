@@ -36,9 +36,9 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_MOST_WAITING: Final = 100_000
+_MAX_WAITING: Final = 100_000
 """Samples that wait to be written; what comes then is lost."""
-_FEW_WAITING: Final = _MOST_WAITING // 10
+_FEW_WAITING: Final = _MAX_WAITING // 10
 """Samples that may wait when we ask what was lost has changed."""
 
 _PATIENCE: Final = 10.0
@@ -145,7 +145,7 @@ class Listener:
     # --- in Zenoh's threads ----------------------------------------------------------------------------------------
 
     def _on_sample(self, sample: zenoh.Sample) -> None:
-        if self._waiting.qsize() < _MOST_WAITING:
+        if self._waiting.qsize() < _MAX_WAITING:
             self._waiting.put((str(sample.key_expr), sample.payload.to_bytes()))
         else:
             if not self.lost:

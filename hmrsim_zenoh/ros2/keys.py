@@ -21,10 +21,10 @@ import xxhash
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-HIGHEST_DOMAIN: Final = 232
+MAX_DOMAIN: Final = 232
 """ROS takes no higher domain id; with DDS the ports end there."""
 
-DOMAINS: Final = {str(domain): domain for domain in range(HIGHEST_DOMAIN + 1)}
+DOMAINS: Final = {str(domain): domain for domain in range(MAX_DOMAIN + 1)}
 """All of ROS's domains, by how they are written."""
 
 NO_HASH: Final = "TypeHashNotSupported"

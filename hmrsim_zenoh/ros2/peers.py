@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_MOST: Final = 10_000
+_MAX_ENDPOINTS: Final = 10_000
 """Endpoints of others that are remembered."""
 _SHOWN: Final = 200
 """Characters that are shown of a token that nobody can read."""
@@ -117,7 +117,7 @@ class Peers:
         elif token.session != self._own and token.endpoint is not None:
             if token.endpoint.kind in _WHAT:
                 with self._lock:
-                    if len(self._others) < _MOST:
+                    if len(self._others) < _MAX_ENDPOINTS:
                         self._others[keys.gid(text)] = token
                 self._compare(token, token.endpoint)
             elif token.endpoint.kind is Kind.SERVICE:

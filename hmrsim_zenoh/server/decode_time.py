@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 from pydantic import Field
 from pydantic_core import to_json
 
-from hmrsim.interfaces.builtin_interfaces import MOST_NANOSECONDS, NANOSECONDS
+from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
 from hmrsim.protocol.gateway import CancelGoal, CancelResponse, FeedbackSent, GoalResponse, SendGoal
 from hmrsim.protocol.goal import parse_goal_id
 from hmrsim.protocol.time import (
@@ -86,7 +86,7 @@ class AdvanceRequest(Envelope):
 
     participant: str
     epoch: int
-    until: Annotated[float, Field(lt=MOST_NANOSECONDS / NANOSECONDS)] | None = None
+    until: Annotated[float, Field(lt=MAX_NANOSECONDS / NANOSECONDS)] | None = None
     wake: list[_Kind] = Field(default_factory=list)
     report: list[_Kind] = Field(default_factory=list)
     commands: list[CommandRequest] = Field(default_factory=list)

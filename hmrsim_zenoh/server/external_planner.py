@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.gateway import AnyCommand, PlanWanted
     from hmrsim_zenoh.wire.keys import Keys
 
-_LONGEST = 1e9
+_MAX_TIMEOUT = 1e9
 """Wall seconds that Zenoh is told to wait where there is no end to it."""
 
 _TIMED_OUT = b"Timeout"
@@ -62,7 +62,7 @@ class Planner:
         self._querier = session.declare_querier(
             keys.planner(),
             target=zenoh.QueryTarget.ALL,
-            timeout=min(timeout, _LONGEST),
+            timeout=min(timeout, _MAX_TIMEOUT),
             allowed_destination=zenoh.Locality.REMOTE,
         )
         self._querier.declare_matching_listener(zenoh.handlers.Callback(self._on_matching))

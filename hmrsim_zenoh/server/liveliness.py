@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from hmrsim_zenoh.wire.keys import Keys
 
-MOST_TOKENS = 1000
+MAX_TOKENS = 1000
 """Robots up to which each has a token: declaring them takes time that grows with their number squared."""
 
 
@@ -49,7 +49,7 @@ class Tokens:
             token.undeclare()
 
     def _follow(self, robots: Collection[str], lost: Collection[str] = ()) -> None:
-        wanted = [robot for robot in robots if robot not in lost] if len(robots) <= MOST_TOKENS else []
+        wanted = [robot for robot in robots if robot not in lost] if len(robots) <= MAX_TOKENS else []
         for robot in [robot for robot in self._robots if robot not in wanted]:
             self._robots.pop(robot).undeclare()
         for robot in wanted:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from hmrsim.protocol.gateway import FeedbackSent
 
-LEAST_WALL_SECONDS: Final = 1 / 20
+MIN_WALL_SECONDS: Final = 1 / 20
 """Between two feedback messages of one goal: there are never more than 20 a wall second."""
 
 
@@ -21,7 +21,7 @@ class Thinning:
     def passes(self, event: FeedbackSent) -> bool:
         """Return whether feedback is to be published; it counts as published then."""
         now = time.monotonic()
-        if not event.last and now - self._sent.get(event.goal_id, -1.0) < LEAST_WALL_SECONDS:
+        if not event.last and now - self._sent.get(event.goal_id, -1.0) < MIN_WALL_SECONDS:
             return False
         self._sent[event.goal_id] = now
         return True

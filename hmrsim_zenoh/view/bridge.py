@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.view.feeds import Feeds
     from hmrsim_zenoh.view.gets import Gets, Replies
 
-MOST_SUBSCRIPTIONS: Final = 64
-MOST_GETS: Final = 64
+MAX_SUBSCRIPTIONS: Final = 64
+MAX_GETS: Final = 64
 _TIMED_OUT: Final = b"Timeout"
 """Zenoh's own error reply when time is up; a simulator's are JSON."""
 
@@ -118,8 +118,8 @@ class Bridge:
     def _subscribe(self, request: frames.Subscribe) -> None:
         if request.id in self._subscriptions:
             raise ValueError(f"subscription {request.id} is there already")
-        if len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
-            raise ValueError(f"there are {MOST_SUBSCRIPTIONS} subscriptions already")
+        if len(self._subscriptions) >= MAX_SUBSCRIPTIONS:
+            raise ValueError(f"there are {MAX_SUBSCRIPTIONS} subscriptions already")
         self._check_key(request.key)
         self._subscriptions[request.id] = _Subscription(self, self._feeds, request)
         self._outbox.open(request.id, latest=request.latest)
@@ -135,8 +135,8 @@ class Bridge:
         if request.id in self._asked:
             raise ValueError(f"get {request.id} is under way already")
         try:
-            if len(self._asked) >= MOST_GETS:
-                raise ValueError(f"{MOST_GETS} gets are under way already")  # noqa: TRY301 - one way to complain
+            if len(self._asked) >= MAX_GETS:
+                raise ValueError(f"{MAX_GETS} gets are under way already")  # noqa: TRY301 - one way to complain
             self._check_key(request.key)
             payload = None if request.payload is None else to_json(request.payload)
             self._gets.get(request.key, payload, request.timeout, partial(self._reply, request))

@@ -15,15 +15,15 @@ from pydantic_core import from_json
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-LEAST_EVERY: Final = 0.05
+MIN_PERIOD: Final = 0.05
 """Wall seconds between two frames of a subscription, if nothing is said."""
 
-_MOST_EVERY: Final = 60.0
-_MOST_SECONDS: Final = 60.0
-_MOST_KEY: Final = 1_000
+_MAX_PERIOD: Final = 60.0
+_MAX_SECONDS: Final = 60.0
+_MAX_KEY: Final = 1_000
 
 _Id = Annotated[int, Field(ge=0, lt=2**53)]
-_Key = Annotated[str, Field(min_length=1, max_length=_MOST_KEY)]
+_Key = Annotated[str, Field(min_length=1, max_length=_MAX_KEY)]
 
 
 class _Request(BaseModel):
@@ -38,12 +38,12 @@ class Subscribe(_Request):
     op: Literal["subscribe"]
     key: _Key
     latest: bool = False
-    every: float = LEAST_EVERY
+    every: float = MIN_PERIOD
 
     @property
     def pause(self) -> float:
         """Wall seconds between two frames."""
-        return min(max(self.every, LEAST_EVERY), _MOST_EVERY)
+        return min(max(self.every, MIN_PERIOD), _MAX_PERIOD)
 
 
 class Unsubscribe(_Request):
@@ -58,7 +58,7 @@ class Get(_Request):
     op: Literal["get"]
     key: _Key
     payload: dict[str, Any] | None = None
-    timeout: Annotated[float, Field(gt=0, le=_MOST_SECONDS)] = 5.0
+    timeout: Annotated[float, Field(gt=0, le=_MAX_SECONDS)] = 5.0
 
 
 Request = Subscribe | Unsubscribe | Get

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from hmrsim_zenoh.wire.keys import Keys
 
-MOST_PAGES: Final = 64
+MAX_PAGES: Final = 64
 _LOOK_AGAIN: Final = 1.0
 _TRY_AGAIN_LATER: Final = 1013
 
@@ -115,8 +115,8 @@ class Live:
 
     async def _serve(self, socket: WebSocket) -> None:
         await socket.accept()
-        if len(self._pages) >= MOST_PAGES:
-            await socket.close(_TRY_AGAIN_LATER, f"there are {MOST_PAGES} pages already")
+        if len(self._pages) >= MAX_PAGES:
+            await socket.close(_TRY_AGAIN_LATER, f"there are {MAX_PAGES} pages already")
             return
         page = Bridge(self._gets, self.feeds, alive=self.alive)
         self._pages.add(page)

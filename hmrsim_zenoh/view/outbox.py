@@ -11,7 +11,7 @@ from hmrsim_zenoh.view import frames
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-MOST_WAITING: Final = 4 * 2**20
+MAX_WAITING: Final = 4 * 2**20
 """Characters of samples that wait for a page; who is slower than that, loses some and is told so."""
 _CROWDED: Final = 100
 
@@ -59,7 +59,7 @@ class Outbox:
         most: Characters of samples that may wait.
     """
 
-    def __init__(self, most: int = MOST_WAITING) -> None:
+    def __init__(self, most: int = MAX_WAITING) -> None:
         self._most = most
         self._frames: deque[str] = deque()
         self._pending: dict[int, _Pending] = {}

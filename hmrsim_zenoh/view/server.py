@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from starlette.requests import Request
 
 _PAGE: Final = Path(__file__).parent / "page"
-_MOST_ASKED: Final = 2**20
+_MAX_REQUEST: Final = 2**20
 """Bytes of one request of a page's."""
 _GRACE: Final = 1
 """Wall seconds in which answers under way may end."""
@@ -86,7 +86,7 @@ class ViewServer:
                 server_header=False,
                 date_header=False,
                 proxy_headers=False,
-                ws_max_size=_MOST_ASKED,
+                ws_max_size=_MAX_REQUEST,
                 # On the loopback it would cost more than it saves.
                 ws_per_message_deflate=not is_loopback(host),
                 timeout_graceful_shutdown=_GRACE,

@@ -30,7 +30,7 @@ ROUTE_GRAPH = f"{JSON};hmrsim/RouteGraph"
 SCENE = f"{JSON};hmrsim/Scene"
 VIEW = f"{JSON};hmrsim/View"
 
-_MOST_SHOWN = 200
+_MAX_SHOWN = 200
 """Characters of what is no goal id that are sent back."""
 
 
@@ -74,7 +74,7 @@ def goal_response(answer: GoalResponse) -> bytes:
         return f'{{"accepted":true,"goal_id":"{answer.goal_id}","stamp":{_stamp(answer.stamp)}}}'.encode()
     fields: dict[str, Any] = {
         "accepted": False,
-        "goal_id": answer.goal_id[:_MOST_SHOWN],
+        "goal_id": answer.goal_id[:_MAX_SHOWN],
         "stamp": json.loads(_stamp(answer.stamp)),
         "reason": answer.reason,
         "error_code": answer.error_code,

@@ -157,11 +157,11 @@ def unreadable(error: ValidationError) -> UnreadableError:
     """Return a validation error in the wire's terms."""
     details: list[dict[str, Any]] = [
         {
-            "field": ".".join(str(part) for part in item["loc"])[:_MOST_SHOWN],
+            "field": ".".join(str(part) for part in item["loc"])[:_MAX_SHOWN],
             "message": item["msg"],
             "value": _shown(item["input"]) if item["type"] != "json_invalid" else None,
         }
-        for item in error.errors(include_url=False, include_context=False)[:_MOST_DETAILS]
+        for item in error.errors(include_url=False, include_context=False)[:_MAX_DETAILS]
     ]
     first = details[0]
     return UnreadableError(": ".join(part for part in (first["field"], first["message"]) if part), details)
@@ -172,19 +172,19 @@ def unreadable_at(field: str, message: str, value: object) -> UnreadableError:
     return UnreadableError(f"{field}: {message}", [{"field": field, "message": message, "value": _shown(value)}])
 
 
-_MOST_DETAILS = 20
-_MOST_SHOWN = 200
+_MAX_DETAILS = 20
+_MAX_SHOWN = 200
 
 
 def _shown(value: object) -> object:
     """Return a value as JSON can hold it, cut where it is long."""
     if value is None or isinstance(value, (bool, int)):
-        return value if isinstance(value, bool) or value is None or abs(value) < 2**63 else str(value)[:_MOST_SHOWN]
+        return value if isinstance(value, bool) or value is None or abs(value) < 2**63 else str(value)[:_MAX_SHOWN]
     if isinstance(value, float):
         return value if value - value == 0 else str(value)
     if isinstance(value, str):
-        return value[:_MOST_SHOWN]
-    return repr(value)[:_MOST_SHOWN]
+        return value[:_MAX_SHOWN]
+    return repr(value)[:_MAX_SHOWN]
 
 
 def dump(values: Mapping[str, Any]) -> bytes:

@@ -56,7 +56,7 @@ def test_a_benchmark_gives_rows(name, monkeypatch):
     monkeypatch.setattr("benchmarks.listeners._EVENTS_A_ROUND", 100)
     monkeypatch.setattr("benchmarks.listeners._SETTLING", 0.1)
     monkeypatch.setattr("benchmarks.ros2._AT_ONCE", 10)
-    monkeypatch.setattr("benchmarks.traffic._LONGEST", 300.0)
+    monkeypatch.setattr("benchmarks.traffic._MAX_SECONDS", 300.0)
     if name == "view" and not any(map(shutil.which, _browser.NAMES)):
         pytest.skip("it needs a browser")
     rows = importlib.import_module(f"benchmarks.{name}").run(**TINY[name])

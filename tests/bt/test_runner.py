@@ -343,7 +343,7 @@ class TestEnds:
 
     def test_a_tree_that_is_ticked_again_and_again_at_an_instant_ends_the_run(self, stage, monkeypatch):
         """Time could not go on."""
-        monkeypatch.setattr("bt_controller.running.mission._MOST_AT_ONCE", 3)
+        monkeypatch.setattr("bt_controller.running.mission._MAX_AT_ONCE", 3)
         with pytest.raises(TreeCrashed, match=r"the tree of 'wall_e' was ticked 3 times at 0\.0 s, so that time can't"):
             stage.run(lambda: Running("Running"), *[lambda: stage.mailbox.put("wall_e")] * 5)
 

@@ -26,7 +26,7 @@ _OKLAB = (
     (1.9779984951, -2.428592205, 0.4505937099),
     (0.0259040371, 0.7827717662, -0.808675766),
 )
-LEAST = 0.12
+MIN_DISTANCE = 0.12
 """Distance in Oklab: 0.02 is just noticed where two colours touch, and these are spots far from each other."""
 
 
@@ -57,7 +57,7 @@ def test_types_of_robots_differ(who):
     seen = {colour: oklab(times(SEEN[who], linear(colour))) for colour in PALETTE["types"]}
 
     near = {pair: dist(seen[pair[0]], seen[pair[1]]) for pair in combinations(seen, 2)}
-    assert {} == {pair: round(away, 3) for pair, away in near.items() if away < LEAST}
+    assert {} == {pair: round(away, 3) for pair, away in near.items() if away < MIN_DISTANCE}
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])

@@ -150,7 +150,7 @@ def test_an_item_that_is_put_nowhere_does_no_harm(heard, at):
 
 def test_after_a_loss_all_is_told_anew(heard, monkeypatch):
     """Once few samples wait: what was lost may have changed anything."""
-    monkeypatch.setattr(listening, "_MOST_WAITING", 3)
+    monkeypatch.setattr(listening, "_MAX_WAITING", 3)
     monkeypatch.setattr(listening, "_FEW_WAITING", 1)
     for _ in range(4):
         heard.hear("_world/events", json.dumps({**RESET, "kind": "door_closed"}).encode(), work=False)

@@ -17,7 +17,7 @@ from hmrsim.errors import RecordingError
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.gateway import SendGoal
 from hmrsim_zenoh.recording import open_recording
-from hmrsim_zenoh.recording.chunks import MOST_UNPACKED, records, unpacked
+from hmrsim_zenoh.recording.chunks import MAX_UNPACKED, records, unpacked
 from tests.recording.conftest import recorded
 from tests.simulation import SMALL_WORLD
 
@@ -221,7 +221,7 @@ def test_a_record_longer_than_its_chunk_is_none():
 
 def test_our_chunks_are_far_from_the_limit(path):
     """A mebibyte, and what its last message had."""
-    assert max(chunk.uncompressed_size for chunk in chunks(path)) < MOST_UNPACKED // 8
+    assert max(chunk.uncompressed_size for chunk in chunks(path)) < MAX_UNPACKED // 8
 
 
 @pytest.mark.parametrize("seed", range(25))

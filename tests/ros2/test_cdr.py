@@ -18,7 +18,7 @@ from hmrsim.interfaces.sensor_msgs import JointState
 from hmrsim.interfaces.shape_msgs import SolidPrimitive
 from hmrsim.interfaces.std_msgs import Empty, Header
 from hmrsim.interfaces.unique_identifier_msgs import UUID
-from hmrsim_zenoh.ros2.codec.cdr import MOST_BYTES, CdrError, decoder
+from hmrsim_zenoh.ros2.codec.cdr import MAX_BYTES, CdrError, decoder
 from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure
 from hmrsim_zenoh.ros2.codec.types import ActionType, action_type, message_type
 
@@ -303,7 +303,7 @@ class TestReading:
     def test_longest_message(self) -> None:
         """A message of more bytes than we read at once is refused unread."""
         with pytest.raises(CdrError, match="Header: 4194305 bytes are more than the 4194304 that are read at once"):
-            TEXT.decode(b"\0\1\0\0" + bytes(MOST_BYTES - 3))
+            TEXT.decode(b"\0\1\0\0" + bytes(MAX_BYTES - 3))
 
     def test_long_and_broken(self) -> None:
         """Of a long message that is broken nobody finds out where: that would take too long."""

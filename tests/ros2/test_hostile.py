@@ -31,7 +31,7 @@ ACTIONS = (
     "place",
 )
 MORE_THAN_ANY = struct.pack("<I", 2**32 - 1)
-MOST_GROWTH = 150.0
+MAX_GROWTH = 150.0
 """MB that the simulator may grow by under all that these tests do to it; a flood of them all is some GB."""
 
 
@@ -161,7 +161,7 @@ def test_lengths_that_nothing_has_take_no_memory(running, ros, action):
         payload[at : at + 4] = MORE_THAN_ANY
         answer(ros, service, bytes(payload), attachment(1, GID))
 
-    assert MOST_GROWTH > running.resident - before
+    assert MAX_GROWTH > running.resident - before
 
 
 def test_goal_that_is_no_number(ros):
@@ -237,7 +237,7 @@ def test_waiters_for_results_are_bounded(running, ros):
     goal.cancel()
 
     assert 5000 == len(waiting)
-    assert MOST_GROWTH > running.resident - before
+    assert MAX_GROWTH > running.resident - before
     assert still_serves(ros)
 
 

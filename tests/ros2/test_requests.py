@@ -354,7 +354,7 @@ class TestResults:
 
         assert [] == desk.waiting.gone(GID.hex())
 
-    @pytest.mark.parametrize("bound", ["MOST", "MOST_OF_ONE"])
+    @pytest.mark.parametrize("bound", ["MAX_WAITING", "MAX_PER_CLIENT"])
     def test_no_more_than_so_many_wait(self, monkeypatch, bound):
         """For one more the oldest is told what the goal's status is now."""
         monkeypatch.setattr(waiting_module, bound, 1)
@@ -367,7 +367,7 @@ class TestResults:
 
     def test_who_has_most_makes_room(self, monkeypatch):
         """Where all have too many, it is no modest client's turn."""
-        monkeypatch.setattr(waiting_module, "MOST", 3)
+        monkeypatch.setattr(waiting_module, "MAX_WAITING", 3)
         desk, other = Desk(), bytes(range(16, 32))
         modest = desk.one(query(key("get_result"), CDR + ID, attachment=struct.pack("<qqB16s", 1, 1, 16, other)))
         first = desk.one(query(key("get_result"), CDR + ID))
@@ -379,7 +379,7 @@ class TestResults:
 
     def test_those_who_are_nobody(self, monkeypatch):
         """Of clients without an id so many can wait for each goal."""
-        monkeypatch.setattr(waiting_module, "MOST_OF_NOBODY", 1)
+        monkeypatch.setattr(waiting_module, "MAX_ANONYMOUS", 1)
         desk, other = Desk(Ros2Dds()), bytes(range(16, 32))
         for goal_id in (ID, other):
             desk.one(query("wall_e/wait/_action/get_result", CDR + goal_id, b""))
@@ -509,7 +509,7 @@ class TestNames:
 
     def test_so_many_of_who_has_gone(self, monkeypatch):
         """The oldest are forgotten."""
-        monkeypatch.setattr(catalog_module, "_MOST_LOST", 1)
+        monkeypatch.setattr(catalog_module, "_MAX_LOST", 1)
         catalog = Desk(names=Names({"a": ["wait"], "b": ["wait"]})).catalog
         catalog.follow(Names({"b": ["wait"]}))
         catalog.follow(Names({}))

@@ -57,7 +57,7 @@ def test_a_line_beside_all_walls_meets_none():
 
 def test_lanes_and_walls_are_compared_within_bounds(monkeypatch):
     """What was not looked at is said."""
-    monkeypatch.setattr(lanes, "_MOST_LOOKED", 0)
+    monkeypatch.setattr(lanes, "_MAX_COMPARISONS", 0)
     world = World.model_validate(
         {
             "waypoints": {"a": [0, 0], "b": [2, 0], "c": [4, 0]},

@@ -95,7 +95,7 @@ def test_hostile_json_is_one_error(write, name, text, message):
 
 def test_a_json_file_of_too_many_values_is_refused(write, monkeypatch):
     """They are counted before they are made."""
-    monkeypatch.setattr(_reading, "_MOST_VALUES", 10)
+    monkeypatch.setattr(_reading, "_MAX_VALUES", 10)
 
     with pytest.raises(WorldError, match="has more than 10 values"):
         load_world(write('{"features": [' + "[]," * 10 + "0]}", "g.geojson"))

@@ -102,7 +102,7 @@ def test_mistakes_are_told_with_their_lines(errors_of, content, errors):
 
 def test_a_grid_beyond_all_benchmarks_is_refused(errors_of, monkeypatch):
     """Before anything is made of it."""
-    monkeypatch.setattr(movingai, "_MOST_OPEN", 3)
+    monkeypatch.setattr(movingai, "_MAX_OPEN", 3)
 
     assert ["4: map: has 4 cells to drive on; at most 3"] == errors_of(text("..", ".."), "m.map")
 

@@ -101,7 +101,7 @@ def test_hostile_or_broken_text_is_one_error(text, message):
 
 def test_text_of_too_many_values_is_one_error(monkeypatch):
     """Those written out count as those that aliases stand for."""
-    monkeypatch.setattr(yaml_text, "MOST_NODES", 100)
+    monkeypatch.setattr(yaml_text, "MAX_NODES", 100)
     with pytest.raises(WorldError, match=":1: has more than 100 values") as caught:
         FORMAT.read("a: [" + "0," * 100 + "0]", "file")
 

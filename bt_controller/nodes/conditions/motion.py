@@ -82,7 +82,7 @@ class IsStuck(Located, Condition):
     before, so it depends on how often the node is ticked.
     """
 
-    LEAST_ACCELERATION: ClassVar = -10.0
+    MIN_ACCELERATION: ClassVar = -10.0
 
     _before: Odometry | None = None
 
@@ -96,7 +96,7 @@ class IsStuck(Located, Condition):
         if ended <= began:
             return Status.FAILURE
         gained = self._before.twist.twist.linear.x - before.twist.twist.linear.x
-        return Status.SUCCESS if gained / (ended - began) < self.LEAST_ACCELERATION else Status.FAILURE
+        return Status.SUCCESS if gained / (ended - began) < self.MIN_ACCELERATION else Status.FAILURE
 
 
 _NODES = (CheckStopStatus, DistanceTraveled, IsStopped, IsStuck)

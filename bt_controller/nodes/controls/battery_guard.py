@@ -32,7 +32,7 @@ _PATIENCE: Final = 3.0
 """Simulated seconds in which a battery that is being charged says so."""
 
 
-_MOST_IN_VAIN: Final = 3
+_MAX_FAILURES: Final = 3
 """So often a battery is charged without a goal of the mission having ended in between."""
 
 
@@ -126,7 +126,7 @@ class BatteryGuard(Control):
         battery: BatteryState = self._topics.latest(self._robot, "battery_state")
         if self._phase in (_Phase.MISSION, _Phase.RETURN) and battery.percentage < self.read("below"):
             if self._phase is _Phase.MISSION and not self._gets_on():
-                self.feedback_message = f"charged {_MOST_IN_VAIN} times, and no goal has ended in between"
+                self.feedback_message = f"charged {_MAX_FAILURES} times, and no goal has ended in between"
                 return Status.FAILURE
             self._stop()
         if self._phase is _Phase.STOPPING and has_come_to_rest(mission) and has_come_to_rest(back):
@@ -165,7 +165,7 @@ class BatteryGuard(Control):
         ended = verdicts(self.children[0])
         self._in_vain = self._in_vain + 1 if ended == self._ended else 0
         self._ended = ended
-        return self._in_vain < _MOST_IN_VAIN
+        return self._in_vain < _MAX_FAILURES
 
     def _stop(self) -> None:
         mission, _, back = self.children

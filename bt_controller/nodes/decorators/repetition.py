@@ -10,7 +10,7 @@ from bt_controller.core.node import EACH_PERIOD, Decoration
 from bt_controller.core.ports import INT, input_port
 from bt_controller.core.sim_time import now
 from bt_controller.nodes import Family
-from bt_controller.nodes.turns import MOST
+from bt_controller.nodes.turns import MAX_TURNS
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -69,7 +69,7 @@ class _Counted(_Again):
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the child until it runs or its turns are over."""
-        for _ in range(MOST):
+        for _ in range(MAX_TURNS):
             most = self.read(self.port)
             if self._count >= most != _FOR_EVER:
                 return self.again

@@ -17,7 +17,7 @@ _EQUATOR = 6_378_137.0
 _FLATTENING = 1 / 298.257223563
 """Of the ellipsoid WGS 84, in metres."""
 
-_WIDEST = 1.0
+_MAX_SPREAD = 1.0
 """Degrees around the middle that count as flat."""
 
 
@@ -53,7 +53,7 @@ def by_degrees(points: Sequence[complex]) -> Alignment | None:
     That is the plane's origin. None if they are not around one place of the Earth.
     """
     middle = sum(points) / max(len(points), 1)
-    if abs(middle.imag) > 90.0 - _WIDEST or any(abs(point - middle) > _WIDEST for point in points):
+    if abs(middle.imag) > 90.0 - _MAX_SPREAD or any(abs(point - middle) > _MAX_SPREAD for point in points):
         return None
     latitude = math.radians(middle.imag)
     eccentricity = _FLATTENING * (2.0 - _FLATTENING)

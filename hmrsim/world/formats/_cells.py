@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from hmrsim.geometry import FARTHEST
+from hmrsim.geometry import MAX_COORDINATE
 from hmrsim.safe_xml import Refused
 from hmrsim.world.formats._xml import Element
 
@@ -26,7 +26,7 @@ _LABEL = 1_000
 _SHOWN = 40
 
 
-MOST_CELLS = 10_000
+MAX_CELLS = 10_000
 """On a page."""
 
 
@@ -167,8 +167,8 @@ def read_number(text: str, key: str) -> float:
     Raises:
         BadCell: It is no number, or too large to be one of a map.
     """
-    if not _NUMBER.fullmatch(text) or abs(float(text)) > FARTHEST:
-        raise BadCell(f"{key} is {text[:_SHOWN]!r}; expected a number of at most {FARTHEST:g}", text)
+    if not _NUMBER.fullmatch(text) or abs(float(text)) > MAX_COORDINATE:
+        raise BadCell(f"{key} is {text[:_SHOWN]!r}; expected a number of at most {MAX_COORDINATE:g}", text)
     return float(text)
 
 
@@ -179,8 +179,8 @@ def read_cells(model: Element) -> Iterator[Cell]:
         Refused: They are too many.
     """
     root = model.find("root")
-    if root and len(root.children) > MOST_CELLS:
-        raise Refused(f"has {len(root.children)} cells on a page; at most {MOST_CELLS}", root.line)
+    if root and len(root.children) > MAX_CELLS:
+        raise Refused(f"has {len(root.children)} cells on a page; at most {MAX_CELLS}", root.line)
     for element in root.children if root else ():
         if element.tag == "mxCell":
             yield _cell(element, element, None, element.attributes.get("value", ""))

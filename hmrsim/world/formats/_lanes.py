@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hmrsim.world.formats._drawing import Drawing
 
 
-_MOST_LOOKED = 1_000_000
+_MAX_COMPARISONS = 1_000_000
 """So often walls are looked at while roads are linked."""
 
 
@@ -72,7 +72,7 @@ def _clear(drawing: Drawing) -> Callable[[Point, Point], bool]:
     grid = cache(lambda: SegmentGrid(sides))
 
     def clear(a: Point, b: Point) -> bool:
-        if grid().looked > _MOST_LOOKED:
+        if grid().looked > _MAX_COMPARISONS:
             raise ValueError("too many roads near each other with too many walls between; connect the roads")
         return grid().first_crossing(a, b) is None
 

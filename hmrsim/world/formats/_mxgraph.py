@@ -13,7 +13,7 @@ from hmrsim.safe_xml import Refused
 from hmrsim.world.formats._pages import NoPage, choose_page
 from hmrsim.world.formats._xml import Element, parse
 
-MOST_INFLATED = 32 * 1024 * 1024
+MAX_INFLATED = 32 * 1024 * 1024
 """Bytes that a packed diagram may unfold to."""
 
 _SVG = re.compile(r"<(!DOCTYPE\s+)?svg[\s/>]")
@@ -93,11 +93,11 @@ def _unpack(diagram: Element) -> Element:
         raise Refused("has a compressed <diagram> that is no base64", diagram.line) from None
     inflater = zlib.decompressobj(wbits=-15)
     try:
-        content = inflater.decompress(deflated, MOST_INFLATED + 1)
+        content = inflater.decompress(deflated, MAX_INFLATED + 1)
     except zlib.error as error:
         raise Refused(f"has a compressed <diagram> that can't be inflated: {error}", diagram.line) from None
-    if len(content) > MOST_INFLATED:
-        message = f"has a compressed <diagram> of more than {MOST_INFLATED // 1024 // 1024} MiB"
+    if len(content) > MAX_INFLATED:
+        message = f"has a compressed <diagram> of more than {MAX_INFLATED // 1024 // 1024} MiB"
         raise Refused(message, diagram.line)
     if not inflater.eof:
         raise Refused("has a compressed <diagram> that is cut off", diagram.line)

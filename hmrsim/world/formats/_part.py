@@ -10,10 +10,10 @@ from hmrsim.diagnostics import Path, shown
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-_LONGEST = 100
+_MAX_NAME = 100
 """Names are no longer."""
 
-_GREATEST = 1e15
+_MAX_NUMBER = 1e15
 """Numbers are no greater, either way; what they become is bounded by what it is."""
 
 
@@ -100,8 +100,8 @@ class Part:
         """
         if isinstance(self.value, bool) or not isinstance(self.value, (int, float)):
             raise self.expected("a number")
-        if not abs(self.value) <= _GREATEST:
-            raise self.expected(f"a number of at most {_GREATEST:g}")
+        if not abs(self.value) <= _MAX_NUMBER:
+            raise self.expected(f"a number of at most {_MAX_NUMBER:g}")
         return float(self.value)
 
     def whole(self) -> int:
@@ -132,8 +132,8 @@ class Part:
             BadPart: This is none, or none that can be.
         """
         name = self.text()
-        if not 0 < len(name) <= _LONGEST:
-            raise self.expected(f"a name of 1 to {_LONGEST} characters")
+        if not 0 < len(name) <= _MAX_NAME:
+            raise self.expected(f"a name of 1 to {_MAX_NAME} characters")
         return name
 
     def point(self) -> complex:

@@ -6,7 +6,7 @@ import json
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
-from hmrsim.diagnostics import MOST_FINDINGS, Finding, Path, shown
+from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, shown
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world.formats import Document
 from hmrsim.world.formats._json_text import as_yaml
@@ -16,7 +16,7 @@ from hmrsim.world.yaml_text import Lines, Unreadable, line_of, read
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-_MOST_VALUES = 2_000_000
+_MAX_VALUES = 2_000_000
 """Values in a JSON file, more or less."""
 
 _Value = TypeVar("_Value")
@@ -70,7 +70,7 @@ class Reading:
         self._find(part, message, "warning")
 
     def _find(self, part: Part, message: str, severity: str) -> None:
-        if len(self._findings) <= MOST_FINDINGS:
+        if len(self._findings) <= MAX_FINDINGS:
             self._findings.append(Finding(part.path, message, part.value, severity, self._line_of(part.path)))
 
     def leave_out(self, what: str, part: Part, count: int = 1, *, done: str = "left out") -> None:
@@ -100,8 +100,8 @@ def of_json(text: str, file: str) -> Reading:
         WorldError: It is none, or too much of it.
     """
     try:
-        if sum(map(text.count, ",[{")) > _MOST_VALUES:
-            raise _refused(file, f"has more than {_MOST_VALUES} values")
+        if sum(map(text.count, ",[{")) > _MAX_VALUES:
+            raise _refused(file, f"has more than {_MAX_VALUES} values")
         value = json.loads(text, parse_constant=_not_finite)
     except json.JSONDecodeError as error:
         message = f"is no JSON: {error.msg[:1].lower()}{error.msg[1:]}"

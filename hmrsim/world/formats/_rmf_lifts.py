@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _GAP = 0.05
 """Metres between cabin and shaft; what is in the shaft is in the lift."""
 
-_FEWEST = 2
+_MIN_STOPS = 2
 """Stops without which a lift leads nowhere."""
 
 
@@ -43,7 +43,7 @@ def lifts(reading: Reading, shafts: Shafts) -> dict[str, Any]:
     part = reading.root.get("lifts") or Part({})
     for name, lift in reading.attempt(lambda: list(part.entries())) or ():
         stops = reading.attempt(partial(_stops, shafts, lift))
-        if stops is not None and len(stops) < _FEWEST:
+        if stops is not None and len(stops) < _MIN_STOPS:
             reading.leave_out("lifts with no waypoints on two levels in their cabins", lift)
         elif stops is not None:
             found[name] = {"stops": stops}

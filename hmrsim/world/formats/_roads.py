@@ -20,12 +20,12 @@ JOIN = 20.0
 LINK = 100.0
 """Parts that come so near to each other are linked, px."""
 
-MOST_PIECES = 2_000
+MAX_PIECES = 2_000
 """Straight pieces of all roads together; every one is compared with every other."""
 
-MOST_PARTS = 250
+MAX_PARTS = 250
 
-MOST_CROSSINGS = 20_000
+MAX_CROSSINGS = 20_000
 
 _TRIES = 100
 """So many of the shortest links between two parts are tried for one with no wall between."""
@@ -99,8 +99,8 @@ class _Builder:
         self._clear = clear
         self._roads = [[_rounded(point) for point in road] for road in roads]
         self._pieces = [_Piece(i, a, b) for i, road in enumerate(self._roads) for a, b in pairwise(road) if a != b]
-        if len(self._pieces) > MOST_PIECES:
-            raise ValueError(f"{len(self._pieces)} pieces of road; at most {MOST_PIECES}")
+        if len(self._pieces) > MAX_PIECES:
+            raise ValueError(f"{len(self._pieces)} pieces of road; at most {MAX_PIECES}")
         self._meetings: dict[tuple[int, int], list[Point]] = defaultdict(list)
         self._links: list[tuple[Point, Point, int]] = []
         self._part = list(range(len(self._roads)))
@@ -120,8 +120,8 @@ class _Builder:
                         other.joints.append(point)
                         self._meet(piece.road, other.road, point)
                         crossings += 1
-            if crossings > MOST_CROSSINGS:
-                raise ValueError(f"roads that cross more than {MOST_CROSSINGS} times")
+            if crossings > MAX_CROSSINGS:
+                raise ValueError(f"roads that cross more than {MAX_CROSSINGS} times")
 
     def _meet(self, road: int, other: int, point: Point) -> None:
         self._meetings[min(road, other), max(road, other)].append(point)
@@ -173,8 +173,8 @@ class _Builder:
         parts: dict[int, list[_Piece]] = defaultdict(list)
         for piece in self._pieces:
             parts[self._top(piece.road)].append(piece)
-        if len(parts) > MOST_PARTS:
-            raise ValueError(f"roads in {len(parts)} parts that nothing connects; at most {MOST_PARTS}")
+        if len(parts) > MAX_PARTS:
+            raise ValueError(f"roads in {len(parts)} parts that nothing connects; at most {MAX_PARTS}")
         for one, two in combinations(parts.values(), 2):
             links = [link for a in one for b in two if a.may_touch(b, LINK) for link in _links(a, b)]
             for _, point, joint, piece in sorted(links, key=lambda link: link[:3])[:_TRIES]:

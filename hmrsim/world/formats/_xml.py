@@ -10,7 +10,7 @@ from hmrsim import safe_xml
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-MOST_ELEMENTS = 200_000
+MAX_ELEMENTS = 200_000
 
 
 @dataclass
@@ -58,5 +58,5 @@ def parse(text: str, *, line: int | None = None) -> Element:
     """
     data = text.encode("utf-8", "surrogatepass")
     return safe_xml.parse(
-        data, Element, max_elements=MOST_ELEMENTS, encoding="utf-8", line=line, on_text=Element.add_text
+        data, Element, max_elements=MAX_ELEMENTS, encoding="utf-8", line=line, on_text=Element.add_text
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.diagnostics import MOST_FINDINGS, Finding, shown, warning
+from hmrsim.diagnostics import MAX_FINDINGS, Finding, shown, warning
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world.formats import Document, Format
 from hmrsim.world.formats._grid import blocks, steps
@@ -26,10 +26,10 @@ _HEADER = ("type", "height", "width", "map")
 _OPEN, _CLOSED, _WATER = frozenset(".GS"), frozenset("@OTW"), "W"
 """Terrain and swamp, which robots drive on; out of bounds, trees and water, which they do not."""
 
-_MOST_OPEN = 512 * 512
+_MAX_OPEN = 512 * 512
 """Cells that robots can drive on: with 8 neighbours each these take a minute or two, and 2.5 GB."""
 
-_LONGEST = 12
+_MAX_DIGITS = 12
 """Digits of a number."""
 
 
@@ -42,11 +42,11 @@ def _read(text: str, file: str, options: ReadOptions = AS_IT_IS) -> Document:
         message = f"has {len(rows)} rows, but a height of {height}"
         findings.append(Finding(("height",), message, height, line=len(lines)))
     for y, row in enumerate(rows):
-        if len(findings) < MOST_FINDINGS and (wrong := _wrong(row, width)):
+        if len(findings) < MAX_FINDINGS and (wrong := _wrong(row, width)):
             findings.append(Finding(("map",), wrong, row, line=first + y + 1))
     count = sum(row.count(cell) for row in rows for cell in _OPEN)
-    if count > _MOST_OPEN:
-        findings.append(Finding(("map",), f"has {count} cells to drive on; at most {_MOST_OPEN}", count, line=first))
+    if count > _MAX_OPEN:
+        findings.append(Finding(("map",), f"has {count} cells to drive on; at most {_MAX_OPEN}", count, line=first))
     if findings:
         return Document({}, findings=tuple(findings), complete=False, grid=True)
     if water := sum(row.count(_WATER) for row in rows):
@@ -74,7 +74,7 @@ def _header(lines: list[str], file: str) -> tuple[int, int, int]:
 
 def _size(said: dict[str, str], key: str, file: str) -> int:
     text = said.get(key, "")
-    if not (text.isdecimal() and text.isascii() and len(text) <= _LONGEST and int(text) > 0):
+    if not (text.isdecimal() and text.isascii() and len(text) <= _MAX_DIGITS and int(text) > 0):
         raise WorldError([Problem(file, key, f"expected a whole number above 0, got {shown(text)}", 1)])
     return int(text)
 

@@ -23,10 +23,10 @@ __all__ = ["CdrError", "decoder", "encoder"]
 
 _CDR_LE, _CDR_BE = b"\0\1", b"\0\0"
 
-MOST_BYTES: Final = 4 << 20
+MAX_BYTES: Final = 4 << 20
 """Longer messages are not read: their values could take sixty times their room."""
 
-_MOST_CAREFUL: Final = 64 << 10
+_MAX_CHECKED: Final = 64 << 10
 """Longer messages are read quickly or not at all: `careful` takes seconds for a megabyte."""
 
 _ANYTHING: Final = (struct.error, ValueError, TypeError, LookupError, AttributeError, OverflowError)
@@ -54,7 +54,7 @@ def decoder(described: Structure) -> Callable[[bytes], dict[str, Any]]:
     quick = decoders.decoder(described)
 
     def decode(data: bytes) -> dict[str, Any]:
-        if data[:2] == _CDR_LE and len(data) <= MOST_BYTES:
+        if data[:2] == _CDR_LE and len(data) <= MAX_BYTES:
             try:
                 return quick(data)
             except CdrError:
@@ -71,8 +71,8 @@ def _careful(described: Structure, data: bytes) -> dict[str, Any]:
         raise CdrError(f"{described.name}: {len(data)} bytes are no CDR; it begins with an encapsulation of {HEADER}")
     if data[:2] not in (_CDR_LE, _CDR_BE):
         raise CdrError(f"{described.name}: encapsulation {data[:2].hex()} is not plain CDR, which is 0001 or 0000")
-    if len(data) > MOST_BYTES:
-        raise CdrError(f"{described.name}: {len(data)} bytes are more than the {MOST_BYTES} that are read at once")
-    if len(data) > _MOST_CAREFUL:
+    if len(data) > MAX_BYTES:
+        raise CdrError(f"{described.name}: {len(data)} bytes are more than the {MAX_BYTES} that are read at once")
+    if len(data) > _MAX_CHECKED:
         raise CdrError(f"{described.name}: {len(data)} bytes, broken or big-endian, are too many to find out where")
     return checked.read(described, data, "<" if data[:2] == _CDR_LE else ">")

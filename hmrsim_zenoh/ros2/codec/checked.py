@@ -14,7 +14,7 @@ from hmrsim_zenoh.ros2.codec.layout import (
     FORMATS,
     HEADER,
     LITTLE_ENDIAN,
-    MOST_ITEMS,
+    MAX_ITEMS,
     TOO_MANY,
     least_size,
     padding,
@@ -81,7 +81,7 @@ class _Reader:
     def __init__(self, data: bytes, order: str) -> None:
         self._data = data
         self._order = order
-        self._left = MOST_ITEMS
+        self._left = MAX_ITEMS
         self.at = HEADER
 
     def structure(self, described: Structure) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from hmrsim_zenoh.ros2.codec.codegen import Code
 from hmrsim_zenoh.ros2.codec.layout import (
     FORMATS,
     HEADER,
-    MOST_ITEMS,
+    MAX_ITEMS,
     TOO_MANY,
     Leaf,
     containers,
@@ -38,7 +38,7 @@ def decoder(described: Structure) -> Callable[[bytes], dict[str, Any]]:
     `CdrError` is raised for nothing but a message that is too costly to be read.
     """
     read = _reader(described, HEADER)
-    return lambda data: read(data, HEADER, len(data), [MOST_ITEMS])[0]
+    return lambda data: read(data, HEADER, len(data), [MAX_ITEMS])[0]
 
 
 @cache

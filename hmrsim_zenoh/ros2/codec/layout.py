@@ -22,13 +22,13 @@ HEADER: Final = 4
 LITTLE_ENDIAN: Final = b"\0\1\0\0"
 """The encapsulation of what we write."""
 
-MOST_ALIGNED: Final = 8
+MAX_ALIGNMENT: Final = 8
 """Bytes to which the largest numbers are aligned: where a run begins matters only modulo this."""
 
-MOST_ITEMS: Final = 10_000
+MAX_ITEMS: Final = 10_000
 """Messages and texts that the lists of one message may have, nested ones counted: each takes microseconds to check."""
 
-TOO_MANY: Final = f"more than {MOST_ITEMS} messages and texts in the lists of one message"
+TOO_MANY: Final = f"more than {MAX_ITEMS} messages and texts in the lists of one message"
 
 FORMATS: Final[Mapping[str, str]] = MappingProxyType(
     {
@@ -82,7 +82,7 @@ def containers(described: Structure) -> Iterator[tuple[str, ...]]:
 
 @cache
 def weight(field: Field) -> int:
-    """Return what one item of a list counts towards `MOST_ITEMS`: the messages in it; a number counts nothing."""
+    """Return what one item of a list counts towards `MAX_ITEMS`: the messages in it; a number counts nothing."""
     if field.nested is not None:
         return 1 + sum(1 for _ in containers(field.nested))
     return 1 if field.primitive == "string" else 0
@@ -126,8 +126,8 @@ class Run(NamedTuple):
         return _struct(self._format(at))
 
     def each(self, take: Callable[[struct.Struct], Any]) -> tuple[Any, ...]:
-        """Return something of `packed` for each place where a run can begin, modulo `MOST_ALIGNED`."""
-        return tuple(take(self.packed(at)) for at in range(MOST_ALIGNED))
+        """Return something of `packed` for each place where a run can begin, modulo `MAX_ALIGNMENT`."""
+        return tuple(take(self.packed(at)) for at in range(MAX_ALIGNMENT))
 
     @property
     def shifts(self) -> bool:

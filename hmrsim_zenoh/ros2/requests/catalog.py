@@ -28,7 +28,7 @@ _OF_ACTIONS: Final[Mapping[str, type[Goals | Cancels | Results]]] = MappingProxy
 )
 
 
-_MOST_LOST: Final = 10_000
+_MAX_LOST: Final = 10_000
 """Names that are remembered of each kind; the oldest are forgotten."""
 
 
@@ -103,5 +103,5 @@ class Catalog:
 def _keep(lost: dict[str, _Of], before: Mapping[str, _Of], now: Mapping[str, _Of]) -> None:
     """Remember what has been served and is no longer."""
     lost |= {name: of for name, of in before.items() if name not in now}
-    for name in list(lost)[: max(0, len(lost) - _MOST_LOST)]:
+    for name in list(lost)[: max(0, len(lost) - _MAX_LOST)]:
         del lost[name]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-MOST_A_MINUTE: Final = 20
+MAX_PER_MINUTE: Final = 20
 """Lines in a wall minute; whoever invents ids could fill a disk."""
 _MINUTE: Final = 60.0
 _REMEMBERED: Final = 1_000
@@ -49,7 +49,7 @@ class Complaints:
                 return False
             self._look_at_the_clock()
             self._count += 1
-            if self._count > MOST_A_MINUTE:
+            if self._count > MAX_PER_MINUTE:
                 return False
             self._said[what] = None
             if len(self._said) > _REMEMBERED:
@@ -60,7 +60,7 @@ class Complaints:
         now = self._clock()
         if now - self._since < _MINUTE:
             return
-        untold = self._count - MOST_A_MINUTE
+        untold = self._count - MAX_PER_MINUTE
         self._since, self._count = now, 0
         if untold > 0:
             _log.warning("ROS 2: %d more are not told: there were too many in a minute", untold)

@@ -12,11 +12,11 @@ if TYPE_CHECKING:
 
     from hmrsim_zenoh.ros2.requests.pending import PendingRosReply
 
-MOST: Final = 16_384
+MAX_WAITING: Final = 16_384
 """Requests for results that may wait."""
-MOST_OF_ONE: Final = 1_024
+MAX_PER_CLIENT: Final = 1_024
 """… of one client."""
-MOST_OF_NOBODY: Final = 32
+MAX_ANONYMOUS: Final = 32
 """… for one goal, of clients that don't say who they are, nor that they have gone: most have given up long ago."""
 
 
@@ -37,9 +37,9 @@ class Waiting:
         with self._lock:
             requests = self._of.setdefault(whose, {})
             requests[asked], self._whose[asked] = command, whose
-            if len(requests) > (MOST_OF_ONE if asked.client else MOST_OF_NOBODY):
+            if len(requests) > (MAX_PER_CLIENT if asked.client else MAX_ANONYMOUS):
                 return self._make_room(whose)
-            if len(self._whose) > MOST:
+            if len(self._whose) > MAX_WAITING:
                 return self._make_room(max(self._of, key=lambda one: len(self._of[one])))
         return []
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from bt_controller.fleet.allocation import Assignment, Robot, Waiting, nearest
 from bt_controller.fleet.tasks import Task
 
-LEAST = 0.2
+MIN_CHARGE = 0.2
 CAN = ("navigate_to_pose", "pickup", "place")
 NAMES = ("ann", "bob", "cyd", "dan", "eve")
 AT = st.tuples(st.integers(-9, 9).map(float), st.integers(-9, 9).map(float))
@@ -47,7 +47,7 @@ WAITING = st.lists(
 @given(WAITING, ROBOTS)
 def test_no_task_and_no_robot_is_given_twice(waiting, robots):
     """A robot has two hands' work with one."""
-    found = nearest(waiting, robots, least=LEAST)
+    found = nearest(waiting, robots, least=MIN_CHARGE)
 
     assert len(found) == len({each.task.item for each in found})
     assert len(found) == len({each.robot for each in found})
@@ -57,19 +57,21 @@ def test_no_task_and_no_robot_is_given_twice(waiting, robots):
 def test_nobody_gets_what_it_can_not_do(waiting, robots):
     """Neither the wrong type, nor who is busy or broken, nor who is nearly empty."""
     by_name = {robot.name: robot for robot in robots}
-    chosen = [(each.task, by_name[each.robot]) for each in nearest(waiting, robots, least=LEAST)]
+    chosen = [(each.task, by_name[each.robot]) for each in nearest(waiting, robots, least=MIN_CHARGE)]
 
     assert [] == [pair for pair in chosen if not pair[0].suits(pair[1].type, pair[1].actions)]
-    assert [] == [robot for _, robot in chosen if not robot.idle or robot.charge < LEAST]
+    assert [] == [robot for _, robot in chosen if not robot.idle or robot.charge < MIN_CHARGE]
 
 
 @given(WAITING, ROBOTS)
 def test_no_task_waits_while_somebody_free_could_do_it(waiting, robots):
     """It is given at once."""
-    found = nearest(waiting, robots, least=LEAST)
+    found = nearest(waiting, robots, least=MIN_CHARGE)
     left = [each for each in waiting if each.task not in {one.task for one in found}]
     free = [
-        robot for robot in robots if robot.idle and robot.charge >= LEAST and robot.name not in {x.robot for x in found}
+        robot
+        for robot in robots
+        if robot.idle and robot.charge >= MIN_CHARGE and robot.name not in {x.robot for x in found}
     ]
 
     assert [] == [(each, robot) for each in left for robot in free if robot.suits(each.task)]
@@ -78,7 +80,7 @@ def test_no_task_waits_while_somebody_free_could_do_it(waiting, robots):
 @given(WAITING, ROBOTS)
 def test_the_order_in_which_robots_are_listed_does_not_matter(waiting, robots):
     """Ties are broken by name."""
-    assert nearest(waiting, robots, least=LEAST) == nearest(waiting, robots[::-1], least=LEAST)
+    assert nearest(waiting, robots, least=MIN_CHARGE) == nearest(waiting, robots[::-1], least=MIN_CHARGE)
 
 
 def robot(name, x):
@@ -92,7 +94,7 @@ MILK = Waiting(Task("milk", "a", "b"), (5.0, 0.0))
 
 def test_the_nearest_gets_it():
     """And the next task goes to the nearest of those who are left."""
-    found = nearest([TEA, MILK], [robot("ann", 4.0), robot("bob", 3.0)], least=LEAST)
+    found = nearest([TEA, MILK], [robot("ann", 4.0), robot("bob", 3.0)], least=MIN_CHARGE)
 
     assert [Assignment(TEA.task, "bob", 3.0), Assignment(MILK.task, "ann", 1.0)] == found
 
@@ -101,5 +103,5 @@ def test_who_has_failed_comes_last():
     """However near it is; but if nobody else is free it may try again."""
     tea = Waiting(TEA.task, TEA.at, failed=frozenset({"bob"}))
 
-    assert ["ann"] == [each.robot for each in nearest([tea], [robot("bob", 1.0), robot("ann", 9.0)], least=LEAST)]
-    assert ["bob"] == [each.robot for each in nearest([tea], [robot("bob", 1.0)], least=LEAST)]
+    assert ["ann"] == [each.robot for each in nearest([tea], [robot("bob", 1.0), robot("ann", 9.0)], least=MIN_CHARGE)]
+    assert ["bob"] == [each.robot for each in nearest([tea], [robot("bob", 1.0)], least=MIN_CHARGE)]

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from bt_controller.errors import TreeError
-from bt_controller.xml.source import LARGEST, LONGEST, MOST_NODES, read
+from bt_controller.xml.source import MAX_BYTES, MAX_LETTERS, MAX_NODES, read
 from hmrsim.safe_xml import MAX_DEPTH
 
 
@@ -37,10 +37,10 @@ def test_elements_know_file_line_tag_and_name(files):
         (b'<!DOCTYPE r [<!ENTITY a "b">]>\n<root>&a;</root>', r"^tree\.xml:1: has a DOCTYPE"),
         (b'<!DOCTYPE r SYSTEM "file:///etc/passwd"><root/>', "has a DOCTYPE"),
         (b"<a>" * (MAX_DEPTH + 1), "is nested deeper than 100"),
-        (b"<root>" + b"<a/>" * MOST_NODES, "has more than 10000 elements"),
-        (b"<root a='" + b"x" * (LONGEST + 1) + b"'/>", "has a text of more than 10000 letters"),
-        (b"<" + b"x" * (LONGEST + 1) + b"/>", "has a text of more than 10000 letters"),
-        (b"<root>" + b" " * LARGEST, "more than 1048576 bytes are no tree"),
+        (b"<root>" + b"<a/>" * MAX_NODES, "has more than 10000 elements"),
+        (b"<root a='" + b"x" * (MAX_LETTERS + 1) + b"'/>", "has a text of more than 10000 letters"),
+        (b"<" + b"x" * (MAX_LETTERS + 1) + b"/>", "has a text of more than 10000 letters"),
+        (b"<root>" + b" " * MAX_BYTES, "more than 1048576 bytes are no tree"),
     ],
 )
 def test_what_is_no_file_of_trees_is_refused_in_one_line(files, text, error):
@@ -132,7 +132,7 @@ class TestInclude:
     def test_all_files_together_count(self, files):
         """Many files are no way around the limits."""
         for number in range(3):
-            files.write(f"<root>{' ' * (LARGEST // 2)}</root>", f"{number}.xml")
+            files.write(f"<root>{' ' * (MAX_BYTES // 2)}</root>", f"{number}.xml")
         files.write("".join(f'<include path="{number}.xml"/>' for number in range(3)))
 
         with pytest.raises(TreeError, match=r"^1\.xml: more than 1048576 bytes are no tree"):
