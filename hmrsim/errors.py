@@ -118,3 +118,8 @@ class NoRoute(GoalAborted):
 
 class SimulationStopped(HmrsimError):
     """A command came after the simulation had ended."""
+
+
+def reason_of(error: OSError) -> str:
+    """Return why a file can't be used, as the end of a sentence."""
+    return (error.strerror or str(error)).lower()

@@ -134,7 +134,6 @@ def in_words(why: Sequence[Mapping[str, str]]) -> str:
 
 
 def _opened(option: str, path: str) -> Any:
-
     try:
         return Path(path).open("w", encoding="utf-8")
     except OSError as error:

@@ -36,7 +36,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _check(args: argparse.Namespace) -> int:
-
     plan = tree_of(args)
     nodes = Mission("robot", plan).snapshot(None).nodes
     for line in plan.unset:

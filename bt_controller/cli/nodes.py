@@ -39,7 +39,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _nodes(args: argparse.Namespace) -> int:
-
     known = registry()
     for name in args.nodes:
         if name not in known:

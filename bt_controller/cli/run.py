@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import gc
 import json
-import math
 import os
 import re
 import sys
@@ -37,10 +36,10 @@ from hmrsim.program.log_options import add_log_options, logging_to_stderr
 from hmrsim.program.signals import exit_code_of
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.participant import check_name
-from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options, session_options
+from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options, seconds, session_options
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from bt_controller.loading.trees import Plan
     from bt_controller.running.runner import Outcome
@@ -73,7 +72,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="extend",
         nargs="+",
         default=[],
-        type=_selector,
+        type=partial(_checked, check_selector),
         metavar="SELECTOR",
         help="all robots of a kind, by name: all, type:TYPE, action:ACTION, component:COMPONENT; repeatable",
     )
@@ -86,13 +85,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--name",
         default="bt_controller",
-        type=_participant,
+        type=partial(_checked, check_name),
         metavar="PARTICIPANT",
         help="as whom to take part in lockstep (default: %(default)s)",
     )
     parser.add_argument(
         "--period",
-        type=_period,
+        type=partial(seconds, what="period"),
         metavar="SIM_S",
         help="tick each SIM_S simulated seconds, besides when something happened"
         " (default: where a tree needs it, each 1 s)",
@@ -122,38 +121,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(command=partial(_run, parser))
 
 
-def _participant(text: str) -> str:
-
-    try:
-        check_name(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
-    return text
-
-
 def _robot(text: str) -> str:
     if not _ROBOT_NAME.fullmatch(text):
         raise argparse.ArgumentTypeError(f"{text!r} is no robot's name; letters, digits and underscores are expected")
     return text
 
 
-def _selector(text: str) -> str:
-
+def _checked(check: Callable[[str], object], text: str) -> str:
+    """Return a text that passes a check, whose ValueError says what is wrong with it."""
     try:
-        check_selector(text)
+        check(text)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     return text
-
-
-def _period(text: str) -> float:
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = math.nan
-    if not (seconds > 0 and math.isfinite(seconds)):
-        raise argparse.ArgumentTypeError(f"{text!r} is no period; a number of seconds greater than 0 is expected")
-    return seconds
 
 
 def _chosen(args: argparse.Namespace, client: Client) -> list[str]:
@@ -169,7 +149,6 @@ def _resumed(args: argparse.Namespace, plan: Plan) -> str | None:
 
 
 def _run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
-
     if not (args.robot or args.robots):
         parser.error("the following arguments are required: --robot or --robots")
     check_pictures(args)

@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element as _Element
 from bt_controller.errors import TreeError
 from bt_controller.xml.faults import MAX_FAULTS, Origin
 from hmrsim.diagnostics import shown
+from hmrsim.errors import reason_of
 from hmrsim.safe_xml import Refused, parse
 
 MAX_BYTES: Final = 1 << 20
@@ -70,7 +71,7 @@ class _Reader:
             with path.open("rb") as opened:
                 data = opened.read(max(self._left, 0) + 1)
         except OSError as error:
-            raise TreeError(asked.says(f"can't read {file.file!r}: {(error.strerror or str(error)).lower()}")) from None
+            raise TreeError(asked.says(f"can't read {file.file!r}: {reason_of(error)}")) from None
         self._left -= len(data)
         if self._left < 0:
             raise TreeError(file.says(f"more than {MAX_BYTES} bytes are no tree"))
@@ -145,4 +146,4 @@ def _missing(path: Path) -> str:
             return ""
         return "is no regular file" if path.exists() else "there is no such file"
     except OSError as error:
-        return (error.strerror or str(error)).lower()
+        return reason_of(error)

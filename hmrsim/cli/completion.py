@@ -33,6 +33,5 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _print_script(args: argparse.Namespace) -> int:
-
     show(shellcode(_PROGRAMS, shell=args.shell).rstrip("\n"))
     return ExitCode.DONE

@@ -53,7 +53,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _examine(args: argparse.Namespace) -> int:
-
     given, options = args.ros_domain_id, session_options(args)
     asked = asked_for(
         options,

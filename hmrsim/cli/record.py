@@ -61,7 +61,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _record(args: argparse.Namespace) -> int:
-
     signals: list[int] = []
     with on_signals(signals.append), connected(args) as (client, _), RecordingFile(args.file) as file:
         recorder = Recorder(file, told)

@@ -12,7 +12,7 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, warn
 from hmrsim.cli.tracing import told_of
-from hmrsim.errors import printable
+from hmrsim.errors import printable, reason_of
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 from hmrsim.report import of_recording, of_trace, report_of
 from hmrsim.report.page import page_of
@@ -147,12 +147,10 @@ def _lines(path: Path) -> Iterator[str]:
 
 
 def _recorded(path: Path) -> Told:
-
     return of_recording(open_recording(path))
 
 
 def _write_page(output: str, report: Report, told: Told) -> None:
-
     page = page_of(report, told.definition)
     if output == _STDOUT:
         show(page)
@@ -161,7 +159,6 @@ def _write_page(output: str, report: Report, told: Told) -> None:
 
 
 def _write_tables(directory: Path, report: Report) -> None:
-
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -178,4 +175,4 @@ def _write(path: Path, text: str, option: str) -> None:
 
 
 def _unwritable(option: str, path: Path, error: OSError) -> str:
-    return f"hmrsim report: {option} {path}: can't be written: {(error.strerror or str(error)).lower()}"
+    return f"hmrsim report: {option} {path}: can't be written: {reason_of(error)}"

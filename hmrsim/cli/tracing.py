@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager, suppress
 from typing import IO, TYPE_CHECKING
 
-from hmrsim.errors import HmrsimError, TraceError
+from hmrsim.errors import HmrsimError, TraceError, reason_of
 from hmrsim.trace.writer import Trace
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def _opened(path: Path) -> IO[str]:
     try:
         return path.open("w", encoding="ascii", newline="\n")
     except OSError as error:
-        raise TraceError(f"--trace {path}: can't be written: {(error.strerror or str(error)).lower()}") from None
+        raise TraceError(f"--trace {path}: can't be written: {reason_of(error)}") from None
 
 
 @contextmanager
@@ -46,7 +46,7 @@ def told_of(path: Path, *, no_text: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise TraceError(f"{path}: can't be read: {(error.strerror or str(error)).lower()}") from None
+        raise TraceError(f"{path}: can't be read: {reason_of(error)}") from None
     except UnicodeDecodeError:
         raise TraceError(f"{path}: {no_text}") from None
     except TraceError as error:

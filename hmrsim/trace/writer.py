@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim import CONTRACT, __version__
 from hmrsim.engine.sim_time import stamp
-from hmrsim.errors import HmrsimError
+from hmrsim.errors import HmrsimError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.protocol.gateway import (
     CallService,
@@ -128,7 +128,7 @@ class Trace:
             try:
                 self._write("\n".join(lines))
             except OSError as error:
-                raise HmrsimError(f"the trace can't be written: {(error.strerror or str(error)).lower()}") from None
+                raise HmrsimError(f"the trace can't be written: {reason_of(error)}") from None
 
     def close(self) -> None:
         """Write the last line, which says that the trace is complete."""

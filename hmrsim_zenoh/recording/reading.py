@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from mcap.records import Channel, Chunk, Footer, Message, Metadata, Schema
 
-from hmrsim.errors import RecordingError
+from hmrsim.errors import RecordingError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim_zenoh.recording.chunks import Piece, records, unpacked
@@ -156,7 +156,7 @@ class Recording:
             with self.path.open("rb") as file:
                 yield from records(file, self.path.stat().st_size)
         except OSError as error:
-            raise RecordingError(f"{self.path}: can't be read: {(error.strerror or str(error)).lower()}") from None
+            raise RecordingError(f"{self.path}: can't be read: {reason_of(error)}") from None
         except ValueError:
             raise RecordingError(f"{self.path}: no recording: it is no MCAP file") from None
 

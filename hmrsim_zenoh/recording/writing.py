@@ -9,7 +9,7 @@ from typing import IO, TYPE_CHECKING, Final, NamedTuple, Self
 from mcap.writer import Writer
 
 from hmrsim import __version__
-from hmrsim.errors import HmrsimError, RecordingError
+from hmrsim.errors import HmrsimError, RecordingError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 
 if TYPE_CHECKING:
@@ -171,7 +171,7 @@ class RecordingFile:
             HmrsimError: It could not.
         """
         if self._error is not None:
-            raise HmrsimError(f"the recording can't be written: {_reason(self._error)}")
+            raise HmrsimError(f"the recording can't be written: {reason_of(self._error)}")
 
     def failed(self, error: OSError) -> None:
         """Take note that something could not be written."""
@@ -190,15 +190,11 @@ class _Failing:
     def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
         if isinstance(error, OSError):
             self._file.failed(error)
-            raise HmrsimError(f"the recording can't be written: {_reason(error)}") from None
+            raise HmrsimError(f"the recording can't be written: {reason_of(error)}") from None
 
 
 def _opened(path: Path) -> IO[bytes]:
     try:
         return path.open("wb")
     except OSError as error:
-        raise RecordingError(f"{path}: can't be written: {_reason(error)}") from None
-
-
-def _reason(error: OSError) -> str:
-    return (error.strerror or str(error)).lower()
+        raise RecordingError(f"{path}: can't be written: {reason_of(error)}") from None

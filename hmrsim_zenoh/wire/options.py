@@ -19,7 +19,7 @@ from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX, Keys
 if TYPE_CHECKING:
     from hmrsim_zenoh.wire.session import SessionOptions
 
-__all__ = ["ENVIRONMENT", "add_session_options", "session_options"]
+__all__ = ["ENVIRONMENT", "add_session_options", "seconds", "session_options"]
 
 _MODES: Final = ("peer", "client", "router")
 
@@ -57,7 +57,7 @@ def add_session_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--timeout",
-        type=_seconds,
+        type=seconds,
         default=5.0,
         metavar="S",
         help="wall seconds to reach a simulator (default: %(default)g)",
@@ -94,11 +94,12 @@ def _prefix(text: str) -> str:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def _seconds(text: str) -> float:
+def seconds(text: str, *, what: str = "time") -> float:
+    """Return a number of seconds greater than 0; *what* it is for an error."""
     try:
-        seconds = float(text)
+        number = float(text)
     except ValueError:
-        seconds = math.nan
-    if not (seconds > 0 and math.isfinite(seconds)):
-        raise argparse.ArgumentTypeError(f"{text!r} is no time; a number of seconds greater than 0 is expected")
-    return seconds
+        number = math.nan
+    if not (number > 0 and math.isfinite(number)):
+        raise argparse.ArgumentTypeError(f"{text!r} is no {what}; a number of seconds greater than 0 is expected")
+    return number
