@@ -194,13 +194,13 @@ def _wait(standing: Standing) -> model.Wait:
     )
 
 
-def _fault(trouble: Trouble) -> model.Fault:
+def _fault(trouble: Trouble) -> model.FaultSpan:
     said = trouble.settings
     lane = said.get("lane")
     subjects = [trouble.robot, as_text(said.get("door")), " → ".join(map(str, lane)) if isinstance(lane, list) else ""]
     known = {"robot", "door", "lane", "type", "at", "until"}
     detail = ", ".join(f"{key} {value}" for key, value in sorted(said.items()) if key not in known)
-    return model.Fault(
+    return model.FaultSpan(
         name=trouble.name,
         fault=trouble.fault,
         subject=next(filter(None, subjects), ""),

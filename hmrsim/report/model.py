@@ -154,7 +154,7 @@ class Error(_Model):
     deadlock: bool = Field(description="Whether it was in a deadlock while it pursued the goal.")
 
 
-class Fault(_Model):
+class FaultSpan(_Model):
     """Something went wrong on purpose."""
 
     name: str
@@ -231,7 +231,7 @@ class Report(_Model):
     errors: tuple[Error, ...]
     waits: tuple[Wait, ...]
     states: tuple[Span, ...]
-    faults: tuple[Fault, ...]
+    faults: tuple[FaultSpan, ...]
     deadlocks: tuple[Deadlock, ...]
     lanes: tuple[Lane, ...]
     paths: tuple[Path, ...]

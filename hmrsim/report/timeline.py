@@ -11,7 +11,7 @@ from hmrsim.report.wording import seconds
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from hmrsim.report.model import Fault, Goal, Report, Span, Wait
+    from hmrsim.report.model import FaultSpan, Goal, Report, Span, Wait
 
 WIDTH: Final = 10_000
 """Of a row, in units of its own; it is drawn as wide as there is room."""
@@ -78,7 +78,7 @@ def timeline_of(report: Report) -> Timeline:
     began = min((robot.began for robot in report.robots), default=0.0)
     scale = _Scale(began, report.summary.sim_time or 1.0)
     goals, spans = defaultdict[str, list["Goal"]](list), defaultdict[str, list["Span"]](list)
-    waits, faults = defaultdict[str, list["Wait"]](list), defaultdict[str, list["Fault"]](list)
+    waits, faults = defaultdict[str, list["Wait"]](list), defaultdict[str, list["FaultSpan"]](list)
     for goal in report.goals:
         goals[goal.robot].append(goal)
     for span in report.states:
@@ -179,7 +179,7 @@ def _wait_bar(wait: Wait, scale: _Scale) -> str:
     return element("rect", title, class_=f"w {wait.kind}", x=scale.x(wait.began), y=15, width=width, height=7)
 
 
-def _fault_bar(fault: Fault, scale: _Scale, end: float) -> str:
+def _fault_bar(fault: FaultSpan, scale: _Scale, end: float) -> str:
     ended = end if fault.ended is None else fault.ended
     until = "the end" if fault.ended is None else f"{fault.ended:.1f} s"
     title = titled(f"{fault.fault} {fault.name}, {fault.began:.1f} s to {until}")

@@ -305,7 +305,7 @@ class Traffic(_Open):
     policy: Name = "free"
 
 
-class Fault(_Open):
+class FaultEntry(_Open):
     """Something that goes wrong on purpose; beside *type* its fields are its own."""
 
     type: Name
@@ -332,7 +332,7 @@ class World(Model):
     robot_types: dict[Name, RobotType] = {}
     robots: dict[RosName, RobotSpec] = {}
     traffic: Traffic = Traffic()
-    faults: tuple[Fault, ...] = ()
+    faults: tuple[FaultEntry, ...] = ()
     remap: dict[str, str] = Field(default={}, description="Further names of actions: alias to <robot>/<action>.")
     seed: Annotated[int, Field(strict=True)] = 0
 

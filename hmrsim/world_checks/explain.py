@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel
 
 from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, instead, shown
-from hmrsim.world.model import Base, Dock, Fault, Item, Lane, Place, RobotSpec, RobotType, Solid, World
+from hmrsim.world.model import Base, Dock, FaultEntry, Item, Lane, Place, RobotSpec, RobotType, Solid, World
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -26,7 +26,7 @@ _PARTS: dict[tuple[str, ...], type[BaseModel]] = {
     ("robot_types", "*", "base"): Base,
     ("robots", "*"): RobotSpec,
     ("robots", "*", "base"): Base,
-    ("faults", "*"): Fault,
+    ("faults", "*"): FaultEntry,
 }
 
 _WANTED = {

@@ -42,7 +42,7 @@ def world_schema() -> dict[str, Any]:
     rules = {name: _settings(policy.settings, definitions) for name, policy in policies().items()}
     definitions["Traffic"] = {"anyOf": [_policy(name, part) for name, part in rules.items()]}
     kinds = {name: _settings(fault.settings, definitions) for name, fault in faults().items()}
-    definitions["Fault"] = {"anyOf": [_fault(name, part) for name, part in kinds.items()]}
+    definitions["FaultEntry"] = {"anyOf": [_fault(name, part) for name, part in kinds.items()]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **schema,
