@@ -22,7 +22,7 @@ class Parent(Protocol):
 E = TypeVar("E", bound=Parent)
 
 
-class Refused(Exception):
+class XmlError(Exception):
     """The text is no XML, or none that is read here.
 
     Attributes:
@@ -54,7 +54,7 @@ def parse(
         on_text: Called with an element and a piece of the text in it.
 
     Raises:
-        Refused: It is no XML, has a document type, or exceeds a bound; *make* may raise it, too.
+        XmlError: It is no XML, has a document type, or exceeds a bound; *make* may raise it, too.
     """
     parser = expat.ParserCreate(encoding)
     tree = _Tree(parser, make, max_elements, line)
@@ -67,11 +67,11 @@ def parse(
     try:
         parser.Parse(data, True)
     except expat.ExpatError as error:
-        raise Refused(f"is no XML: {expat.ErrorString(error.code)}", line or error.lineno) from None
+        raise XmlError(f"is no XML: {expat.ErrorString(error.code)}", line or error.lineno) from None
     except (LookupError, ValueError) as error:
-        raise Refused(f"is no XML: {error}", tree.here) from None
+        raise XmlError(f"is no XML: {error}", tree.here) from None
     if tree.root is None:
-        raise Refused("is empty", line)
+        raise XmlError("is empty", line)
     return tree.root
 
 
@@ -100,9 +100,9 @@ class _Tree(Generic[E]):
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         self._count += 1
         if self._count > self._max_elements:
-            raise Refused(f"has more than {self._max_elements} elements", self.here)
+            raise XmlError(f"has more than {self._max_elements} elements", self.here)
         if len(self.open) >= MAX_DEPTH:
-            raise Refused(f"is nested deeper than {MAX_DEPTH}", self.here)
+            raise XmlError(f"is nested deeper than {MAX_DEPTH}", self.here)
         element = self._make(tag, attributes, self.here)
         if self.open:
             self.open[-1].append(element)
@@ -114,4 +114,4 @@ class _Tree(Generic[E]):
         self.open.pop()
 
     def doctype(self, *_: object) -> None:
-        raise Refused("has a DOCTYPE, which is not needed and opens the door to attacks; take it out", self.here)
+        raise XmlError("has a DOCTYPE, which is not needed and opens the door to attacks; take it out", self.here)

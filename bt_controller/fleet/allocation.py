@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Waiting:
+class PendingTask:
     """A task that nobody has.
 
     Attributes:
@@ -72,7 +72,7 @@ class Assignment:
 class Policy(Protocol):
     """Says who gets what."""
 
-    def __call__(self, waiting: Sequence[Waiting], robots: Sequence[Robot], *, least: float) -> list[Assignment]:
+    def __call__(self, waiting: Sequence[PendingTask], robots: Sequence[Robot], *, least: float) -> list[Assignment]:
         """Return which robots get which tasks; no task and no robot twice.
 
         Args:
@@ -82,7 +82,7 @@ class Policy(Protocol):
         """
 
 
-def nearest(waiting: Sequence[Waiting], robots: Sequence[Robot], *, least: float) -> list[Assignment]:
+def nearest(waiting: Sequence[PendingTask], robots: Sequence[Robot], *, least: float) -> list[Assignment]:
     """Give each task, the longest waiting first, to the nearest robot that is free.
 
     One that has failed at it gets it again only if no other is free; of two that are as near the first by name does.

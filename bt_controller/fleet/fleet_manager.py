@@ -11,7 +11,7 @@ from py_trees.common import Status
 from bt_controller.core.node import Leaf
 from bt_controller.core.sim_time import now, reached
 from bt_controller.errors import TreeError
-from bt_controller.fleet.allocation import Robot, Waiting
+from bt_controller.fleet.allocation import PendingTask, Robot
 from bt_controller.fleet.task_queue import TaskQueue
 from bt_controller.fleet.tasks import arrivals
 from hmrsim.interfaces.geometry_msgs import PoseStamped
@@ -107,7 +107,7 @@ class FleetManager(Leaf):
         while self._to_come and reached(self._began + self._to_come[0].after):
             task = self._to_come.pop(0).task
             at = self.pose(task.source).pose.position
-            self.task_queue.waiting.append(Waiting(task, (at.x, at.y), since=now()))
+            self.task_queue.waiting.append(PendingTask(task, (at.x, at.y), since=now()))
             self._news.append(f"{task.item} is to go from {task.source} to {task.target}")
         self._give_up_held()
         if self.task_queue.waiting:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from bt_controller.fleet.allocation import Waiting, nearest
+from bt_controller.fleet.allocation import PendingTask, nearest
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -23,7 +23,7 @@ class Given:
         holds: Whether the robot holds its item.
     """
 
-    waiting: Waiting
+    waiting: PendingTask
     holds: bool = False
 
     @property
@@ -49,7 +49,7 @@ class TaskQueue:
 
     policy: Policy = nearest
     least: float = 0.2
-    waiting: list[Waiting] = field(default_factory=list)
+    waiting: list[PendingTask] = field(default_factory=list)
     given: dict[str, Given] = field(default_factory=dict)
     done: list[Task] = field(default_factory=list)
     lost: dict[str, str] = field(default_factory=dict)

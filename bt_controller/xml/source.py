@@ -11,7 +11,7 @@ from bt_controller.errors import TreeError
 from bt_controller.xml.faults import MAX_FAULTS, Origin
 from hmrsim.diagnostics import shown
 from hmrsim.errors import reason_of
-from hmrsim.safe_xml import Refused, parse
+from hmrsim.safe_xml import XmlError, parse
 
 MAX_BYTES: Final = 1 << 20
 """Bytes of all files of a tree; a hand-written one has a few thousand."""
@@ -78,7 +78,7 @@ class _Reader:
         make = partial(self._element, file.file)
         try:
             root = parse(data, make, max_elements=MAX_NODES)
-        except Refused as error:
+        except XmlError as error:
             raise TreeError(Origin(file.file, error.line or 1).says(str(error))) from None
         self._begun.append(path)
         self._inline(root, path)
@@ -88,9 +88,9 @@ class _Reader:
     def _element(self, file: str, tag: str, attributes: dict[str, str], line: int) -> Element:
         self._elements += 1
         if self._elements > MAX_NODES:
-            raise Refused(f"has more than {MAX_NODES} elements, with all that is included", line)
+            raise XmlError(f"has more than {MAX_NODES} elements, with all that is included", line)
         if max(map(len, [tag, *attributes, *attributes.values()])) > MAX_LETTERS:
-            raise Refused(f"has a text of more than {MAX_LETTERS} letters", line)
+            raise XmlError(f"has a text of more than {MAX_LETTERS} letters", line)
         return Element(tag, attributes, Origin(file, line, tag, attributes.get("name", "")))
 
     def _inline(self, root: Element, path: Path) -> None:

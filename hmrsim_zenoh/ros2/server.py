@@ -22,7 +22,7 @@ from hmrsim_zenoh.ros2.requests.catalog import Catalog
 from hmrsim_zenoh.ros2.requests.pending import PendingRosReply
 from hmrsim_zenoh.ros2.requests.rejection_log import Complaints
 from hmrsim_zenoh.ros2.requests.requests import Requests
-from hmrsim_zenoh.ros2.requests.waiting import Waiting
+from hmrsim_zenoh.ros2.requests.waiting import PendingResults
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ class Ros2Server:
         self._inbox = inbox
         self._changes_told = 0
         self._catalog = Catalog(names, wire.distros, actions=actions, services=services)
-        self._waiting = Waiting()
+        self._waiting = PendingResults()
         complaints = Complaints()
         self._publications = Publications(
             session, wire, names, actions=actions, services=services, odom=odom, changed=self._interest_changed

@@ -37,7 +37,7 @@ from hmrsim_zenoh.ros2.requests import waiting as waiting_module
 from hmrsim_zenoh.ros2.requests.catalog import Catalog
 from hmrsim_zenoh.ros2.requests.rejection_log import Complaints
 from hmrsim_zenoh.ros2.requests.requests import Requests
-from hmrsim_zenoh.ros2.requests.waiting import Waiting
+from hmrsim_zenoh.ros2.requests.waiting import PendingResults
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 
 ID = bytes(range(16))
@@ -94,7 +94,7 @@ class Desk:
     """Requests, and what they tell of."""
 
     def __init__(self, wire=RmwZenoh(), names=NAMES):  # noqa: B008 - frozen
-        self.waiting = Waiting()
+        self.waiting = PendingResults()
         self.wrong = []
         catalog = Catalog(names, wire.distros, actions=all_actions(), services=all_services())
         self.catalog = catalog

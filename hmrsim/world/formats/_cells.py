@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.geometry import MAX_COORDINATE
-from hmrsim.safe_xml import Refused
+from hmrsim.safe_xml import XmlError
 from hmrsim.world.formats._xml import Element
 
 if TYPE_CHECKING:
@@ -176,11 +176,11 @@ def read_cells(model: Element) -> Iterator[Cell]:
     """Yield the cells of a page, in its order.
 
     Raises:
-        Refused: They are too many.
+        XmlError: They are too many.
     """
     root = model.find("root")
     if root and len(root.children) > MAX_CELLS:
-        raise Refused(f"has {len(root.children)} cells on a page; at most {MAX_CELLS}", root.line)
+        raise XmlError(f"has {len(root.children)} cells on a page; at most {MAX_CELLS}", root.line)
     for element in root.children if root else ():
         if element.tag == "mxCell":
             yield _cell(element, element, None, element.attributes.get("value", ""))

@@ -9,7 +9,7 @@ import zlib
 from dataclasses import dataclass
 from urllib.parse import unquote
 
-from hmrsim.safe_xml import Refused
+from hmrsim.safe_xml import XmlError
 from hmrsim.world.formats._pages import NoPage, choose_page
 from hmrsim.world.formats._xml import Element, parse
 
@@ -45,20 +45,20 @@ def read_page(text: str, wanted: str | None) -> Page:
         wanted: The page's name, or its number from 1; None for the first.
 
     Raises:
-        Refused: There is no such page, or it can't be unpacked.
+        XmlError: There is no such page, or it can't be unpacked.
     """
     start = text[:1000]
     if _SVG.search(start) and "<mx" not in start:
-        raise Refused("is an SVG picture; open it in draw.io and save it as .drawio", None)
+        raise XmlError("is an SVG picture; open it in draw.io and save it as .drawio", None)
     root = parse(text)
     if root.tag == "mxGraphModel":
         _choose([_UNNAMED], wanted, root)
         return Page(_UNNAMED, root, (_UNNAMED,))
     if root.tag != "mxfile":
-        raise Refused(f"begins with <{root.tag[:40]}>; expected <mxfile> or <mxGraphModel>", root.line)
+        raise XmlError(f"begins with <{root.tag[:40]}>; expected <mxfile> or <mxGraphModel>", root.line)
     diagrams = list(root.all("diagram"))
     if not diagrams:
-        raise Refused("has no <diagram>, so there is no page to read", root.line)
+        raise XmlError("has no <diagram>, so there is no page to read", root.line)
     names = [diagram.attributes.get("name") or _UNNAMED for diagram in diagrams]
     index = _choose(names, wanted, root)
     return Page(names[index], _model(diagrams[index]), tuple(names))
@@ -71,14 +71,14 @@ def _choose(names: list[str], wanted: str | None, root: Element) -> int:
     try:
         return choose_page(names, wanted)
     except NoPage as error:
-        raise Refused(str(error), root.line) from None
+        raise XmlError(str(error), root.line) from None
 
 
 def _model(diagram: Element) -> Element:
     page = diagram if diagram.children else _unpack(diagram)
     model = page if page.tag == "mxGraphModel" else page.find("mxGraphModel")
     if model is None:
-        raise Refused("has no <mxGraphModel> in its <diagram>", diagram.line)
+        raise XmlError("has no <mxGraphModel> in its <diagram>", diagram.line)
     return model
 
 
@@ -86,22 +86,22 @@ def _unpack(diagram: Element) -> Element:
     """Return what is in a compressed diagram: base64 of deflate of percent-encoded XML."""
     packed = "".join(diagram.text.split())
     if not packed:
-        raise Refused("has an empty <diagram>", diagram.line)
+        raise XmlError("has an empty <diagram>", diagram.line)
     try:
         deflated = base64.b64decode(packed, validate=True)
     except (binascii.Error, ValueError):
-        raise Refused("has a compressed <diagram> that is no base64", diagram.line) from None
+        raise XmlError("has a compressed <diagram> that is no base64", diagram.line) from None
     inflater = zlib.decompressobj(wbits=-15)
     try:
         content = inflater.decompress(deflated, MAX_INFLATED + 1)
     except zlib.error as error:
-        raise Refused(f"has a compressed <diagram> that can't be inflated: {error}", diagram.line) from None
+        raise XmlError(f"has a compressed <diagram> that can't be inflated: {error}", diagram.line) from None
     if len(content) > MAX_INFLATED:
         message = f"has a compressed <diagram> of more than {MAX_INFLATED // 1024 // 1024} MiB"
-        raise Refused(message, diagram.line)
+        raise XmlError(message, diagram.line)
     if not inflater.eof:
-        raise Refused("has a compressed <diagram> that is cut off", diagram.line)
+        raise XmlError("has a compressed <diagram> that is cut off", diagram.line)
     try:
         return parse(unquote(content.decode("utf-8"), errors="strict"), line=diagram.line)
     except UnicodeDecodeError:
-        raise Refused("has a compressed <diagram> that is not UTF-8", diagram.line) from None
+        raise XmlError("has a compressed <diagram> that is not UTF-8", diagram.line) from None

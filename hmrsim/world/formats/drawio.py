@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import Finding, instead, shown
 from hmrsim.errors import Problem, WorldError
-from hmrsim.safe_xml import Refused
+from hmrsim.safe_xml import XmlError
 from hmrsim.world.formats import Document, Format, _lanes, _robots, _things
 from hmrsim.world.formats._cells import BadCell, Cell, number
 from hmrsim.world.formats._drawing import Drawing
@@ -42,7 +42,7 @@ def _read(text: str, file: str, options: ReadOptions = AS_IT_IS) -> Document:
     try:
         page = read_page(text, options.page)
         drawing = Drawing(page.model, options)
-    except Refused as error:
+    except XmlError as error:
         raise WorldError([Problem(file, "", str(error), error.line)]) from None
     _read_cells(drawing)
     data = {

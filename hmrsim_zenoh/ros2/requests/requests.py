@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.keys import Address
     from hmrsim_zenoh.ros2.requests.catalog import Catalog
     from hmrsim_zenoh.ros2.requests.rejection_log import Complaints
-    from hmrsim_zenoh.ros2.requests.waiting import Waiting
+    from hmrsim_zenoh.ros2.requests.waiting import PendingResults
     from hmrsim_zenoh.ros2.wires import Wire
 
 _log = logging.getLogger(__name__)
@@ -49,7 +49,7 @@ class Requests:
         wire: Wire,
         catalog: Catalog,
         *,
-        waiting: Waiting,
+        waiting: PendingResults,
         complaints: Complaints,
         name_of: Callable[[str], str],
         wrong_hash: Callable[[Address, str], None],

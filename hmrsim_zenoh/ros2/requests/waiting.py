@@ -20,7 +20,7 @@ MAX_ANONYMOUS: Final = 32
 """… for one goal, of clients that don't say who they are, nor that they have gone: most have given up long ago."""
 
 
-class Waiting:
+class PendingResults:
     """Remembers the requests for results that have not been answered; from any thread."""
 
     def __init__(self) -> None:

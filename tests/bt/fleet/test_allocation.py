@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bt_controller.fleet.allocation import Assignment, Robot, Waiting, nearest
+from bt_controller.fleet.allocation import Assignment, PendingTask, Robot, nearest
 from bt_controller.fleet.tasks import Task
 
 MIN_CHARGE = 0.2
@@ -28,7 +28,7 @@ ROBOTS = st.lists(
 )
 WAITING = st.lists(
     st.builds(
-        Waiting,
+        PendingTask,
         task=st.builds(
             Task,
             item=st.integers(1, 99).map(str),
@@ -88,8 +88,8 @@ def robot(name, x):
     return Robot(name, "nurse", CAN, (x, 0.0))
 
 
-TEA = Waiting(Task("tea", "a", "b"), (0.0, 0.0))
-MILK = Waiting(Task("milk", "a", "b"), (5.0, 0.0))
+TEA = PendingTask(Task("tea", "a", "b"), (0.0, 0.0))
+MILK = PendingTask(Task("milk", "a", "b"), (5.0, 0.0))
 
 
 def test_the_nearest_gets_it():
@@ -101,7 +101,7 @@ def test_the_nearest_gets_it():
 
 def test_who_has_failed_comes_last():
     """However near it is; but if nobody else is free it may try again."""
-    tea = Waiting(TEA.task, TEA.at, failed=frozenset({"bob"}))
+    tea = PendingTask(TEA.task, TEA.at, failed=frozenset({"bob"}))
 
     assert ["ann"] == [each.robot for each in nearest([tea], [robot("bob", 1.0), robot("ann", 9.0)], least=MIN_CHARGE)]
     assert ["bob"] == [each.robot for each in nearest([tea], [robot("bob", 1.0)], least=MIN_CHARGE)]

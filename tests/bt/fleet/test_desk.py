@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.fleet.allocation import Robot, Waiting
+from bt_controller.fleet.allocation import PendingTask, Robot
 from bt_controller.fleet.task_queue import TaskQueue
 from bt_controller.fleet.tasks import Task
 
@@ -13,7 +13,7 @@ CAN = ("navigate_to_pose", "pickup", "place")
 
 def waiting(item, since=0.0, types=()):
     """Return a task that waits."""
-    return Waiting(Task(item, "a", "b", types), (0.0, 0.0), since=since)
+    return PendingTask(Task(item, "a", "b", types), (0.0, 0.0), since=since)
 
 
 def robot(name, robot_type="nurse"):
