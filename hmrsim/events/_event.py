@@ -140,7 +140,7 @@ class Event(tuple[Any, ...], metaclass=_EventType):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields by their names in JSON, without kind and time; arrays may be tuples."""
-        fields = dict(zip(self._names, self, strict=True))
+        fields = dict(zip(self._names, self, strict=False))
         for name, default in self._optional:
             if fields[name] == default:
                 del fields[name]

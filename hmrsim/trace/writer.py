@@ -212,8 +212,13 @@ def _plan_answered(command: PlanAnswered) -> dict[str, Any]:
 
 
 def _happened(event: Happened) -> dict[str, Any]:
-    fields: dict[str, Any] = _rounded(event.fields)
-    return {**fields, "kind": event.kind, "stamp": values_of(event.stamp)}
+    happening = event.event
+    fields = {
+        name: value if type(value) is str else _rounded(value)  # most are text, and this is done for each event
+        for name, value in happening.as_dict().items()
+    }
+    fields["kind"], fields["stamp"] = happening.kind, values_of(event.stamp)
+    return fields
 
 
 def _as_it_came(message: Message) -> Any:

@@ -115,7 +115,9 @@ def status_array(event: StatusChanged) -> bytes:
 def happened(event: GoalChanged | Happened) -> bytes:
     """Return what is published of something that happened in the world."""
     if isinstance(event, Happened):
-        return dump({"stamp": json.loads(_stamp(event.stamp)), "kind": event.kind, **event.fields})
+        sec, nanosec = divmod(event.stamp, NANOSECONDS)
+        happening = event.event
+        return dump({"stamp": {"sec": sec, "nanosec": nanosec}, "kind": happening.kind, **happening.as_dict()})
     head = (
         f'{{"stamp":{_stamp(event.stamp)},"kind":"status","robot":"{event.robot}","action":"{event.action}",'
         f'"goal_id":"{event.goal_id}","status":{int(event.status)}'

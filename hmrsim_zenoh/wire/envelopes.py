@@ -172,6 +172,8 @@ def unreadable_at(field: str, message: str, value: object) -> UnreadableError:
     return UnreadableError(f"{field}: {message}", [{"field": field, "message": message, "value": _shown(value)}])
 
 
+_encode = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
+
 _MAX_DETAILS = 20
 _MAX_SHOWN = 200
 
@@ -189,4 +191,4 @@ def _shown(value: object) -> object:
 
 def dump(values: Mapping[str, Any]) -> bytes:
     """Return a mapping of plain values as compact JSON."""
-    return json.dumps(values, separators=(",", ":"), allow_nan=False).encode()
+    return _encode(values).encode()
