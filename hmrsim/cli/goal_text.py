@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
 # By pydantic's texts: they are what the simulator's error replies have, too.
 _WANTED: Final = {
-    "Field required": "required, but not given",
+    "Field required": "required field is missing",
     "Input should be a valid number": "expected a number",
     "Input should be a finite number": "expected a finite number",
-    "Input should be a valid integer": "expected a whole number",
-    "Input should be a valid integer, got a number with a fractional part": "expected a whole number",
-    "Input should be a valid string": "expected text (in quotes, if it looks like a number)",
+    "Input should be a valid integer": "expected an integer",
+    "Input should be a valid integer, got a number with a fractional part": "expected an integer",
+    "Input should be a valid string": "expected a string (quote it if it looks like a number)",
     "Input should be a valid boolean": "expected true or false",
     "Input should be a valid list": "expected a list",
     "Input should be a valid array": "expected a list",
     "Input should be an object": "expected a mapping",
-    "Keys should be strings": "expected a field's name",
+    "Keys should be strings": "expected a field name",
 }
 _MAPPING: Final = "Input should be a valid dictionary"
 _MISSING: Final = "Field required"
@@ -44,7 +44,7 @@ def read_yaml(text: str, noun: str = "goal") -> object:
         noun: What it is, for errors.
 
     Raises:
-        WrongUse: It is no YAML, or a key is there twice.
+        WrongUse: It is not YAML, or has a key twice.
     """
     try:
         data, _, findings = yaml_text.read(text)
@@ -80,7 +80,7 @@ def mistake(noun: str, path: Path, message: str, value: object, kind: type[BaseM
     """
     where = ": ".join(part for part in (noun, dotted(path)) if part)
     if message == _UNKNOWN:
-        there = "leave it out" if kind is None else f"there are: {', '.join(_fields(kind, path[:-1])) or 'none'}"
+        there = "remove it" if kind is None else f"known fields: {', '.join(_fields(kind, path[:-1])) or 'none'}"
         return f"{where}: unknown field; {there}"
     wanted = "expected a mapping" if message.startswith(_MAPPING) else _WANTED.get(message)
     text = wanted or message[:1].lower() + message[1:]

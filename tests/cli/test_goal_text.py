@@ -45,13 +45,13 @@ def test_nothing_given_is_the_default():
     [
         ("{pose: {pose: {position: {x: abc}}}}", "goal: pose.pose.position.x: expected a number, got 'abc'"),
         ("{pose: {pose: {position: {x: .nan}}}}", "goal: pose.pose.position.x: expected a finite number, got nan"),
-        ("{pose: {pos: 1}}", "goal: pose.pos: unknown field; there are: header, pose"),
-        ("{pose: {header: {stamp: {sec: 1.5}}}}", "goal: pose.header.stamp.sec: expected a whole number, got 1.5"),
+        ("{pose: {pos: 1}}", "goal: pose.pos: unknown field; known fields: header, pose"),
+        ("{pose: {header: {stamp: {sec: 1.5}}}}", "goal: pose.header.stamp.sec: expected an integer, got 1.5"),
         ("{pose: [1]}", "goal: pose: expected a mapping, got [1]"),
         ("[1, 2]", "goal: expected a mapping, got [1, 2]"),
         ("~", "goal: expected a mapping, got nothing"),
         ("hello", "goal: expected a mapping, got 'hello'"),
-        ("{behavior_tree: 12}", "goal: behavior_tree: expected text (in quotes, if it looks like a number), got 12"),
+        ("{behavior_tree: 12}", "goal: behavior_tree: expected a string (quote it if it looks like a number), got 12"),
     ],
 )
 def test_a_mistake_is_named_with_its_field(text, line):
@@ -64,7 +64,7 @@ def test_a_mistake_is_named_with_its_field(text, line):
 
 def test_unknown_field_in_a_list():
     """An unknown field of a list's message is told with those that there are."""
-    with pytest.raises(WrongUse, match=r"^goal: poses\.1\.q: unknown field; there are: header, pose$"):
+    with pytest.raises(WrongUse, match=r"^goal: poses\.1\.q: unknown field; known fields: header, pose$"):
         goal("{poses: [{}, {q: 1}]}", FollowWaypoints.Goal)
 
 

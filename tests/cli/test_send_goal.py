@@ -157,7 +157,7 @@ def test_a_goal_that_the_simulator_cannot_read_is_2(client, capsys):
     client.then = lambda goal: goal.fail(error)
     code = send("{}")
 
-    assert (2, "goal: time.sec: expected a whole number, got 'x'\n") == (code, capsys.readouterr().err)
+    assert (2, "goal: time.sec: expected an integer, got 'x'\n") == (code, capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("error", [SimulatorGone("it is gone"), NobodyThere("nobody answers")])
@@ -283,7 +283,7 @@ def test_goal_id_of_the_user(client, capsys):
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (["{time: {sec: x}}"], "goal: time.sec: expected a whole number, got 'x'"),
+        (["{time: {sec: x}}"], "goal: time.sec: expected an integer, got 'x'"),
         (["nav2_msgs/action/Spin", "{}"], "/wall_e/wait is a nav2_msgs/action/Wait, not a nav2_msgs/action/Spin"),
         (["{}", "--goal-id", "xyz"], "--goal-id: goal id 'xyz' is not a UUID of 32 hex digits"),
     ],

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from hmrsim.events.doors import DoorOpening
+from hmrsim.events.lifts import LiftDeparted
+from hmrsim.events.traffic import MadeRoom
 from hmrsim.protocol.gateway import Happened, Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
@@ -19,7 +22,7 @@ def run():
         simulator = Simulator(load_world(f"zoo/{name}").world, [log])
         simulator.run_scripts()
         ends = {script.robot: round(script.ended, 3) for script in simulator.scripts.all.values() if not script.error}
-        return ends, [event for _, event in log.events if isinstance(event, Happened)]
+        return ends, [event.event for _, event in log.events if isinstance(event, Happened)]
 
     return simulate
 
@@ -28,17 +31,17 @@ def test_two_robots_swap_levels(run):
     """The one that the lift was called for first comes down, and the other goes up with the cabin that it leaves."""
     ends, events = run("lift")
 
-    rides = [event.fields["robots"] for event in events if event.kind == "lift_departed"]
+    rides = [event.robots for event in events if isinstance(event, LiftDeparted)]
     assert {"eve": 40.0, "wall_e": 50.0} == ends
-    assert [[], ["eve"], ["wall_e"]] == rides
+    assert [(), ("eve",), ("wall_e",)] == rides
 
 
 def test_a_door_opens_for_nurses_only(run):
     """The nurse drives through twice; the porters swap rooms on the way around, and give way to each other there."""
     ends, events = run("door")
 
-    opened_for = [event.fields["by"] for event in events if event.kind == "door_opening"]
-    made_room = [event.fields["robot"] for event in events if event.kind == "made_room"]
+    opened_for = [event.by for event in events if isinstance(event, DoorOpening)]
+    made_room = [event.robot for event in events if isinstance(event, MadeRoom)]
     assert ["burn_e", "m_o", "wall_e"] == sorted(ends)
     assert ["wall_e", "wall_e"] == opened_for
     assert {"m_o", "burn_e"} == {*made_room}
