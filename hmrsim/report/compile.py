@@ -6,6 +6,7 @@ import math
 from collections import Counter, defaultdict
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.events.traffic import MadeRoom, Rerouted
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report import model
 from hmrsim.report.outcomes import errors_of, goal_of, throughput_of
@@ -95,8 +96,8 @@ def _summary(story: Story, robots: list[model.Robot], waits: list[model.Wait], *
         energy_charged=rounded(math.fsum(robot.energy_charged or 0.0 for robot in energy)) if energy else None,
         waits=len(waits),
         waited=rounded(math.fsum(wait.duration for wait in waits)),
-        reroutes=story.counts["rerouted"],
-        made_room=story.counts["made_room"],
+        reroutes=story.counts[Rerouted.kind],
+        made_room=story.counts[MadeRoom.kind],
         deadlocks=len(story.waiting.deadlocks),
         faults=len(story.troubles.all),
     )
