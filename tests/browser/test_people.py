@@ -17,7 +17,7 @@ SUCCEEDED, ABORTED = 4, 6
 @pytest.fixture
 def hospital(viewed, ask, open_page):
     """A hospital, somebody who can ask it, and what opens a page of it."""
-    endpoint, url = viewed("hospital")
+    endpoint, url = viewed("hospital", "--real-time-factor", "20")
     return ask(endpoint), lambda query="", **context: open_page(f"{url}{query}", **context)
 
 
@@ -61,8 +61,8 @@ def test_an_item_is_picked_up_by_a_form(hospital):
     page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
     until(page, "(status) => [...hmrsim.model.goals.values()].some((goal) => goal.status === status)", ABORTED)
 
-    pose = {"position": simulator_point(simulator, "medicine")}
-    assert SUCCEEDED == simulator.do("wall_e", "navigate_to_pose", pose={"pose": pose})
+    x, y = page.evaluate("hmrsim.model.world.point('pharmacy')")
+    assert SUCCEEDED == simulator.do("wall_e", "navigate_to_pose", pose={"pose": {"position": {"x": x, "y": y}}})
     page.keyboard.press("a")
     page.get_by_role("combobox", name="Action").select_option("Pick up")
     page.get_by_role("dialog").get_by_role("combobox", name="Item").select_option("medicine")
@@ -70,12 +70,6 @@ def test_an_item_is_picked_up_by_a_form(hospital):
 
     until(page, "hmrsim.model.robots.get('wall_e').holds.includes('medicine')")
     expect(page.locator(".toasts")).to_contain_text("wall_e: Pick up accepted.")
-
-
-def simulator_point(simulator, item):
-    """Return where an item is, as a message has it."""
-    (x, y), *_ = (each["at"] for each in simulator.scene()["items"] if each["name"] == item)
-    return {"x": x, "y": y}
 
 
 def test_a_field_says_what_is_wrong_with_it(hospital):

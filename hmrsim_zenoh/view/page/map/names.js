@@ -1,12 +1,14 @@
-/** Names of robots and items: on plates, where there is room, and not on top of what else is written. */
+/** Names of robots and items: on plates, the most important first, where they cover nothing else that is written. */
 
 import { inSight, itemSize, stamp } from './robot_layer.js';
 import { Room } from './room.js';
 
-const ROOM = 9000; // square css pixels a robot, of which with less only chosen ones have names
+const ROOM = 7000; // square css pixels a name: with more robots in sight than that allows, lesser ones have none
 const CROWD = 400; // with more robots in sight names don't keep clear of robots
 const ITEMS_NAMED = 34; // css pixels a metre
 const SIDES = [[0, 1], [0, -1], [1, 0], [-1, 0], [1, 1], [-1, 1], [1, -1], [-1, -1]]; // where a name may be, best first
+const RANKS = { stopped: 0, offline: 0, waiting: 1, driving: 2, busy: 2, charging: 3, idle: 3 };
+const MANY = 1e6; // more than there are robots
 const AGAIN = 200; // ms after which names are placed anew; until then they move with their robots
 
 export class Names {
@@ -19,6 +21,7 @@ export class Names {
     this.sides = new Map();
     /** Robots that have names, and on which side, since they were placed. @type {[string, number, boolean][]} */
     this.placed = [];
+    this.named = new Set();
     /** Items that have names. */
     this.items = [];
     this.said = '';
@@ -47,7 +50,7 @@ export class Names {
     }
   }
 
-  /** Place the names of chosen robots first; who has no room has none. */
+  /** Place the names of chosen robots first; a name for which there is no room is left out. */
   arrange(frame, poses) {
     const { camera, selected, hovered, follow, layers } = frame;
     this.placed.length = this.items.length = 0;
@@ -62,11 +65,24 @@ export class Names {
       if (i !== undefined && chosen.indexOf(chosen[k]) === k) this.place(poses, i, chosen[k] === selected, true);
     }
     if (!layers.names) return;
-    const all = poses.count * ROOM <= camera.width * camera.height;
-    for (let i = 0; i < poses.count && all; i++) {
+    const most = Math.floor((camera.width * camera.height) / ROOM);
+    for (const i of this.ranked(poses, frame.clock.now())) {
+      if (this.placed.length >= most) break;
       if (!chosen.includes(poses.robots[i].name)) this.place(poses, i, false, false);
     }
+    this.named = new Set(this.placed.map(([name]) => name));
     if (camera.scale * frame.measures.metre >= ITEMS_NAMED) this.placeItems(frame);
+  }
+
+  /** Return the robots in sight in the order of their names' importance: as its state is, and whose name is there already. */
+  ranked(poses, now) {
+    const ranks = new Float64Array(poses.count);
+    for (let i = 0; i < poses.count; i++) {
+      const { name } = poses.robots[i];
+      // As whole numbers, which are sorted fast: rank, then index.
+      ranks[i] = (2 * RANKS[poses.robots[i].stateAt(now)] + (this.named.has(name) ? 0 : 1)) * MANY + i;
+    }
+    return ranks.sort().map((rank) => rank % MANY);
   }
 
   place(poses, i, selected, always) {

@@ -32,7 +32,7 @@ export class Signs {
     this.avoid(frame, dock);
     const close = camera.scale * measures.metre;
     this.named.clear();
-    this.kind(c, frame, world.places, colours.place, 9, close > (world.places.size > 60 ? 16 : 6), BOLD);
+    this.kind(c, frame, world.places, colours.place, 9, true, BOLD);
     this.kind(c, frame, world.docks, colours.muted, dock + 3, close > (world.docks.size > 20 ? 26 : 14));
     this.kind(c, frame, world.doors, colours.door, 7, close > (world.doors.size > 20 ? 40 : 22));
     this.kind(c, frame, world.lifts, colours.lift, dock + 5, close > 14);
@@ -99,7 +99,7 @@ export class Signs {
       const beside = gap + width / 2 + 1;
       const below = gap + HEIGHT / 2;
       const spots = [[0, below], [0, -below], [beside, 0], [-beside, 0], [beside, below], [-beside, below],
-        [beside, -below], [-beside, -below]];
+        [beside, -below], [-beside, -below], ...(close ? [[0, below + HEIGHT], [0, -below - HEIGHT]] : [])];
       const [left, right] = this.seen;
       const sight = px >= left && px <= right;
       const near = spots.filter(([dx]) => !sight || (px + dx - width / 2 >= left && px + dx + width / 2 <= right));

@@ -1,210 +1,117 @@
-// Robots by state and their batteries over time, on two small canvases.
+// Robots by state and their batteries over time, drawn by uPlot.
 
 import { STATES } from '../model/robot.js';
+import uPlot from '../vendor/uplot/uPlot.esm.js';
 import { el, mark, say, sign } from './dom.js';
 import { clockWords, shareWords } from './phrases.js';
 
-const HEIGHT = 170;
-const MARGIN = { left: 48, right: 8, top: 8, bottom: 22 };
-const MOST_LINES = 8;
+const HEIGHT = 180; // css pixels
+const MAX_LINES = 8;
 const TICKS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 36000, 86400];
+/** From the bottom of the stack to its top. */
+const STACK = [...STATES].reverse();
 
 export class ChartsPanel {
   /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.title = 'Charts';
-    this.states = el('canvas', { class: 'chart', role: 'img' });
-    this.batteries = el('canvas', { class: 'chart', role: 'img' });
+    [this.states, this.batteries] = [0, 1].map(() => el('div', { class: 'chart', role: 'img' }));
     this.legend = el('ul', { class: 'legend-line' });
     this.lines = el('ul', { class: 'legend-line' });
-    this.which = el('p', { class: 'note' });
-    this.counts = new Map();
-    for (const state of STATES) {
-      const count = el('b');
-      this.counts.set(state, count);
-      this.legend.append(el('li', {}, sign('state', state), `${state} `, count));
-    }
+    this.note = el('p', { class: 'note' });
+    this.counts = new Map(STATES.map((state) => [state, el('b')]));
+    for (const [state, count] of this.counts) this.legend.append(el('li', {}, sign('state', state), `${state} `, count));
     this.element = el('div', { class: 'panel-body scroll charts' },
       el('h3', { text: 'Robots by state' }), this.states, this.legend,
-      el('h3', { text: 'Batteries' }), this.which, this.batteries, this.lines);
+      el('h3', { text: 'Batteries' }), this.note, this.batteries, this.lines);
+    /** The plots, and what they were made for, by their elements. @type {Map<HTMLElement, {plot: uPlot, made: string}>} */
+    this.plots = new Map();
   }
 
   render() {
-    const { history } = this.app.model;
     const now = this.app.now();
-    const from = Math.min(history.t[0] ?? now, now - 10);
-    this.#drawStates(history, from, now);
-    this.#drawBatteries(history, from, now);
+    this.#drawStates(now);
+    this.#drawBatteries(now);
   }
 
-  #drawStates(history, from, now) {
+  #drawStates(now) {
+    const { history, robots } = this.app.model;
+    const current = Object.fromEntries(STATES.map((state) => [state, 0]));
+    for (const robot of robots.values()) current[robot.stateAt(now)] += 1;
+    for (const [state, count] of this.counts) say(count, String(current[state]));
+    mark(this.states, 'aria-label', `Robots by state over time; now ${STATES.map((state) => `${state} ${current[state]}`).join(', ')}`);
     const { t, counts } = history;
-    const robots = [...this.app.model.robots.values()];
-    const current = new Map(STATES.map((state) => [state, 0]));
-    for (const robot of robots) {
-      const state = robot.stateAt(now);
-      current.set(state, current.get(state) + 1);
-    }
-    for (const [state, count] of current) say(this.counts.get(state), String(count));
-    mark(this.states, 'aria-label', `Robots by state over time; now ${[...current].map((pair) => pair.join(' ')).join(', ')}`);
-    const most = Math.max(1, robots.length, ...t.map((_, i) => STATES.reduce((sum, s) => sum + counts[s][i], 0)));
-    const chart = this.#begin(this.states, from, now, most, (value) => String(value));
-    if (!chart) return;
-    const times = [...t, now];
-    const below = times.map(() => 0);
-    for (const state of [...STATES].reverse()) {
-      const values = [...counts[state], current.get(state)];
-      chart.area(times, below, values, this.app.palette.states[state]);
-    }
+    const sums = new Array(t.length + 1).fill(0);
+    const stacked = STACK.map((state) => [...counts[state], current[state]].map((count, i) => (sums[i] += count)));
+    const { states } = this.app.palette;
+    // The highest first: each covers the lower part of the one before.
+    const series = STACK.map((state) => ({ fill: states[state], width: 0, points: { show: false }, paths: uPlot.paths.stepped({ align: 1 }) })).reverse();
+    this.#show(this.states, [[...t, now], ...stacked.reverse()], series, { max: Math.max(1, ...sums), words: String, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500] });
   }
 
-  #drawBatteries(history, from, now) {
-    const chosen = this.#chosen();
+  #drawBatteries(now) {
+    const { robots, note } = this.#chosen();
     const colours = this.app.palette.types;
-    say(this.which, chosen.note);
-    mark(this.batteries, 'aria-label', chosen.robots.map((r) => `${r.name} ${shareWords(r.battery.percentage)}`).join(', '));
-    const chart = this.#begin(this.batteries, from, now, 1, (value) => `${Math.round(value * 100)} %`);
-    const said = chosen.robots.map(({ name, battery }) => `${name} ${shareWords(battery.percentage)}`).join('|');
-    if (said !== this.said) {
-      this.said = said;
-      this.lines.replaceChildren(...chosen.robots.map(({ name, battery }, i) => {
+    const shares = robots.map(({ name, battery }) => `${name} ${shareWords(battery.percentage)}`);
+    say(this.note, note);
+    mark(this.batteries, 'aria-label', shares.join(', '));
+    if (shares.join('|') !== this.listed) {
+      this.listed = shares.join('|');
+      this.lines.replaceChildren(...robots.map(({ name, battery }, i) => {
         const dash = el('span', { class: 'dash', 'aria-hidden': 'true' });
-        dash.style.background = colours[i % colours.length];
-        return el('li', {}, dash, el('button', {
-          type: 'button', class: 'link', text: name, onclick: () => this.app.select(name, { center: true }),
-        }), el('b', { text: ` ${shareWords(battery.percentage)}` }));
+        dash.style.background = colours[i];
+        const link = el('button', { type: 'button', class: 'link', text: name, onclick: () => this.app.select(name, { center: true }) });
+        return el('li', {}, dash, link, el('b', { text: ` ${shareWords(battery.percentage)}` }));
       }));
     }
-    if (!chart) return;
-    chosen.robots.forEach((robot, i) => {
-      const points = [...(history.batteries.get(robot.name) ?? []), [now, robot.battery.percentage]];
-      chart.line(points, colours[i % colours.length], robot.name === this.app.map.selected);
+    const tables = robots.map(({ name, battery }) => {
+      const points = [...(this.app.model.history.batteries.get(name) ?? []), [now, battery.percentage]];
+      return [points.map(([time]) => time), points.map(([, share]) => share)];
     });
+    const { selected } = this.app.map;
+    const series = robots.map(({ name }, i) => ({ stroke: colours[i], width: name === selected ? 3.5 : 2, spanGaps: true, points: { show: false } }));
+    this.#show(this.batteries, tables.length ? uPlot.join(tables) : [[now]], series, { max: 1, words: shareWords, incrs: [0.25, 0.5] });
   }
 
   /** Return whose batteries are shown: all, or where there are too many the selected robot's and the lowest. */
   #chosen() {
     const all = [...this.app.model.robots.values()].filter((robot) => robot.battery);
     if (all.length === 0) return { robots: [], note: 'No robot has a battery.' };
-    if (all.length <= MOST_LINES) return { robots: all, note: '' };
+    if (all.length <= MAX_LINES) return { robots: all, note: '' };
     all.sort((a, b) => a.battery.percentage - b.battery.percentage);
-    const selected = all.find((robot) => robot.name === this.app.map.selected);
-    const lowest = all.filter((robot) => robot !== selected).slice(0, MOST_LINES - (selected ? 1 : 0));
-    const who = `The ${lowest.length} lowest of ${all.length}`;
-    return { robots: selected ? [selected, ...lowest] : lowest, note: selected ? `${selected.name}, and ${who.toLowerCase()}` : who };
+    const selected = all.filter((robot) => robot.name === this.app.map.selected);
+    const lowest = all.filter((robot) => !selected.includes(robot)).slice(0, MAX_LINES - selected.length);
+    const who = `the ${lowest.length} lowest of ${all.length}`;
+    return { robots: [...selected, ...lowest], note: selected.length ? `${selected[0].name} and ${who}` : who };
   }
 
-  #begin(canvas, from, to, most, words) {
-    const width = canvas.clientWidth;
-    if (width < 60) return null;
-    const ratio = window.devicePixelRatio || 1;
-    if (canvas.width !== Math.round(width * ratio)) {
-      canvas.width = Math.round(width * ratio);
-      canvas.height = Math.round(HEIGHT * ratio);
+  /** Draw a plot; it is made anew where it has other lines, or another size or theme. */
+  #show(element, data, series, { max, words, incrs }) {
+    const width = element.clientWidth;
+    if (width < 60) return;
+    const { theme, palette } = this.app;
+    const made = JSON.stringify([width, theme.name, series]);
+    const known = this.plots.get(element);
+    const [first, now] = [data[0][0], data[0].at(-1)];
+    const scales = { x: { min: Math.min(first, now - 10), max: now }, y: { min: 0, max } };
+    if (known?.made === made) {
+      known.plot.setData(data, false);
+      known.plot.batch(() => Object.entries(scales).forEach(([scale, range]) => known.plot.setScale(scale, range)));
+      return;
     }
-    const pen = canvas.getContext('2d');
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.clearRect(0, 0, width, HEIGHT);
-    return new Chart(pen, this.app.palette[this.app.theme.name], { width, from, to, most, words });
-  }
-}
-
-class Chart {
-  constructor(pen, colours, { width, from, to, most, words }) {
-    this.pen = pen;
-    this.from = from;
-    this.to = to;
-    this.most = most;
-    this.right = width - MARGIN.right;
-    this.bottom = HEIGHT - MARGIN.bottom;
-    this.#axes(colours, words);
-  }
-
-  x(time) {
-    return MARGIN.left + ((time - this.from) / Math.max(this.to - this.from, 1e-9)) * (this.right - MARGIN.left);
-  }
-
-  y(value) {
-    return this.bottom - (value / this.most) * (this.bottom - MARGIN.top);
-  }
-
-  /** Lay values on what is below them, and add them to it. */
-  area(times, below, values, colour) {
-    const { pen } = this;
-    if (values.every((value) => value === 0)) return;
-    const tops = below.map((value, i) => value + values[i]);
-    pen.beginPath();
-    tops.forEach((value, i) => this.#corner(times, tops, i, i === 0));
-    for (let i = below.length - 1; i >= 0; i -= 1) {
-      pen.lineTo(this.x(times[i]), this.y(below[i]));
-      if (i) pen.lineTo(this.x(times[i]), this.y(below[i - 1]));
-    }
-    pen.closePath();
-    pen.fillStyle = colour;
-    pen.globalAlpha = 0.85;
-    pen.fill();
-    pen.globalAlpha = 1;
-    tops.forEach((value, i) => (below[i] = value));
-  }
-
-  line(points, colour, strong) {
-    const { pen } = this;
-    pen.beginPath();
-    points.forEach(([time, value], i) => pen[i ? 'lineTo' : 'moveTo'](this.x(Math.max(time, this.from)), this.y(value)));
-    pen.strokeStyle = colour;
-    pen.lineWidth = strong ? 3.5 : 2;
-    pen.lineJoin = 'round';
-    pen.stroke();
-  }
-
-  /** A count stays what it is until the next one. */
-  #corner(times, values, i, first) {
-    if (first) this.pen.moveTo(this.x(times[0]), this.y(values[0]));
-    else {
-      this.pen.lineTo(this.x(times[i]), this.y(values[i - 1]));
-      this.pen.lineTo(this.x(times[i]), this.y(values[i]));
-    }
-  }
-
-  #axes(colours, words) {
-    const { pen } = this;
-    pen.font = '12px system-ui, sans-serif';
-    pen.fillStyle = colours.muted;
-    pen.strokeStyle = colours.line;
-    pen.lineWidth = 1;
-    pen.textAlign = 'right';
-    pen.textBaseline = 'middle';
-    for (const value of this.#values()) {
-      const y = Math.round(this.y(value)) + 0.5;
-      this.#stroke(MARGIN.left, y, this.right, y);
-      pen.fillText(words(value), MARGIN.left - 6, y);
-    }
-    pen.textAlign = 'center';
-    pen.textBaseline = 'top';
-    const span = this.to - this.from;
-    const tick = TICKS.find((each) => span / each <= 5) ?? TICKS[TICKS.length - 1];
-    for (let time = Math.ceil(this.from / tick) * tick; time <= this.to; time += tick) {
-      const x = Math.round(this.x(time)) + 0.5;
-      this.#stroke(x, this.bottom, x, this.bottom + 4);
-      if (x > MARGIN.left + 12 && x < this.right - 12) pen.fillText(clockWords(time), x, this.bottom + 7);
-    }
-  }
-
-  #values() {
-    if (this.most === 1) return [0, 0.25, 0.5, 0.75, 1];
-    const raw = this.most / 4;
-    const unit = 10 ** Math.floor(Math.log10(raw));
-    const tick = Math.max(1, [1, 2, 5, 10].map((each) => each * unit).find((each) => each >= raw));
-    const all = [];
-    for (let value = 0; value <= this.most; value += tick) all.push(value);
-    return all;
-  }
-
-  #stroke(x0, y0, x1, y1) {
-    this.pen.beginPath();
-    this.pen.moveTo(x0, y0);
-    this.pen.lineTo(x1, y1);
-    this.pen.stroke();
+    known?.plot.destroy();
+    const { muted: stroke, line } = palette[theme.name];
+    const axis = (more) => ({ stroke, ticks: { stroke: line, width: 1, size: 4 }, font: '12px system-ui, sans-serif', ...more });
+    const plot = new uPlot({
+      width, height: HEIGHT, legend: { show: false }, cursor: { show: false }, select: { show: false },
+      scales: { x: { time: false, auto: false, ...scales.x }, y: { auto: false, ...scales.y } },
+      axes: [
+        axis({ incrs: TICKS, space: 64, size: 28, grid: { show: false }, values: (_, times) => times.map((time) => clockWords(time)) }),
+        axis({ incrs, size: 50, grid: { stroke: line, width: 1 }, values: (_, values) => values.map(words) }),
+      ],
+      series: [{}, ...series],
+    }, data, element);
+    this.plots.set(element, { plot, made });
   }
 }
