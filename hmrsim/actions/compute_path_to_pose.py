@@ -1,4 +1,4 @@
-"""Plan a way along the lanes, and don't drive it."""
+"""Plan a path along the lanes without driving it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pick up an item with the claw."""
+"""Pick up an item with the gripper."""
 
 from __future__ import annotations
 

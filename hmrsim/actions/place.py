@@ -1,4 +1,4 @@
-"""Put down what the claw holds."""
+"""Put down the item that the gripper holds."""
 
 from __future__ import annotations
 

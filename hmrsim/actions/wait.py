@@ -1,4 +1,4 @@
-"""Stand still for a while."""
+"""Stand still for a duration."""
 
 from __future__ import annotations
 

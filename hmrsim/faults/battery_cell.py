@@ -1,4 +1,4 @@
-"""A cell of a battery fails: its charge is lost, and the battery holds less."""
+"""A cell of the battery fails: its charge is lost, and less can be charged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A robot breaks down: it stands where it is, in the way of others, until it is repaired."""
+"""The robot breaks down: it stands where it is, in the way of others, until it is repaired."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A claw drops what it holds, which falls where the robot is and obstructs the lane there."""
+"""The gripper drops the item that it holds, which blocks the lane where it falls."""
 
 from __future__ import annotations
 

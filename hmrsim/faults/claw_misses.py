@@ -1,4 +1,4 @@
-"""A claw misses the item that it reaches for, so that picking up fails."""
+"""The gripper misses the item that it reaches for, so that picking up fails."""
 
 from __future__ import annotations
 

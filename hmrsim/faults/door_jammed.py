@@ -1,4 +1,4 @@
-"""A door stays as it is, open or closed, whatever it is commanded."""
+"""The door jams: it stays open or closed, whatever it is told."""
 
 from __future__ import annotations
 

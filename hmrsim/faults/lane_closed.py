@@ -1,4 +1,4 @@
-"""A lane is closed in both directions: no robot enters it, and a robot on it drives on."""
+"""The lane is closed in both directions: no robot enters it, robots on it drive on."""
 
 from __future__ import annotations
 

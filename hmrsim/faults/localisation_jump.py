@@ -1,4 +1,4 @@
-"""The estimated pose of a robot is wrong: the poses that it reports are off, its motion is not."""
+"""The localization of the robot is off: it publishes another pose than it has."""
 
 from __future__ import annotations
 

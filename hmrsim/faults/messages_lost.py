@@ -1,4 +1,4 @@
-"""The connection to a robot is lost: none of its messages arrives, and no request reaches it."""
+"""The connection to the robot is lost: nothing that it publishes arrives, requests to it are refused."""
 
 from __future__ import annotations
 

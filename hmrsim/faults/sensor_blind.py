@@ -1,4 +1,4 @@
-"""The sensors of a robot see nothing."""
+"""The sensors of the robot see nothing."""
 
 from __future__ import annotations
 

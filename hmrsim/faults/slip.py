@@ -1,4 +1,4 @@
-"""The wheels of a robot slip: it is slower, also on the route that it drives now."""
+"""The wheels of the robot slip: it is slower, also on the lane that it is on."""
 
 from __future__ import annotations
 

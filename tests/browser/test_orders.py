@@ -72,9 +72,9 @@ def test_time_is_controlled_by_buttons(viewed, ask, open_page):
     until(page, "hmrsim.clock.paused")
     before = simulator.scene()["stamp"]
     assert before == simulator.scene()["stamp"]
-    page.get_by_role("button", name="One step").click()
+    page.get_by_role("button", name="Step").click()
     until(page, "(before) => hmrsim.clock.now() > before", before["sec"] + before["nanosec"] / 1e9)
-    page.get_by_role("button", name="Go on").click()
+    page.get_by_role("button", name="Resume").click()
     until(page, "!hmrsim.clock.paused")
     page.get_by_label("Speed").select_option("5")
     until(page, "hmrsim.clock.factor === 5")
