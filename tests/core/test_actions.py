@@ -164,6 +164,19 @@ class TestPickup:
         assert (code, text) == (log.result(A).error_code.val, log.result(A).error_code.message)
         assert run.simulator.items.get(item) is None or run.simulator.items[item].carrier is None
 
+    @pytest.mark.parametrize(("away", "weight", "code"), [(0.5, 1.0, 1), (0.5001, 1.0, -1), (0.5, 1.0001, -4)])
+    def test_the_limits_of_a_claw_are_still_within_them(self, make_run, away, weight, code):
+        """At 0.5 m and 1 kg it picks; a little more is out of reach, or too heavy."""
+        kind = {"components": {"claw": {"reach": 0.5, "max_weight": 1.0}}}
+        world = {
+            "items": {"parcel": {"at": [away, 0], "weight": weight}},
+            "robot_types": {"nurse": kind},
+            "robots": {"wall_e": {"at": [0, 0], "type": "nurse"}},
+        }
+        log = make_run(world)((0.0, pickup("parcel")))
+
+        assert code == log.result(A).error_code.val
+
     def test_a_claw_holds_one_item(self, run):
         """A second is INVALID_ROBOT_STATE."""
         log = run((0.0, pickup("letter")), (0.1, pickup("parcel", goal_id=B)))

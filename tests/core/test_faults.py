@@ -175,6 +175,14 @@ def test_nobody_enters_a_closed_lane():
     assert 208 == log.result(A).error_code
 
 
+def test_a_lane_closed_twice_is_open_when_both_are_over():
+    """The first fault's end opens nothing."""
+    lane = {"type": "lane_closed", "lane": ["shelf", "door"]}
+    log = faulty({**lane, "until": 3}, {**lane, "until": 9})((0.0, go(9, 2)))
+
+    assert {9.0} == {time for time, _ in log.happened("lane_opened")}
+
+
 def test_who_was_on_its_way_waits_until_the_lane_is_open():
     """If there is no other way."""
     log = faulty({"type": "lane_closed", "lane": ["door", "shelf"], "at": 1, "until": 9})((0.0, go(9, 2)))
