@@ -58,8 +58,8 @@ class _EventType(type):
             own = list(namespace.get("__annotations__", ()))
             fields: tuple[str, ...] = (*base._fields, *own)
             defaults = {**base._field_defaults, **{field: namespace.pop(field) for field in own if field in namespace}}
-            made = vars(namedtuple(name, fields, defaults=defaults.values(), module=namespace["__module__"]))  # noqa: PYI024 - fields are typed in the class
-            namespace |= {key: made[key] for key in (*fields, *_TAKEN)}
+            made = namedtuple(name, fields, defaults=defaults.values(), module=namespace["__module__"])  # noqa: PYI024 - fields are typed in the class
+            namespace |= {key: vars(made)[key] for key in (*fields, *_TAKEN)}
         return super().__new__(mcs, name, bases, {**namespace, "__slots__": ()}, **presentation)
 
     _fields: tuple[str, ...]
