@@ -3,11 +3,12 @@
 import { inSight, itemSize, stamp } from './robot_layer.js';
 import { Room } from './room.js';
 
-const ROOM = 7000; // square css pixels a name: with more robots in sight than that allows, lesser ones have none
+const ROOM = 7000; // square css pixels a robot, of which with less only the chosen and those that stand for a reason have names
 const CROWD = 400; // with more robots in sight names don't keep clear of robots
 const ITEMS_NAMED = 34; // css pixels a metre
 const SIDES = [[0, 1], [0, -1], [1, 0], [-1, 0], [1, 1], [-1, 1], [1, -1], [-1, -1]]; // where a name may be, best first
 const RANKS = { stopped: 0, offline: 0, waiting: 1, driving: 2, busy: 2, charging: 3, idle: 3 };
+const LESSER = 2; // rank from which names are left out where there are too many robots
 const MANY = 1e6; // more than there are robots
 const AGAIN = 200; // ms after which names are placed anew; until then they move with their robots
 
@@ -66,8 +67,8 @@ export class Names {
     }
     if (!layers.names) return;
     const most = Math.floor((camera.width * camera.height) / ROOM);
-    for (const i of this.ranked(poses, frame.clock.now())) {
-      if (this.placed.length >= most) break;
+    for (const [i, rank] of this.ranked(poses, frame.clock.now())) {
+      if (this.placed.length >= most || (poses.count > most && rank >= LESSER)) break;
       if (!chosen.includes(poses.robots[i].name)) this.place(poses, i, false, false);
     }
     this.named = new Set(this.placed.map(([name]) => name));
@@ -82,7 +83,7 @@ export class Names {
       // As whole numbers, which are sorted fast: rank, then index.
       ranks[i] = (2 * RANKS[poses.robots[i].stateAt(now)] + (this.named.has(name) ? 0 : 1)) * MANY + i;
     }
-    return ranks.sort().map((rank) => rank % MANY);
+    return Array.from(ranks.sort(), (rank) => [rank % MANY, rank / MANY / 2]);
   }
 
   place(poses, i, selected, always) {

@@ -3,7 +3,7 @@
 import { button, el, say } from './dom.js';
 
 const KEY = 'hmrsim.welcomed';
-const WIDE = 1240; // css pixels that leave room for more
+const WIDE = 1500; // css pixels that leave room for more
 
 export class Hint {
   /** @param {import('../app.js').App} app */
