@@ -1,7 +1,7 @@
 """The live picture: a page in a browser, and the small server that is its Zenoh.
 
 `server.ViewServer` serves what `live.Live` or `recorded.Recorded` has to show; they load Starlette and Uvicorn, which
-nobody needs who only asks for help.
+commands that only print help do not need.
 """
 
 from typing import Final

@@ -18,7 +18,7 @@ MAX_EVENTS: Final = 500
 class EventLog:
     """Keeps the latest events of a simulator; for the event loop's thread.
 
-    They lie in Zenoh's own ring until somebody asks, so that none of them wakes Python.
+    They lie in Zenoh's own ring until a page asks, so that none of them wakes Python.
 
     Args:
         session: An open session.

@@ -1,7 +1,7 @@
 """Zenoh's subscriptions, shared by all pages that want the same.
 
 Samples wait in Zenoh's own ring until it is time for a frame: no Python runs in Zenoh's threads, so that whatever the
-server does, nobody who publishes has to wait for it. All of this is for the event loop's thread.
+server does, no publisher has to wait for it. All of this is for the event loop's thread.
 """
 
 from __future__ import annotations
@@ -50,14 +50,14 @@ class Feeds:
         return len(self._feeds)
 
     def join(self, key: str, every: float, listener: Listener) -> None:
-        """Let somebody hear the samples of a key below the prefix, each *every* seconds."""
+        """Call a listener with the samples of a key below the prefix, each *every* seconds."""
         feed = self._feeds.get((key, every))
         if feed is None:
             feed = self._feeds[key, every] = _Feed(self._session, self._prefix, key, every, self._loop)
         feed.listeners[listener] = None
 
     def leave(self, key: str, every: float, listener: Listener) -> None:
-        """Let somebody hear no more of it."""
+        """Call a listener no more."""
         feed = self._feeds[key, every]
         del feed.listeners[listener]
         if not feed.listeners:

@@ -53,7 +53,7 @@ class Unsubscribe(_Request):
 
 
 class Get(_Request):
-    """Asks whoever answers on a key."""
+    """Sends a query on a key."""
 
     op: Literal["get"]
     key: _Key
