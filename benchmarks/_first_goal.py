@@ -16,7 +16,7 @@ def by_client(endpoint: str) -> None:
     from hmrsim.actions import registry  # noqa: PLC0415 - each way imports what it needs, which is part of its time
     from hmrsim.interfaces.nav2_msgs import NavigateToPose  # noqa: PLC0415
     from hmrsim_zenoh import Client  # noqa: PLC0415
-    from hmrsim_zenoh.wire.session import SessionOptions  # noqa: PLC0415
+    from hmrsim_zenoh.wire.options import SessionOptions  # noqa: PLC0415
 
     with Client(SessionOptions(connect=(endpoint,))) as client:
         wall_e = client.action_client("wall_e", registry()["navigate_to_pose"])

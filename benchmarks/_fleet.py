@@ -69,18 +69,17 @@ class Wanderers:
     Robots first wait for a random part of a second, so that they don't keep step.
     """
 
-    def __init__(self, simulator: Simulator, seed: int = 1) -> None:
-        self._simulator = simulator
+    def __init__(self, world: World, seed: int = 1) -> None:
+        self._simulator: Simulator | None = None
         self._chance = random.Random(seed)
         self._numbers = itertools.count(1)
         self._goals = [
-            NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=Point(x=x, y=y))))
-            for x, y in simulator.world.points.values()
+            NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=Point(x=x, y=y)))) for x, y in world.points.values()
         ]
 
-    def start(self, robots: Iterable[str]) -> None:
-        """Attach to the simulator, and send these robots off; before its thread starts, if it has one."""
-        self._simulator.attach(self)
+    def start(self, simulator: Simulator, robots: Iterable[str]) -> None:
+        """Send these robots of a simulator off, whose sink this is; before its thread starts, if it has one."""
+        self._simulator = simulator
         for robot in robots:
             self._send(robot, "wait", Wait.Goal(time=Duration.from_seconds(self._chance.random())))
 
@@ -94,6 +93,8 @@ class Wanderers:
         return False
 
     def _send(self, robot: str, action: str, goal: Message) -> None:
+        if self._simulator is None:
+            raise AssertionError
         goal_id = f"{next(self._numbers):032x}"
         self._simulator.submit(SendGoal(robot, action, goal, goal_id))
         self._simulator.submit(GetResult(robot, action, goal_id, _Wanderer(robot)))

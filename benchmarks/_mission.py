@@ -13,7 +13,8 @@ import zenoh
 from benchmarks._processes import HMRSIM, command, line_of
 from benchmarks._wire import ask
 from hmrsim.world_checks import load_world
-from hmrsim_zenoh.wire.session import SessionOptions, open_client
+from hmrsim_zenoh.wire.options import SessionOptions
+from hmrsim_zenoh.wire.session import open_client
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -13,16 +13,20 @@ import zenoh
 from benchmarks._fleet import Wanderers, loaded, plan_everything
 from benchmarks._processes import Child, child, wait_for_end
 from hmrsim.cli.garbage import collect_rarely
-from hmrsim.cli.tracing import traced
-from hmrsim_zenoh.host import Host, HostSettings
-from hmrsim_zenoh.wire.session import SessionOptions, open_client
+from hmrsim.cli.tracing import TraceFile
+from hmrsim_zenoh.host import Host
+from hmrsim_zenoh.wire.options import SessionOptions
+from hmrsim_zenoh.wire.session import open_client
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from multiprocessing.connection import Connection
     from pathlib import Path
 
+    from hmrsim.protocol.gateway import Sink
+    from hmrsim.settings.run import RunSettings
     from hmrsim.world.model import World
+    from hmrsim_zenoh.ros2.wires import Wire
 
 BARE = "bare/query"
 BARE_PAYLOAD = b"x" * 200
@@ -57,7 +61,12 @@ class Served:
 
 @contextmanager
 def served(
-    world: World, settings: HostSettings, *, wandering: int | None = None, trace: Path | None = None
+    world: World,
+    settings: RunSettings,
+    *,
+    wandering: int | None = None,
+    trace: Path | None = None,
+    wires: Sequence[Wire] = (),
 ) -> Iterator[Served]:
     """Serve a world and a bare queryable on the same session.
 
@@ -67,16 +76,27 @@ def served(
         wandering: How many robots, the last ones, never rest; the ways to all waypoints are found before then, as
             they are for 0. None leaves everything as it is in a new world.
         trace: Where to write a trace, as ``--trace`` does.
+        wires: The wires of ROS 2 that are spoken.
     """
-    with child(_serve, world, settings, wandering, trace) as process:
+    with child(_serve, world, settings, wandering, trace, wires) as process:
         yield Served(process, process.receive())
 
 
-def _serve(pipe: Connection, world: World, settings: HostSettings, wandering: int | None, trace: Path | None) -> None:
+def _serve(
+    pipe: Connection,
+    world: World,
+    settings: RunSettings,
+    wandering: int | None,
+    trace: Path | None,
+    wires: Sequence[Wire],
+) -> None:
     options = SessionOptions(listen=("tcp/127.0.0.1:0",))
-    with Host(loaded(world), options, settings) as host, traced(trace, host.simulator) as written:
-        if written is not None:
-            host.pacing.on_wait.append(written.flush)
+    written, crowd = TraceFile(trace, world, settings), Wanderers(world)
+    sinks: list[Sink] = [*written.sinks, *([crowd] if wandering else [])]
+    with (
+        Host(loaded(world), options, settings, wires=wires, sinks=sinks, on_wait=[written.flush]) as host,
+        written.opened(host.simulator),
+    ):
         bare: zenoh.handlers.Callback[zenoh.Query] = zenoh.handlers.Callback(
             lambda query: query.reply(query.key_expr, BARE_PAYLOAD), indirect=False
         )
@@ -84,7 +104,7 @@ def _serve(pipe: Connection, world: World, settings: HostSettings, wandering: in
         if wandering is not None:
             plan_everything(host.simulator)
         if wandering:
-            Wanderers(host.simulator).start(list(host.simulator.robots)[-wandering:])
+            crowd.start(host.simulator, list(host.simulator.robots)[-wandering:])
         collect_rarely()
         host.start()
         while wandering and host.simulator.now < _BEGINNING:

@@ -25,9 +25,9 @@ from bt_controller.running.mission import missions_for, prepare
 from bt_controller.running.runner import Runner
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.host import HostSettings
-from hmrsim_zenoh.wire.session import SessionOptions
+from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 QUICK: dict[str, Any] = {"sizes": (1, 10, 100), "results": 120, "polled": 20, "runs": 1}
 
-_SETTINGS = HostSettings(clock="lockstep", keep_results=10, participant_timeout=300.0)
+_SETTINGS = RunSettings(clock="lockstep", keep_results=10, participant_timeout=300.0)
 _STOPS = 6
 _NODES = 2 + 3 * _STOPS
 _GROWTH = 1.5

@@ -16,9 +16,10 @@ from benchmarks._report import Row
 from benchmarks._timing import Variant, medians
 from benchmarks._wire import Served, served
 from hmrsim.cli.garbage import collect_rarely
+from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
-from hmrsim_zenoh.host import HostSettings
-from hmrsim_zenoh.wire.session import SessionOptions, open_client
+from hmrsim_zenoh.wire.options import SessionOptions
+from hmrsim_zenoh.wire.session import open_client
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,7 +57,7 @@ def run(
 
 def _heard(robots: int, rate: float, window: float, side: int) -> list[Row]:
     """Return rows of one number of robots, whose feedback is sampled *rate* times a second."""
-    settings = HostSettings(feedback_rate=rate, keep_results=10)
+    settings = RunSettings(feedback_rate=rate, keep_results=10)
     with served(grid_world(robots, side=side), settings, wandering=robots) as world:
         alone, _, _ = _shares(world, None, window / 2)
         with child(_listen, world.endpoint) as listener:
@@ -109,11 +110,12 @@ def _unheard(world: World, rounds: int) -> Row:
 
     Both do the same: equal seeds, and equal spans of simulated time, turn about.
     """
-    giving, silent = Simulator(world, keep_results=10), Simulator(world, keep_results=10)
+    crowds = Wanderers(world), Wanderers(world)
+    giving, silent = (Simulator(world, RunSettings(keep_results=10), [crowd]) for crowd in crowds)
     silent.dispatcher.sample_feedback = lambda *_: None  # type: ignore[method-assign]
-    for simulator in (giving, silent):
+    for simulator, crowd in zip((giving, silent), crowds, strict=True):
         plan_everything(simulator)
-        Wanderers(simulator).start(simulator.robots)
+        crowd.start(simulator, simulator.robots)
     collect_rarely()
     span = _EVENTS_A_ROUND * LANE_SECONDS / len(world.robots)
     variants = [Variant("silent", partial(_go_on, silent, span)), Variant("giving", partial(_go_on, giving, span))]

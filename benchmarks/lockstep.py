@@ -16,10 +16,10 @@ from benchmarks._report import Row
 from benchmarks._timing import Variant, medians
 from benchmarks._wire import BARE, BARE_PAYLOAD, ask, served
 from hmrsim.cli.garbage import collect_rarely
-from hmrsim.cli.tracing import traced
+from hmrsim.cli.tracing import TraceFile
+from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
-from hmrsim_zenoh.host import HostSettings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 QUICK: dict[str, Any] = {"rounds": 20, "missions": 1, "runs": 5}
 
-_SETTINGS = HostSettings(clock="lockstep", keep_results=10, participant_timeout=60.0)
+_SETTINGS = RunSettings(clock="lockstep", keep_results=10, participant_timeout=60.0)
 _SPEEDS = {100: 1000.0, 1000: 150.0}
 _DEAREST = {100: 1.5}
 """Where the simulator has little to do in a round trip: with ten times as many robots it has ten times as much."""
@@ -106,9 +106,10 @@ def _null_controller(world: World, rounds: int, folder: Path) -> list[Row]:
 
 def _alone(world: World) -> Simulator:
     """Return a simulator that does the same in this process, with nobody to tell."""
-    simulator = Simulator(world, keep_results=10)
+    crowd = Wanderers(world)
+    simulator = Simulator(world, RunSettings(keep_results=10), [crowd])
     plan_everything(simulator)
-    Wanderers(simulator).start(simulator.robots)
+    crowd.start(simulator, simulator.robots)
     collect_rarely()
     simulator.run(until=100.0)
     return simulator
@@ -153,14 +154,16 @@ class _Scripts:
 
     def __init__(self, world: World, trace: Path | None) -> None:
         self._world = world
-        self._trace = trace
+        self._path = trace
         self.load()
 
     def load(self) -> None:
         """Begin anew."""
-        self._simulator = Simulator(self._world, keep_results=1)
+        settings = RunSettings(keep_results=1)
+        self._trace = TraceFile(self._path, self._world, settings)
+        self._simulator = Simulator(self._world, settings, self._trace.sinks)
 
     def run(self) -> None:
         """Run all scripts to their ends."""
-        with traced(self._trace, self._simulator):
+        with self._trace.opened(self._simulator):
             self._simulator.run_scripts()

@@ -11,7 +11,8 @@ from benchmarks._fleet import SIDE, grid_world
 from benchmarks._processes import HMRSIM, command, line_of, memory
 from benchmarks._report import Row
 from benchmarks._wire import GoalSender
-from hmrsim_zenoh.wire.session import SessionOptions, open_client
+from hmrsim_zenoh.wire.options import SessionOptions
+from hmrsim_zenoh.wire.session import open_client
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

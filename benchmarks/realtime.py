@@ -19,8 +19,8 @@ import zenoh
 
 from benchmarks._report import Row
 from benchmarks._wire import served
+from hmrsim.settings.run import RunSettings
 from hmrsim.world.model import World
-from hmrsim_zenoh.host import HostSettings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,7 +39,7 @@ def run(*, factors: Sequence[float] = (1.0, 10.0), robots: int = 20, window: flo
     for factor in factors:
         chance = random.Random(1)
         lanes = {f"robot_{number}": factor * chance.uniform(0.5, 1.5) for number in range(robots)}
-        with served(_world(lanes), HostSettings(real_time_factor=factor)) as world, world.session() as session:
+        with served(_world(lanes), RunSettings(real_time_factor=factor)) as world, world.session() as session:
             late = sorted(_Shuttles(session, lanes, factor).run(window))
         name = f"factor {factor:g}: a result is late by"
         rows += [

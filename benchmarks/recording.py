@@ -11,6 +11,7 @@ from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._report import Row
 from hmrsim.cli.rosout import told
 from hmrsim.protocol.time import LOCKSTEP, TimeState
+from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.sink import RecordingSink
@@ -47,13 +48,20 @@ def run(*, sizes: Sequence[int] = (10, 100, 1000), seconds: float = 60.0, side: 
 
 
 def _of(robots: int, seconds: float, side: int) -> list[Row]:
-    simulator = Simulator(grid_world(robots, side=side), keep_results=10)
-    plan_everything(simulator)
+    world = grid_world(robots, side=side)
+    crowd, sinks = Wanderers(world), list[_Timed]()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "run.mcap")
         with RecordingFile(path, reproducible=True) as file:
-            sink = _Timed(simulator, Recorder(file, told), lambda: _TIME, clock_rate=10.0)
-            Wanderers(simulator).start(simulator.robots)
+
+            def recording(simulator: Simulator) -> list[_Timed]:
+                sinks.append(_Timed(simulator, Recorder(file, told), lambda: _TIME, clock_rate=10.0))
+                return sinks
+
+            simulator = Simulator(world, RunSettings(keep_results=10), [crowd], watchers=recording)
+            plan_everything(simulator)
+            (sink,) = sinks
+            crowd.start(simulator, simulator.robots)
             simulator.run(until=_RUSH)
             before, sink.spent = file.messages, 0.0
             simulator.run(until=_RUSH + seconds)

@@ -21,16 +21,18 @@ from hmrsim.cli.garbage import collect_rarely
 from hmrsim.protocol.gateway import FeedbackSent, GoalEntry, StatusChanged
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.services import registry as all_services
+from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
-from hmrsim_zenoh.host import HostSettings
 from hmrsim_zenoh.ros2.names import names_of
 from hmrsim_zenoh.ros2.publishing.publications import Publications
 from hmrsim_zenoh.ros2.wires import RmwZenoh
-from hmrsim_zenoh.wire.session import SessionOptions, open_server
+from hmrsim_zenoh.wire.options import SessionOptions
+from hmrsim_zenoh.wire.session import open_server
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from hmrsim.protocol.gateway import Sink
     from hmrsim.world.model import World
 
 QUICK: dict[str, Any] = {"rounds": 20, "robots": 10, "starts": 1}
@@ -63,13 +65,12 @@ def run(*, rounds: int = 300, robots: int = 100, starts: int = 3, side: int = SI
 
 def _messages(rounds: int) -> list[Row]:
     """Return microseconds a message, in this process."""
-    simulator = Simulator(grid_world(1, side=2))
-    feedback = _feedback(simulator)
+    feedback = _feedback("robot_0")
     type_ = type_of("navigate_to_pose").feedback
     message = {"goal_id": {"uuid": bytes.fromhex(_GOAL_ID)}, "feedback": feedback.feedback}
     payload = type_.encode(message)
     executing, succeeded = (_status(status) for status in (GoalStatus.EXECUTING, GoalStatus.SUCCEEDED))
-    with _published(simulator) as publications:
+    with _published(grid_world(1, side=2)) as (_, publications):
 
         def change() -> None:
             publications.emit(executing)
@@ -90,7 +91,7 @@ def _repeat(call: Callable[[], object]) -> None:
         call()
 
 
-def _feedback(simulator: Simulator) -> FeedbackSent:
+def _feedback(robot: str) -> FeedbackSent:
     """Return feedback of a robot that drives, as the simulator gives it."""
     pose = {"position": {"x": 12.5, "y": 7.25, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.6, "w": 0.8}}
     header = {"stamp": {"sec": 12, "nanosec": 345_000_000}, "frame_id": "map"}
@@ -101,7 +102,7 @@ def _feedback(simulator: Simulator) -> FeedbackSent:
         "number_of_recoveries": 0,
         "distance_remaining": 17.25,
     }
-    return FeedbackSent(next(iter(simulator.robots)), "navigate_to_pose", _GOAL_ID, values)
+    return FeedbackSent(robot, "navigate_to_pose", _GOAL_ID, values)
 
 
 def _status(status: GoalStatus) -> StatusChanged:
@@ -109,34 +110,42 @@ def _status(status: GoalStatus) -> StatusChanged:
 
 
 @contextmanager
-def _published(simulator: Simulator) -> Iterator[Publications]:
+def _published(world: World, *sinks: Sink) -> Iterator[tuple[Simulator, Publications]]:
     """Publish of a simulation to nobody."""
+    made: list[Publications] = []
     session, (endpoint,) = open_server(SessionOptions(listen=("tcp/127.0.0.1:0",)))
-    with session:
-        publications = Publications(
-            session,
-            RmwZenoh(),
-            names_of(simulator),
-            actions=registry(),
-            services=all_services(),
-            odom=lambda robot: simulator.readings.odom(simulator.robots[robot]),
-            changed=lambda: None,
+
+    def publishing(simulator: Simulator) -> list[Publications]:
+        made.append(
+            Publications(
+                session,
+                RmwZenoh(),
+                names_of(simulator),
+                actions=registry(),
+                services=all_services(),
+                odom=lambda robot: simulator.readings.odom(simulator.robots[robot]),
+                changed=lambda: None,
+            )
         )
+        return made
+
+    with session:
+        simulator = Simulator(world, RunSettings(keep_results=10), sinks, watchers=publishing)
+        (publications,) = made
         publications.start()
         with open_session(endpoint) as other:
             Graph(other).when([name for name in names_of(simulator).actions if name.count("/") > 1])
-        yield publications
+        yield simulator, publications
 
 
 def _unheard(world: World, rounds: int) -> Row:
     """Return what feedback costs that nobody listens to, against a simulator that is on the wire and gives none."""
-    giving, silent = Simulator(world, keep_results=10), Simulator(world, keep_results=10)
-    silent.dispatcher.sample_feedback = lambda *_: None  # type: ignore[method-assign]
-    with _published(giving) as by_giving, _published(silent) as by_silent:
-        for simulator, publications in ((giving, by_giving), (silent, by_silent)):
-            simulator.attach(publications)
+    crowds = Wanderers(world), Wanderers(world)
+    with _published(world, crowds[0]) as (giving, _), _published(world, crowds[1]) as (silent, _):
+        silent.dispatcher.sample_feedback = lambda *_: None  # type: ignore[method-assign]
+        for simulator, crowd in zip((giving, silent), crowds, strict=True):
             plan_everything(simulator)
-            Wanderers(simulator).start(simulator.robots)
+            crowd.start(simulator, simulator.robots)
         collect_rarely()
         variants = [Variant("silent", partial(_go_on, silent)), Variant("giving", partial(_go_on, giving))]
         took = medians(variants, rounds)
@@ -158,7 +167,7 @@ def _go_on(simulator: Simulator) -> None:
 
 def _goals(rounds: int) -> list[Row]:
     """Return what goals cost by ROS's wire, and by JSON's of the same simulator: paced, and while its time stands."""
-    paced, standing = (HostSettings(clock=clock, wires=_WIRES, keep_results=10) for clock in ("realtime", "lockstep"))
+    paced, standing = (RunSettings(clock=clock, keep_results=10) for clock in ("realtime", "lockstep"))
     with ExitStack() as stack:
         json_, ros = _senders(stack, paced)
         still_json, still_ros = _senders(stack, standing)
@@ -179,9 +188,9 @@ def _against_json(name: str, seconds: float, by_json: float) -> Row:
     return Row(name, seconds * _MICRO, "µs", seconds / by_json, ratio_at_most=limit)
 
 
-def _senders(stack: ExitStack, settings: HostSettings) -> tuple[GoalSender, RosGoalSender]:
+def _senders(stack: ExitStack, settings: RunSettings) -> tuple[GoalSender, RosGoalSender]:
     """Return who sends goals by either wire, to a robot each of one simulator."""
-    world = stack.enter_context(served(grid_world(2, side=2), settings))
+    world = stack.enter_context(served(grid_world(2, side=2), settings, wires=_WIRES))
     plain = stack.enter_context(world.session())
     ros = stack.enter_context(open_session(world.endpoint))
     Graph(ros).when(["/robot_0/wait", "/robot_1/wait"])

@@ -17,6 +17,7 @@ from benchmarks._fleet import LANE_SECONDS, SIDE, Wanderers, grid_world, plan_ev
 from benchmarks._processes import child, memory
 from benchmarks._report import Row
 from hmrsim.cli.garbage import collect_rarely
+from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 
 if TYPE_CHECKING:
@@ -85,12 +86,14 @@ def run(
 def _measure(pipe: Connection, robots: int, window: float, side: int) -> None:
     """Send what this size gives."""
     empty = _resident()
-    simulator = Simulator(grid_world(robots, side=side), keep_results=10)
+    world = grid_world(robots, side=side)
+    crowd = Wanderers(world)
+    simulator = Simulator(world, RunSettings(keep_results=10), [crowd])
     unplanned, began = _resident(), time.perf_counter()
     plan_everything(simulator)
     searching = (time.perf_counter() - began) / len(simulator.world.waypoints)
     empty += _resident() - unplanned
-    Wanderers(simulator).start(simulator.robots)
+    crowd.start(simulator, simulator.robots)
     collect_rarely()
     # All begin within the first second: a rush that comes never again.
     simulator.run(until=2.0)

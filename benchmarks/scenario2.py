@@ -12,10 +12,10 @@ from benchmarks._wire import BARE, BARE_PAYLOAD, GoalSender, answer, ask, served
 from hmrsim.actions import registry
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.protocol.gateway import Answered, GetResult, SendGoal
+from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
 from hmrsim_zenoh import Client
-from hmrsim_zenoh.host import HostSettings
 
 if TYPE_CHECKING:
     import zenoh
@@ -29,8 +29,8 @@ _GOAL = {"pose": {"pose": {"position": {"x": 450.0, "y": 330.0}}}}
 _HOME = {"pose": {"pose": {"position": {"x": 78.0, "y": 86.0}}}}
 _DRIVE = "wall_e/navigate_to_pose"
 _BARE = "bare query"
-_FREE = HostSettings(real_time_factor=0.0, keep_results=10)
-_PACED = HostSettings(real_time_factor=1.0, keep_results=10)
+_FREE = RunSettings(real_time_factor=0.0, keep_results=10)
+_PACED = RunSettings(real_time_factor=1.0, keep_results=10)
 
 
 def run(*, rounds: int = 500, crowd: int = 1000, side: int = SIDE) -> list[Row]:
@@ -118,7 +118,7 @@ class _Here:
     """Scenario 2 in this process, driven by commands."""
 
     def __init__(self, world: World) -> None:
-        self._simulator = Simulator(world, [self], keep_results=10)
+        self._simulator = Simulator(world, RunSettings(keep_results=10), [self])
         self._sent = 0
         self._results: list[object] = []
 

@@ -20,9 +20,9 @@ from hmrsim.world.model import World
 from hmrsim.world_checks import load_world
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
-    from hmrsim.protocol.gateway import Event
+    from hmrsim.protocol.gateway import Event, Sink
 
 QUICK: dict[str, Any] = {"rounds": 1, "seconds": 100.0}
 
@@ -56,7 +56,7 @@ def run(rounds: int = 5, seconds: float = 1000.0, robots: int = 100, side: int =
 
 def _warehouse(rounds: int) -> list[Row]:
     world = load_world("warehouse").world
-    rows = _compared("warehouse", world, rounds, lambda simulator: simulator.run_scripts(_MAX_SECONDS))
+    rows = _compared("warehouse", world, rounds, _run_scripts)
     simulator, spent = Simulator(world), float("inf")
     for _ in range(rounds):
         simulator = Simulator(world)
@@ -73,24 +73,37 @@ def _grid(rounds: int, seconds: float, robots: int, side: int) -> list[Row]:
     placed = {f"robot_{number}": {"at": start} for number, start in enumerate(starts)}
     plain = world.model_dump(mode="json", by_alias=True, exclude_defaults=True)
 
-    def wander(simulator: Simulator) -> None:
+    def wander(world: World, sinks: Sequence[Sink]) -> float:
+        crowd = Wanderers(world)
+        simulator = Simulator(world, sinks=[crowd, *sinks])
         plan_everything(simulator)
-        Wanderers(simulator).start(simulator.robots)
-        began = time.process_time()
-        simulator.advance(seconds)
-        simulator.spent = time.process_time() - began  # type: ignore[attr-defined]  # planning is not what is measured
+        crowd.start(simulator, simulator.robots)
+        return _timed(lambda: simulator.advance(seconds))
 
     return _compared(f"{robots} on a grid", World.model_validate(plain | {"robots": placed}), rounds, wander)
 
 
-def _compared(title: str, world: World, rounds: int, go: Callable[[Simulator], None]) -> list[Row]:
+def _run_scripts(world: World, sinks: Sequence[Sink]) -> float:
+    simulator = Simulator(world, sinks=sinks)
+    return _timed(lambda: simulator.run_scripts(_MAX_SECONDS))
+
+
+def _timed(run: Callable[[], None]) -> float:
+    """Return the processor seconds of a run."""
+    gc.collect()
+    began = time.process_time()
+    run()
+    return time.process_time() - began
+
+
+def _compared(title: str, world: World, rounds: int, go: Callable[[World, Sequence[Sink]], float]) -> list[Row]:
     """Return what a lane costs under each policy, the least of several rounds."""
     worlds = {policy: _under(world, policy) for policy in _POLICIES}
     lanes = {policy: _driven(each, go) for policy, each in worlds.items()}
     least = dict.fromkeys(_POLICIES, float("inf"))
     for _ in range(rounds):
         for policy, each in worlds.items():
-            least[policy] = min(least[policy], _spent(each, go) / max(1, lanes[policy]))
+            least[policy] = min(least[policy], go(each, ()) / max(1, lanes[policy]))
     return [
         Row(
             f"{title}, a lane under {policy}",
@@ -110,17 +123,7 @@ def _under(world: World, policy: str) -> World:
     return World.model_validate(plain | {"traffic": {"patience": None, **said, "policy": policy}})
 
 
-def _driven(world: World, go: Callable[[Simulator], None]) -> int:
-    simulator, lanes = Simulator(world), _Lanes()
-    simulator.attach(lanes)
-    go(simulator)
+def _driven(world: World, go: Callable[[World, Sequence[Sink]], float]) -> int:
+    lanes = _Lanes()
+    go(world, [lanes])
     return lanes.driven
-
-
-def _spent(world: World, go: Callable[[Simulator], None]) -> float:
-    simulator = Simulator(world)
-    gc.collect()
-    began = time.process_time()
-    go(simulator)
-    spent: float = getattr(simulator, "spent", time.process_time() - began)
-    return spent

@@ -11,7 +11,7 @@ from benchmarks._fleet import SIDE, grid_world
 from benchmarks._processes import HMRSIM, command, line_of, processor_seconds
 from benchmarks._report import Row
 from benchmarks._wire import served
-from hmrsim_zenoh.host import HostSettings
+from hmrsim.settings.run import RunSettings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -44,7 +44,7 @@ def run(*, sizes: Sequence[int] = (10, 100, 1000), window: float = 10.0, side: i
 def _of(chromium: Browser, robots: int, window: float, side: int) -> list[Row]:
     """Return the rows of one number of robots, all of which drive."""
     with (
-        served(grid_world(robots, side=side), HostSettings(keep_results=10), wandering=robots) as world,
+        served(grid_world(robots, side=side), RunSettings(keep_results=10), wandering=robots) as world,
         command(*HMRSIM, "view", "--connect", world.endpoint, "--port", "0", "--json") as server,
     ):
         url = json.loads(line_of(server))["url"]

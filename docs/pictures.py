@@ -25,7 +25,7 @@ from benchmarks._browser import browser, shown, until
 from benchmarks._fleet import grid_world
 from benchmarks._processes import HMRSIM, command, free_port, line_of
 from benchmarks._wire import served
-from hmrsim_zenoh.host import HostSettings
+from hmrsim.settings.run import RunSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -133,7 +133,7 @@ def _page(name: str, at: float, viewport: Mapping[str, int], query: str, **optio
 
 def thousand() -> None:
     """Photograph a thousand robots on their ways."""
-    settings = HostSettings(keep_results=10)
+    settings = RunSettings(keep_results=10)
     with (
         served(grid_world(1000), settings, wandering=1000) as grid,
         command(*HMRSIM, "view", "--connect", grid.endpoint, "--port", "0", "--json") as view,

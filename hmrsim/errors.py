@@ -4,6 +4,7 @@
 
     HmrsimError
     ├── WorldError              a world file can't be read or makes no sense; carries every problem found
+    ├── SettingsError           a settings file can't be read or makes no sense; carries every problem found
     ├── TraceError              a file that should be a trace is none, or can't be made
     ├── RecordingError          a file that should be a recording is none, or can't be made
     ├── PluginError             a plug-in is missing, misnamed or broken
@@ -35,7 +36,7 @@ def printable(text: str) -> str:
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with a world file.
+    """One thing wrong with a world file, or with a settings file.
 
     Attributes:
         file: The file as the user named it.
@@ -59,8 +60,8 @@ class Problem:
         return printable(": ".join(part for part in (place, self.path, self.message) if part))
 
 
-class WorldError(HmrsimError):
-    """A world file can't be read or makes no sense.
+class _FileError(HmrsimError):
+    """A file can't be read or makes no sense.
 
     Attributes:
         problems: All that was found, in file order; never empty.
@@ -69,6 +70,14 @@ class WorldError(HmrsimError):
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
         super().__init__("\n".join(str(problem) for problem in self.problems))
+
+
+class WorldError(_FileError):
+    """A world file can't be read or makes no sense; *problems* has all that was found, in file order."""
+
+
+class SettingsError(_FileError):
+    """A settings file can't be read or makes no sense; *problems* has all that was found, in file order."""
 
 
 class TraceError(HmrsimError):

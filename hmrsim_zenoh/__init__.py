@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         SimulatorGone,
         Unreachable,
     )
-    from hmrsim_zenoh.wire.session import SessionOptions
+    from hmrsim_zenoh.wire.options import SessionOptions
 
 __all__ = [
     "ActionClient",
@@ -64,7 +64,7 @@ _HOMES = MappingProxyType(
         "Commander": "client.commander",
         "GoalHandle": "client.goal_handle",
         "Lockstep": "client.lockstep",
-        "SessionOptions": "wire.session",
+        "SessionOptions": "options",
         "Subscription": "client.subscription",
     }
 )

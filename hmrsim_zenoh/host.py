@@ -3,32 +3,33 @@
 from __future__ import annotations
 
 import logging
-import math
 import threading
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
+from itertools import chain
 from typing import TYPE_CHECKING, Self
 
 import zenoh
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
-from hmrsim.protocol.time import REALTIME, TokenSeen
+from hmrsim.protocol.time import TokenSeen
 from hmrsim.services import registry as all_services
+from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.timing.pacing import Pacing
 from hmrsim.timing.result_retention import Retention
 from hmrsim_zenoh.errors import BadOptions, PrefixTaken
 from hmrsim_zenoh.server import warm_up
-from hmrsim_zenoh.server.external_planner import Planner
-from hmrsim_zenoh.server.liveliness import MAX_TOKENS, Tokens
+from hmrsim_zenoh.server.liveliness import Tokens
 from hmrsim_zenoh.server.server import Server
 from hmrsim_zenoh.server.world_info import Description
-from hmrsim_zenoh.wire.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.wire.keys import Keys
-from hmrsim_zenoh.wire.session import SessionOptions, open_server
+from hmrsim_zenoh.wire.options import SessionOptions
+from hmrsim_zenoh.wire.session import open_server
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
     from hmrsim.protocol.gateway import Sink
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.ros2.server import Ros2Server
@@ -38,51 +39,6 @@ _log = logging.getLogger(__name__)
 
 _STOP_SECONDS = 1.5
 """Wall seconds that the simulation's thread is given to end every goal."""
-
-
-@dataclass(frozen=True)
-class HostSettings:
-    """How a world is served.
-
-    Attributes:
-        clock: How time moves: ``realtime`` or ``lockstep``.
-        real_time_factor: Simulated seconds a wall second in real time; 0 for as fast as possible.
-        participants: How many have to join before time moves in lockstep, or their names.
-        participant_timeout: Wall seconds that one of them may take from a grant to the next request.
-        end_on_loss: Whether the run ends when one of them is lost.
-        planner_timeout: Wall seconds that a planner outside may take for a path.
-        step_size: Simulated seconds of one step.
-        duration: Simulated seconds after which to end.
-        seed: Replaces the world's.
-        feedback_rate: Samples of feedback a second of simulated time.
-        odom_rate: Likewise of odometry.
-        clock_rate: Likewise of the clock.
-        battery_rate: Likewise of batteries, which are told when they reach a level, too.
-        detection_rate: Likewise of what sensors see, which is sent when it has changed.
-        result_timeout: Wall seconds that a result is kept; negative for ever.
-        keep_results: Most ended goals that a robot remembers.
-        max_payload: Bytes that a request may have.
-        wires: The wires of ROS 2 that are spoken, beside the JSON wire.
-    """
-
-    clock: str = REALTIME
-    real_time_factor: float = 1.0
-    participants: int | tuple[str, ...] = 1
-    participant_timeout: float = 30.0
-    end_on_loss: bool = False
-    planner_timeout: float = 5.0
-    step_size: float = 0.1
-    duration: float = math.inf
-    seed: int | None = None
-    feedback_rate: float = 10.0
-    odom_rate: float = 10.0
-    clock_rate: float = 10.0
-    battery_rate: float = 1.0
-    detection_rate: float = 10.0
-    result_timeout: float = 900.0
-    keep_results: int = 1000
-    max_payload: int = MAX_PAYLOAD
-    wires: tuple[Wire, ...] = ()
 
 
 def _warn_of_lag(lag: float) -> None:
@@ -95,7 +51,12 @@ class Host:
     Args:
         loaded: The world.
         options: How to open the session.
-        settings: How to serve.
+        settings: How to run it.
+        wires: The wires of ROS 2 that are spoken, beside the JSON wire.
+        sinks: Where events go, too.
+        watchers: Makes further sinks, of the simulator and of what lets its time move.
+        on_wait: Called, each, whenever there is nothing to do but to wait.
+        preparations: What else will be of use; done bit by bit, in lockstep, while nobody lets time move.
 
     Attributes:
         endpoints: What the session listens on.
@@ -110,73 +71,55 @@ class Host:
         PrefixTaken: Another simulator serves this prefix.
     """
 
+    pacing: Pacing
+    _description: Description
+    _server: Server
+
     def __init__(
         self,
         loaded: LoadedWorld,
         options: SessionOptions = SessionOptions(),  # noqa: B008 - frozen
-        settings: HostSettings = HostSettings(),
+        settings: RunSettings = RunSettings(),  # noqa: B008 - frozen
+        *,
+        wires: Sequence[Wire] = (),
+        sinks: Sequence[Sink] = (),
+        watchers: Callable[[Simulator, Pacing], Sequence[Sink]] = lambda _simulator, _pacing: (),
+        on_wait: Sequence[Callable[[], None]] = (),
+        preparations: Iterable[object] = (),
     ) -> None:
-        self._settings = settings
         try:
             self._keys = Keys(options.prefix, loaded.world.remap)
         except ValueError as error:
             raise BadOptions(f"--prefix: {error}") from None
+        self._settings = settings
+        self._wires = wires
         self._retention = Retention(settings.result_timeout)
-        self.simulator = Simulator(
-            loaded.world,
-            [self._retention],
-            seed=settings.seed,
-            feedback_rate=settings.feedback_rate,
-            odom_rate=settings.odom_rate,
-            clock_rate=settings.clock_rate,
-            battery_rate=settings.battery_rate,
-            detection_rate=settings.detection_rate,
-            keep_results=settings.keep_results,
-            step_size=settings.step_size,
-        )
         self.error: BaseException | None = None
         self._reason = "the simulation has ended"
         self._ended = threading.Event()
+        self._ros2: list[Ros2Server] = []
         self._servers: list[Server | Ros2Server] = []
-        self._session, self.endpoints = open_server(options, join=bool(settings.wires))
+
+        def serving(simulator: Simulator) -> Sequence[Sink]:
+            self._serve(simulator)
+            self.pacing = self._paced(simulator, on_wait, preparations)
+            return [*self._servers, self.pacing.lockstep, *watchers(simulator, self.pacing)]
+
+        self._session, self.endpoints = open_server(options, join=bool(wires))
         try:
             self._refuse_second()
-            self._description = Description(self.simulator, lambda: self.pacing.state)
             self._tokens = Tokens(self._session, self._keys)
-            self._server = self._serve()
-            self._servers.append(self._server)
-            self._ros2 = self._serve_ros2()
-            self._servers.extend(self._ros2)
+            self.simulator = Simulator(
+                loaded.world,
+                settings,
+                [self._retention, *sinks],
+                watchers=serving,
+                services=all_services(),
+                hindrance=lambda: self.pacing.hindrance,
+            )
         except BaseException:
             self._close()
             raise
-        self.simulator.attach(self._server)
-        for ros2 in self._ros2:
-            self.simulator.attach(ros2)
-        self.pacing = Pacing(
-            self.simulator,
-            self._server.inbox,
-            self._retention,
-            clock=settings.clock,
-            real_time_factor=settings.real_time_factor,
-            duration=settings.duration,
-            participants=settings.participants,
-            participant_timeout=settings.participant_timeout,
-            end_on_loss=settings.end_on_loss,
-            on_lag=_warn_of_lag,
-            preparations=warm_up.of(self.simulator),
-        )
-        self._server.submit = self.pacing.submit
-        self._server.planner = Planner(
-            self._session,
-            self._keys,
-            self._server.inbox.put,
-            timeout=settings.planner_timeout,
-            max_payload=settings.max_payload,
-        )
-        self._server.on_roster = self._follow
-        for ros2 in self._ros2:
-            ros2.submit, ros2.planner = self.pacing.submit, self._server.planner
         self._participants = self._watch_participants()
         self._thread = threading.Thread(target=self._run, name="hmrsim-simulation", daemon=True)
 
@@ -187,10 +130,6 @@ class Host:
     def __exit__(self, *_error: object) -> None:
         """Stop, and close the session."""
         self.stop()
-
-    def attach(self, sink: Sink) -> None:
-        """Send events to one more sink; before `start` only."""
-        self.simulator.attach(sink)
 
     def start(self) -> None:
         """Run the simulation in its thread, and tell the network that it is there."""
@@ -260,38 +199,54 @@ class Host:
         handler = zenoh.handlers.Callback(on_token)
         return self._session.liveliness().declare_subscriber(self._keys.participants(), handler, history=True)
 
-    def _serve(self) -> Server:
-        return Server(
+    def _serve(self, simulator: Simulator) -> None:
+        """Open what serves a simulation on all wires."""
+        settings = self._settings
+        self._description = Description(simulator, lambda: self.pacing.state)
+        self._server = Server(
             self._session,
             self._keys,
+            self._description,
             actions=all_actions(),
-            serves=self._description.serves,
-            fixed=self._description.latched,
             services=all_services(),
-            declare=len(self.simulator.robots) <= MAX_TOKENS,
-            max_payload=self._settings.max_payload,
+            submit=simulator.submit,
+            on_roster=self._follow,
+            settings=settings,
         )
+        self._servers.append(self._server)
+        if self._wires:
+            # Nobody else needs to load it.
+            from hmrsim_zenoh.ros2.server import open_servers  # noqa: PLC0415
 
-    def _serve_ros2(self) -> list[Ros2Server]:
-        if not self._settings.wires:
-            return []
-        # Nobody else needs to load it.
-        from hmrsim_zenoh.ros2.server import open_servers  # noqa: PLC0415
+            self._ros2 = open_servers(
+                self._session,
+                self._wires,
+                simulator,
+                self._server.inbox,
+                planner=self._server.planner,
+                prefix=self._keys.prefix,
+                max_payload=settings.max_payload,
+            )
+            self._servers.extend(self._ros2)
 
-        return open_servers(
-            self._session,
-            self._settings.wires,
-            self.simulator,
+    def _paced(
+        self, simulator: Simulator, on_wait: Sequence[Callable[[], None]], preparations: Iterable[object]
+    ) -> Pacing:
+        return Pacing(
+            simulator,
             self._server.inbox,
-            prefix=self._keys.prefix,
-            max_payload=self._settings.max_payload,
+            self._retention,
+            self._settings,
+            on_lag=_warn_of_lag,
+            on_wait=on_wait,
+            preparations=chain(warm_up.of(simulator), preparations),
         )
 
     def _follow(self) -> None:
         """Serve those who are there now; in the simulation's thread."""
-        description, cut_off = self._description, self.simulator.dispatcher.cut_off
-        description.forget()
+        cut_off = self.simulator.dispatcher.cut_off
+        self._description.forget()
         self._tokens.follow(self.simulator.robots.keys(), cut_off)
-        self._server.follow(description.serves, description.aliases)
+        self._server.follow()
         for ros2 in self._ros2:
             ros2.follow(self.simulator, cut_off)

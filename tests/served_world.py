@@ -6,14 +6,17 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.settings.run import RunSettings
 from hmrsim.world import World
 from hmrsim.world_checks import world_hash
-from hmrsim_zenoh.host import Host, HostSettings
+from hmrsim_zenoh.host import Host
 from hmrsim_zenoh.wire.session import SessionOptions
 from tests.simulation import SMALL_WORLD
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
+
+    from hmrsim_zenoh.ros2.wires import Wire
 
 
 _ANYWHERE = SessionOptions(listen=("tcp/127.0.0.1:0",))
@@ -21,11 +24,11 @@ _ANYWHERE = SessionOptions(listen=("tcp/127.0.0.1:0",))
 
 @contextmanager
 def served_world(
-    world: object = None, *, options: SessionOptions = _ANYWHERE, **settings: Any
+    world: object = None, *, options: SessionOptions = _ANYWHERE, wires: Sequence[Wire] = (), **settings: Any
 ) -> Iterator[SessionOptions]:
     """Serve a world, the small one if none is given; yields what a client connects with."""
     model = World.model_validate(world or SMALL_WORLD)
     loaded: Any = SimpleNamespace(world=model, hash=world_hash(model), warnings=(), path=None)
-    with Host(loaded, options, HostSettings(**settings)) as host:
+    with Host(loaded, options, RunSettings(**settings), wires=wires) as host:
         host.start()
         yield SessionOptions(connect=host.endpoints)

@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import registry
 from hmrsim.interfaces.message import Message
 from hmrsim.protocol.gateway import Answered, CallService, FeedbackSent, GoalChanged, Happened, Topic
 from hmrsim.services import registry as services
+from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
+from hmrsim.timing.lockstep import LockstepCoordinator
+from hmrsim.trace.writer import Header, Trace
 from hmrsim.world.model import World
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.gateway import Command, Event
+    from collections.abc import Callable, Mapping, Sequence
+
+    from hmrsim.actions import AnyAction
+    from hmrsim.protocol.gateway import Command, Event, Sink
 
 SMALL_WORLD = {
     "name": "small",
@@ -105,10 +111,12 @@ class Log:
 
 @dataclass
 class Run:
-    """A simulation that takes commands at given times."""
+    """A simulation that takes commands at given times, and its trace."""
 
     log: Log
     simulator: Simulator
+    trace: Trace
+    written: list[str]
 
     def __call__(self, *commands: tuple[float, Command], until: float | None = None) -> Log:
         """Submit each command at its time, then run to the end or to *until*; return the log."""
@@ -121,6 +129,11 @@ class Run:
             self.simulator.advance(until)
         return self.log
 
+    def lines(self) -> list[str]:
+        """End the trace, and return its lines."""
+        self.trace.close(self.simulator.moment)
+        return "".join(self.written).splitlines(keepends=True)
+
     def ask(self, service: str, request: object = None) -> object:
         """Ask a service, with a request in plain values; return the answer, or None if it is to come."""
         reply_to = object()
@@ -129,9 +142,38 @@ class Run:
         return next(iter(self.log.answers(reply_to)), None)
 
 
-def simulate(world: object = None, *, topics: frozenset[Topic] = frozenset(Topic), **settings: object) -> Run:
-    """Return a simulation of a world that listens to *topics*."""
-    log = Log(topics)
-    simulator = Simulator(World.model_validate(world or SMALL_WORLD), [log], **settings)
-    log.simulator = simulator
-    return Run(log, simulator)
+def simulate(
+    world: object = None,
+    *,
+    topics: frozenset[Topic] = frozenset(Topic),
+    sinks: Sequence[Sink] = (),
+    watchers: Callable[[Simulator], Sequence[Sink]] = lambda _simulator: (),
+    traced: bool = False,
+    actions: Mapping[str, AnyAction] | None = None,
+    **settings: Any,
+) -> Run:
+    """Return a simulation of a world that listens to *topics*, with a trace if it is *traced*."""
+    model, log, written = World.model_validate(world or SMALL_WORLD), Log(topics), []
+    asked = RunSettings(**settings)
+    trace = Trace(Header.of(model, asked), written.append)
+    heard = [log, *sinks, *([trace] if traced else [])]
+    log.simulator = Simulator(model, asked, heard, watchers=watchers, actions=actions, services=services())
+    return Run(log, log.simulator, trace, written)
+
+
+def in_lockstep(
+    world: object = None,
+    *,
+    topics: frozenset[Topic] = frozenset(Topic),
+    traced: bool = False,
+    **settings: Any,
+) -> tuple[Run, LockstepCoordinator]:
+    """Return a simulation of a world, and what grants its time; *settings* are those of `LockstepCoordinator`."""
+    made: list[LockstepCoordinator] = []
+
+    def grant(simulator: Simulator) -> list[LockstepCoordinator]:
+        made.append(LockstepCoordinator(simulator, **settings))
+        return made
+
+    run = simulate(world, topics=topics, traced=traced, watchers=grant)
+    return run, made[0]

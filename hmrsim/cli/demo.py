@@ -11,7 +11,6 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim import events
-from hmrsim.cli import numbers
 from hmrsim.cli.children import Child
 from hmrsim.cli.demo_screen import JsonLines, Screen
 from hmrsim.cli.demo_story import Story
@@ -19,18 +18,22 @@ from hmrsim.cli.demo_turns import CausalOrder
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import warn
 from hmrsim.cli.run_log import LogLines
-from hmrsim.cli.time_options import add_clock_options, add_run_options
 from hmrsim.cli.tracing import check_writable
-from hmrsim.cli.view_options import add_view_options, check_port
+from hmrsim.cli.view_options import check_port
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.program.log_options import add_log_options, log_level
 from hmrsim.program.signals import exit_code_of, on_signals
+from hmrsim.settings.arguments import add_settings, read_settings
+from hmrsim.settings.run import DemoSettings
+from hmrsim.settings.trace import TraceSettings
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.wire.session import SessionOptions
+from hmrsim_zenoh.settings import ViewSettings
+from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
     import argparse
+    from pathlib import Path
 
     from hmrsim.cli.demo_screen import Audience
 
@@ -75,9 +78,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "that talk over Zenoh. Shows what happens as it happens, and what was done at the end."
     )
     parser.epilog = _EXAMPLES
-    add_clock_options(parser, numbers.positive, 10.0)
-    add_run_options(parser)
-    add_view_options(parser)
+    add_settings(parser, DemoSettings, only=("seed", "clock", "real_time_factor"))
+    add_settings(parser, TraceSettings)
+    add_settings(parser, ViewSettings)
     parser.add_argument(
         "--json", action="store_true", help="what happens, and the sum at the end, as one JSON object a line"
     )
@@ -86,10 +89,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _demo(args: argparse.Namespace) -> int:
-    check_port(args.view)
-    check_writable(args.trace)
+    settings = read_settings(args, DemoSettings)
+    trace, view = read_settings(args, TraceSettings).trace, read_settings(args, ViewSettings).view
+    check_port(view)
+    check_writable(trace)
     screen = JsonLines() if args.json else Screen(sys.stdout)
-    demo = _Demo(args, screen)
+    demo = _Demo(settings, screen, trace=trace, view=view, log_level=args.log_level)
     log = LogLines(screen.log if sys.stderr.isatty() else None, log_level(args))
     try:
         with log, on_signals(lambda number: demo.news.put(_Interrupted(number))):
@@ -103,13 +108,19 @@ class _Demo:
     """One run of the demo.
 
     Args:
-        args: The command line.
+        settings: How to run its world.
         screen: Where to show it.
+        trace: Where to write its trace, if anywhere.
+        view: On which port to serve its page, if on any.
+        log_level: What its processes log.
     """
 
-    def __init__(self, args: argparse.Namespace, screen: Audience) -> None:
+    def __init__(
+        self, settings: DemoSettings, screen: Audience, *, trace: Path | None, view: int | None, log_level: str
+    ) -> None:
         self.news: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self._args = args
+        self._settings = settings
+        self._trace, self._view, self._log_level = trace, view, log_level
         self._screen = screen
         self._turns = CausalOrder(_PATIENCE)
 
@@ -131,7 +142,7 @@ class _Demo:
             story = Story({robot["name"]: robot["type"] for robot in info["robots"]})
             client.subscribe(client.keys.world("events"), lambda _key, payload: self.news.put(payload))
             arguments = ["run", _TREE, "--robot", *story.robots, "--json", "--connect", *options.connect]
-            arguments += ["--log-level", self._args.log_level]
+            arguments += ["--log-level", self._log_level]
             controller = stack.enter_context(
                 Child("controller", "bt_controller.cli:main", arguments, lambda line: self.news.put((line,)))
             )
@@ -150,11 +161,11 @@ class _Demo:
 
     def _run_arguments(self) -> list[str]:
         arguments = ["run", _WORLD, "--listen", "tcp/127.0.0.1:0", "--json", "--feedback-rate", "2"]
-        arguments += ["--clock", self._args.clock, "--real-time-factor", str(self._args.real_time_factor)]
-        arguments += ["--log-level", self._args.log_level]
-        for option in ("seed", "trace", "view"):
-            value = getattr(self._args, option)
-            arguments += [] if value is None else [f"--{option}", str(value)]
+        settings = self._settings
+        arguments += ["--clock", settings.clock, "--real-time-factor", str(settings.real_time_factor)]
+        arguments += ["--log-level", self._log_level]
+        for option, value in (("--seed", settings.seed), ("--trace", self._trace), ("--view", self._view)):
+            arguments += [] if value is None else [option, str(value)]
         return arguments
 
     def _ready(self, line: str | None) -> None:
@@ -173,7 +184,7 @@ class _Demo:
         Raises:
             DemoFailed: It takes too long.
         """
-        limit = _FREE_SECONDS + _MISSION_SECONDS / self._args.real_time_factor
+        limit = _FREE_SECONDS + _MISSION_SECONDS / self._settings.real_time_factor
         until = time.monotonic() + limit
         while time.monotonic() < until:
             item = self._next(_LOOK)

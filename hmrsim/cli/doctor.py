@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 from typing import TYPE_CHECKING, Final
 
@@ -10,13 +9,15 @@ from hmrsim.cli.connection import add_connection_options
 from hmrsim.cli.doctor_text import as_json, as_text
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
-from hmrsim.cli.ros2_options import VARIABLE, domain_id
 from hmrsim.program.log_options import logging_to_stderr
+from hmrsim.settings.arguments import reader_of
 from hmrsim_zenoh.doctor import Problem, asked_for, gather, problems
 from hmrsim_zenoh.errors import NobodyThere
+from hmrsim_zenoh.settings import ROS_DOMAIN_ID, Ros2Settings, domain_id
 from hmrsim_zenoh.wire.options import ENVIRONMENT, session_options
 
 if TYPE_CHECKING:
+    import argparse
     from collections.abc import Mapping
 
 _EXAMPLES: Final = f"""\
@@ -44,9 +45,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON object with everything")
     parser.add_argument(
         "--ros-domain-id",
-        type=domain_id,
+        type=reader_of(Ros2Settings, "ros_domain_id"),
         metavar="N",
-        help=f"ROS's domain to look at (default: the environment's {VARIABLE}, else 0)",
+        help=f"ROS's domain to look at (default: the environment's {ROS_DOMAIN_ID}, else 0)",
     )
     parser.set_defaults(function=_examine)
     add_connection_options(parser)
@@ -79,6 +80,6 @@ def _examine(args: argparse.Namespace) -> int:
 def _domain_of(environment: Mapping[str, str]) -> int:
     """Return the domain of the environment; 0 if it says none, or what is none, which is found to be a problem."""
     try:
-        return domain_id(environment.get(VARIABLE, ""))
-    except argparse.ArgumentTypeError:
+        return domain_id(environment.get(ROS_DOMAIN_ID, ""))
+    except ValueError:
         return 0

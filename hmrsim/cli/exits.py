@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.errors import HmrsimError, RecordingError, TraceError, WorldError
+from hmrsim.errors import HmrsimError, RecordingError, SettingsError, TraceError, WorldError
 from hmrsim_zenoh.errors import (
     BadOptions,
     NobodyThere,
@@ -41,6 +41,7 @@ class UnknownName(HmrsimError):
 _CODES: Final[Mapping[type[HmrsimError], ExitCode]] = {
     WrongUse: ExitCode.WRONG_USE,
     WorldError: ExitCode.WRONG_USE,
+    SettingsError: ExitCode.WRONG_USE,
     TraceError: ExitCode.WRONG_USE,
     RecordingError: ExitCode.WRONG_USE,
     BadOptions: ExitCode.WRONG_USE,
@@ -60,6 +61,6 @@ def code_of(error: HmrsimError) -> ExitCode:
 
 def text_of(error: HmrsimError) -> str:
     """Return what a person is told of *error*; what has a file or a field in front needs no other name there."""
-    if isinstance(error, (WorldError, WrongUse)):
+    if isinstance(error, (WorldError, SettingsError, WrongUse)):
         return str(error)
     return "\n".join(f"hmrsim: {line}" for line in str(error).splitlines())

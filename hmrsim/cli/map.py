@@ -12,6 +12,8 @@ from hmrsim.cli.problems import line_of
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.errors import WorldError
 from hmrsim.program.command_line import ENVIRONMENT
+from hmrsim.settings.arguments import read_settings
+from hmrsim.settings.world import WorldSettings
 from hmrsim.world.files import find
 from hmrsim.world.includes import read_document
 from hmrsim.world.options import ReadOptions
@@ -78,7 +80,7 @@ def _is_wrong_use(problem: Problem) -> bool:
 def _readable(args: argparse.Namespace) -> bool:
     """Return whether a file is there and of a known format, whatever it says."""
     try:
-        read_document(find(args.file), args.file, ReadOptions(page=args.page))
+        read_document(find(args.file), args.file, ReadOptions(page=read_settings(args, WorldSettings).page))
     except WorldError:
         return False
     return True

@@ -3,35 +3,32 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator, Sequence
+    from pathlib import Path
 
-    from hmrsim_zenoh.host import Host
-
-
-def add_record_option(parser: argparse.ArgumentParser) -> None:
-    """Give a command what `recorded` is told."""
-    parser.add_argument(
-        "--record", type=Path, metavar="FILE.mcap", help="record all that is published, for Foxglove and `hmrsim view`"
-    )
+    from hmrsim.protocol.gateway import Sink
+    from hmrsim.settings.run import RunSettings
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.pacing import Pacing
 
 
 @contextmanager
-def recorded(path: Path | None, host: Host, *, clock_rate: float) -> Iterator[None]:
-    """Record a run to a file, if that is wanted; complete at the end of the context.
+def recording(path: Path | None, settings: RunSettings) -> Iterator[Callable[[Simulator, Pacing], Sequence[Sink]]]:
+    """Return what makes the sink that records a run, if a path is given; the file is complete after the context.
 
-    Raises:
-        RecordingError: The file can't be opened.
+    Args:
+        path: The file; None for no recording. It is opened when the sink is made, which raises RecordingError if that
+            fails.
+        settings: Of the run.
     """
     if path is None:
-        yield
+        yield lambda _simulator, _pacing: ()
         return
     # Loads what writes MCAP, which takes 100 ms and serves recorded runs alone.
-    from hmrsim.cli.run_recording import recording  # noqa: PLC0415
+    from hmrsim.cli.run_recording import recorded  # noqa: PLC0415
 
-    with recording(path, host, clock_rate):
-        yield
+    with recorded(path, settings) as watchers:
+        yield watchers

@@ -1,8 +1,8 @@
-"""What records a run, or what a simulator publishes, to a file."""
+"""The sink that records a run to a file, and what it says when the file is complete."""
 
 from __future__ import annotations
 
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 from hmrsim.cli.output import warn
@@ -14,27 +14,34 @@ from hmrsim_zenoh.recording.sink import RecordingSink
 from hmrsim_zenoh.recording.writing import RecordingFile
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
-    from hmrsim_zenoh.host import Host
+    from hmrsim.protocol.gateway import Sink
+    from hmrsim.settings.run import RunSettings
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.pacing import Pacing
 
 
 @contextmanager
-def recording(path: Path, host: Host, clock_rate: float) -> Iterator[None]:
-    """Record a run to a file; complete at the end of the context.
+def recorded(path: Path, settings: RunSettings) -> Iterator[Callable[[Simulator, Pacing], Sequence[Sink]]]:
+    """Return what makes the sink that records a run to a file, which is complete after the context."""
+    made: list[tuple[RecordingFile, Recorder, RecordingSink]] = []
+    with ExitStack() as files:
 
-    Raises:
-        RecordingError: The file can't be opened.
-    """
-    pacing = host.pacing
-    with RecordingFile(path, reproducible=pacing.clock == LOCKSTEP) as file:
-        recorder = Recorder(file, told)
-        sink = RecordingSink(host.simulator, recorder, lambda: pacing.state, clock_rate=clock_rate)
-        warn(f"recording to {path}")
-        yield
-        sink.close()
-    warn(account(path, file, recorder))
+        def watchers(simulator: Simulator, pacing: Pacing) -> Sequence[Sink]:
+            file = files.enter_context(RecordingFile(path, reproducible=settings.clock == LOCKSTEP))
+            recorder = Recorder(file, told)
+            sink = RecordingSink(simulator, recorder, lambda: pacing.state, clock_rate=settings.clock_rate)
+            made.append((file, recorder, sink))
+            warn(f"recording to {path}")
+            return (sink,)
+
+        yield watchers
+        for _file, _recorder, sink in made:
+            sink.close()
+    for file, recorder, _sink in made:
+        warn(account(path, file, recorder))
 
 
 def account(path: Path, file: RecordingFile, recorder: Recorder) -> str:

@@ -34,31 +34,41 @@ _COLUMNS: Final = (
 )
 
 
-class HostTable(RobotTable[Robot]):
-    """Shows the robots of a host on stderr.
+class LastGoals:
+    """A sink that remembers how the last goal of each robot ended; it wants the clock, so that time moves on between.
 
-    It is a sink, too: it hears how goals end, and who wants the clock makes time move on between events.
-
-    Args:
-        host: What to look at.
-        world: The world's name.
-        console: Where to show it; stderr if None.
+    Attributes:
+        verdicts: By robot.
     """
 
-    def __init__(self, host: Host, world: str, console: Console | None = None) -> None:
-        super().__init__(console or Console(stderr=True), host.simulator.robots, _COLUMNS)
-        self._host = host
-        self._world = world
-        self._last: dict[str, Text] = {}
+    def __init__(self) -> None:
+        self.verdicts: dict[str, Text] = {}
 
     def emit(self, event: Event) -> None:
-        """Remember how a goal ended; everything else the table looks up by itself."""
+        """Remember how a goal ended."""
         if isinstance(event, GoalChanged) and event.status.terminal:
-            self._last[event.robot] = _verdict(event)
+            self.verdicts[event.robot] = _verdict(event)
 
     def wants(self, topic: Topic) -> bool:
         """Return whether it is the clock."""
         return topic is Topic.CLOCK
+
+
+class HostTable(RobotTable[Robot]):
+    """Shows the robots of a host on stderr.
+
+    Args:
+        host: What to look at.
+        world: The world's name.
+        goals: How the robots' last goals ended.
+        console: Where to show it; stderr if None.
+    """
+
+    def __init__(self, host: Host, world: str, goals: LastGoals, console: Console | None = None) -> None:
+        super().__init__(console or Console(stderr=True), host.simulator.robots, _COLUMNS)
+        self._host = host
+        self._world = world
+        self._last = goals.verdicts
 
     def title(self) -> str:
         """Return the world's name, and the time."""

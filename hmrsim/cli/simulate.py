@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import logging
-import math
 import time
 from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli import numbers
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.run_log import EventLog
-from hmrsim.cli.time_options import add_run_options
-from hmrsim.cli.tracing import traced
+from hmrsim.cli.tracing import TraceFile
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.program.log_options import add_log_options, log_level, logging_to_stderr
 from hmrsim.protocol.gateway import GoalChanged
+from hmrsim.settings.arguments import add_settings, read_settings
+from hmrsim.settings.run import SimulateSettings
+from hmrsim.settings.trace import TraceSettings
 from hmrsim.simulation.scripts import ScriptState
 from hmrsim.simulation.simulator import Simulator
 
@@ -47,10 +47,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.epilog = _EXAMPLES
     add_world_options(parser)
-    add_run_options(parser)
-    parser.add_argument(
-        "--duration", type=numbers.positive, default=math.inf, metavar="SIM_S", help="give up after so much time"
-    )
+    add_settings(parser, SimulateSettings, only=("seed", "duration"))
+    add_settings(parser, TraceSettings)
     parser.add_argument("--json", action="store_true", help="print the summary as one JSON object")
     add_log_options(parser)
     parser.set_defaults(function=_simulate)
@@ -76,15 +74,15 @@ def _simulate(args: argparse.Namespace) -> int:
     loaded = read_world(args)
     for problem in loaded.warnings:
         warn(line_of(problem))
+    settings = read_settings(args, SimulateSettings)
+    trace = TraceFile(read_settings(args, TraceSettings).trace, loaded.world, settings)
     tally = _Tally()
-    # Nobody will ask for old results.
-    simulator = Simulator(loaded.world, [tally], seed=args.seed, keep_results=1)
-    if log_level(args) <= logging.INFO:
-        simulator.attach(EventLog())
+    logs = [EventLog()] if log_level(args) <= logging.INFO else []
+    simulator = Simulator(loaded.world, settings, [tally, *logs, *trace.sinks])
     collect_rarely()
     began = time.perf_counter()
-    with logging_to_stderr(args), traced(args.trace, simulator):
-        simulator.run_scripts(args.duration)
+    with logging_to_stderr(args), trace.opened(simulator):
+        simulator.run_scripts(settings.duration)
     wall_time = time.perf_counter() - began
     scripts = simulator.scripts.all.values()
     if not scripts:

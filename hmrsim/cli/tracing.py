@@ -6,13 +6,15 @@ from contextlib import contextmanager, suppress
 from typing import IO, TYPE_CHECKING
 
 from hmrsim.errors import HmrsimError, TraceError, reason_of
-from hmrsim.trace.writer import Trace
+from hmrsim.trace.writer import Header, Trace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+    from hmrsim.settings.run import RunSettings
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.world.model import World
 
 
 def check_writable(path: Path | None) -> None:
@@ -53,30 +55,53 @@ def told_of(path: Path, *, no_text: str) -> Iterator[None]:
         raise TraceError(f"{path}: {error}") from None
 
 
-@contextmanager
-def traced(path: Path | None, simulator: Simulator) -> Iterator[Trace | None]:
-    """Write the trace of a run to a file, if one is wanted; complete at the end of the context.
+class TraceFile:
+    """The trace of a run in a file, if one is wanted.
 
-    Raises:
-        TraceError: The file can't be written.
+    Args:
+        path: The file; None for no trace.
+        world: Of the run.
+        settings: Of the run.
+
+    Attributes:
+        sinks: The trace, to be given to the simulator; nothing if none is wanted.
     """
-    if path is None:
-        yield None
-        return
-    with _opened(path) as file:
 
-        def write(text: str) -> None:
-            # Whole lines, and at once: whoever looks, or comes after a crash, finds them.
-            file.write(text)
-            file.flush()
+    def __init__(self, path: Path | None, world: World, settings: RunSettings) -> None:
+        self._path = path
+        self._trace = Trace(Header.of(world, settings), self._write)
+        self._file: IO[str] | None = None
+        self.sinks: tuple[Trace, ...] = () if path is None else (self._trace,)
 
-        trace = Trace(simulator, write)
-        trace.flush()
-        try:
-            yield trace
-        except BaseException:
-            # What broke the run may be that nothing can be written.
-            with suppress(HmrsimError):
-                trace.flush()
-            raise
-        trace.close()
+    @contextmanager
+    def opened(self, simulator: Simulator) -> Iterator[None]:
+        """Write the trace of what a simulator does from here to the end of the context, where it is complete.
+
+        Raises:
+            TraceError: The file can't be written.
+        """
+        if self._path is None:
+            yield
+            return
+        with _opened(self._path) as self._file:
+            self.flush()
+            try:
+                yield
+            except BaseException:
+                # What broke the run may be that nothing can be written.
+                with suppress(HmrsimError):
+                    self.flush()
+                raise
+            self._trace.close(simulator.moment)
+
+    def flush(self) -> None:
+        """Write what has not been written yet."""
+        if self._path is not None:
+            self._trace.flush()
+
+    def _write(self, text: str) -> None:
+        if self._file is None:
+            raise AssertionError
+        # Whole lines, and at once: whoever looks, or comes after a crash, finds them.
+        self._file.write(text)
+        self._file.flush()

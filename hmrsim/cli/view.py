@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
-from hmrsim.cli.view_options import port
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 from hmrsim.program.signals import on_signals
+from hmrsim.settings.arguments import reader_of
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.recording import open_recording
+from hmrsim_zenoh.settings import ViewSettings
 from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
 from hmrsim_zenoh.view.live import Live
 from hmrsim_zenoh.view.recorded import Recorded
@@ -54,7 +55,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="serve it there; beyond this machine the URL has a token that every page needs (default: %(default)s)",
     )
     group.add_argument(
-        "--port", type=port, default=DEFAULT_PORT, metavar="PORT", help="… 0 for a free one (default: %(default)s)"
+        "--port",
+        type=reader_of(ViewSettings, "view"),
+        default=DEFAULT_PORT,
+        metavar="PORT",
+        help="… 0 for a free one (default: %(default)s)",
     )
     group.add_argument("--open", action="store_true", help="open it in the browser")
     add_session_options(parser)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import errno
 import json
 import logging
@@ -13,36 +12,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.children import Child
 from hmrsim_zenoh.errors import BadOptions
-from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
+from hmrsim_zenoh.view import DEFAULT_HOST
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-_MAX_PORT: Final = 65_535
 _START_SECONDS: Final = 30.0
 _LAST_WORDS: Final = 1.0
 
 _log = logging.getLogger(__name__)
-
-
-def add_view_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--view``."""
-    parser.add_argument(
-        "--view",
-        nargs="?",
-        type=port,
-        const=DEFAULT_PORT,
-        metavar="PORT",
-        help=f"serve the live picture, too, for a browser on this machine (default port: {DEFAULT_PORT}; 0: a free "
-        "one); `hmrsim view` does it elsewhere",
-    )
-
-
-def port(text: str) -> int:
-    """Return a port, or 0."""
-    if not text.isdecimal() or int(text) > _MAX_PORT:
-        raise argparse.ArgumentTypeError(f"{text!r} is no port; a whole number from 0 to {_MAX_PORT} is")
-    return int(text)
 
 
 def check_port(view: int | None) -> None:

@@ -121,18 +121,19 @@ class ActionServers:
     Args:
         actions: All actions, by name.
         seed: From which the ids of goals that have none are made.
-
-    Attributes:
-        seed: Likewise.
     """
 
     def __init__(self, actions: Mapping[str, AnyAction], seed: int) -> None:
         self._actions = actions
-        self.seed = seed
+        self._seed = seed
         self._robots: Mapping[str, Owner] = {}
         self._offered: dict[tuple[bool, *tuple[str, ...]], dict[str, AnyAction]] = {}
         self._servers: dict[tuple[str, str], ActionServer] = {}
         self._made: Counter[tuple[str, str]] = Counter()
+
+    def reseed(self, seed: int) -> None:
+        """Make the ids of goals from another seed from now on."""
+        self._seed = seed
 
     def serve(self, robots: Mapping[str, Owner]) -> list[str]:
         """Serve these and no others, all actions that their components allow.
@@ -187,7 +188,7 @@ class ActionServers:
         if text is None:
             whose = (server.robot.name, server.action.name)
             self._made[whose] += 1
-            return made_goal_id("/".join((str(self.seed), *whose)), self._made[whose])
+            return made_goal_id("/".join((str(self._seed), *whose)), self._made[whose])
         try:
             goal_id = parse_goal_id(text)
         except ValueError as error:

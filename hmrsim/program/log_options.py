@@ -4,17 +4,46 @@ from __future__ import annotations
 
 import logging
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Final, Literal
+
+from hmrsim.settings.arguments import add_settings
+from hmrsim.settings.option import Option
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Iterator
 
-LEVELS: Final = ("debug", "info", "warning", "error")
-
 PACKAGES: Final = ("hmrsim", "hmrsim_zenoh", "bt_controller")
 """Ours: the level is theirs, others' loggers keep their own."""
 _FORMAT: Final = "[%(levelname)s] %(message)s"
+
+
+@dataclass(frozen=True)
+class LogOptions:
+    """How much a command logs.
+
+    Attributes:
+        log_level: The least grave of what is logged.
+    """
+
+    log_level: Annotated[
+        Literal["debug", "info", "warning", "error"], Option("log to stderr what is at least as grave")
+    ] = "warning"
+
+    @property
+    def number(self) -> int:
+        """The level as a number of :mod:`logging`."""
+        return logging.getLevelNamesMapping()[self.log_level.upper()]
+
+
+@dataclass(frozen=True)
+class ServerLogOptions(LogOptions):
+    """How much a simulator logs: its log is what people see of it."""
+
+    log_level: Annotated[
+        Literal["debug", "info", "warning", "error"], Option("log to stderr what is at least as grave")
+    ] = "info"
 
 
 def add_log_options(parser: argparse.ArgumentParser, *, default: str = "warning") -> None:
@@ -22,14 +51,9 @@ def add_log_options(parser: argparse.ArgumentParser, *, default: str = "warning"
 
     Args:
         parser: Of the command.
-        default: One of `LEVELS`.
+        default: One of the levels.
     """
-    parser.add_argument(
-        "--log-level",
-        choices=LEVELS,
-        default=default,
-        help="log to stderr what is at least as grave (default: %(default)s)",
-    )
+    add_settings(parser, LogOptions, defaults={"log_level": default})
 
 
 def log_level(args: argparse.Namespace) -> int:

@@ -9,16 +9,17 @@ Times are whole nanoseconds of simulated time.
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 from hmrsim.errors import SimulationStopped
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.protocol.goal import ZERO_ID, GoalStatus
-from hmrsim.protocol.time import TimeAnswer, TimeCommand, TimeState
+from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, LookAround, ReadTime, SetClock, TimeState, TokenSeen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -206,6 +207,31 @@ Command = (
     | Stop
 )
 
+
+class Advance(NamedTuple):
+    """Let time move; answered by `Granted` when it has.
+
+    Attributes:
+        participant: Who.
+        epoch: The epoch for which this is.
+        until: As far as time may move; infinite for as far as anything is scheduled.
+        wake: What to be granted at once for, of `participation.KINDS`.
+        report: What to be told of besides when time is granted; feedback once a goal.
+        commands: To be applied first, in this order.
+        reply_to: Handed back with the answer.
+    """
+
+    participant: str
+    epoch: int
+    until: float = math.inf
+    wake: frozenset[str] = frozenset()
+    report: frozenset[str] = frozenset()
+    commands: tuple[SendGoal | CancelGoal, ...] = ()
+    reply_to: Any = None
+
+
+TimeCommand = Join | Advance | Leave | TokenSeen | SetClock | ReadTime | LookAround
+
 AnyCommand = Command | TimeCommand
 """What comes in: about the world, or about its time."""
 
@@ -368,10 +394,42 @@ class Happened(NamedTuple):
         return self.event.as_dict()
 
 
+class Granted(NamedTuple):
+    """Time has moved.
+
+    Attributes:
+        epoch: The next one.
+        now: The simulated time.
+        reason: ``event``, ``until``, ``idle`` or ``end``.
+        accepted: What came of each command, in order.
+        events: What happened of the kinds that were asked for, in order, each with its kind and its stamp.
+    """
+
+    epoch: int
+    now: float
+    reason: str
+    accepted: tuple[GoalResponse | CancelResponse | Refused, ...] = ()
+    events: tuple[tuple[str, int, GoalChanged | FeedbackSent], ...] = ()
+
+
+TimeAnswer = Joined | Granted | HasLeft | TimeState
+
 Published = StatusChanged | FeedbackSent | Sampled | Happened
 Event = (
     Answered | GoalChanged | StatusChanged | FeedbackSent | Sampled | Happened | RosterChanged | PlanWanted | TimeState
 )
+
+
+class Moment(NamedTuple):
+    """When a command came, as exactly as a replay needs it.
+
+    Attributes:
+        taken: The events that had been taken.
+        now: The simulated time, in seconds.
+    """
+
+    taken: int
+    now: float
 
 
 class Sink(Protocol):
@@ -382,6 +440,14 @@ class Sink(Protocol):
 
     def wants(self, topic: Topic) -> bool:
         """Return whether anybody listens: what nobody wants is not computed."""
+
+
+@runtime_checkable
+class CommandSink(Sink, Protocol):
+    """A sink that is told of commands, too."""
+
+    def commanded(self, command: Command, by: str, moment: Moment) -> None:
+        """Take a command from outside, before it is applied; *by* is the participant that sent it, if one did."""
 
 
 class Inbox:

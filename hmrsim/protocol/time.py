@@ -6,19 +6,7 @@ Epochs count the grants. Times are simulated seconds here, as they are in reques
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    from hmrsim.protocol.gateway import (
-        CancelGoal,
-        CancelResponse,
-        FeedbackSent,
-        GoalChanged,
-        GoalResponse,
-        Refused,
-        SendGoal,
-    )
+from typing import Any, NamedTuple
 
 REALTIME = "realtime"
 LOCKSTEP = "lockstep"
@@ -33,28 +21,6 @@ class Join(NamedTuple):
     """Take part; answered by `Joined`."""
 
     name: str
-    reply_to: Any = None
-
-
-class Advance(NamedTuple):
-    """Let time move; answered by `Granted` when it has.
-
-    Attributes:
-        participant: Who.
-        epoch: The epoch for which this is.
-        until: As far as time may move; infinite for as far as anything is scheduled.
-        wake: What to be granted at once for, of `KINDS`.
-        report: What to be told of besides when time is granted; feedback once a goal.
-        commands: To be applied first, in this order.
-        reply_to: Handed back with the answer.
-    """
-
-    participant: str
-    epoch: int
-    until: float = math.inf
-    wake: frozenset[str] = frozenset()
-    report: frozenset[str] = frozenset()
-    commands: tuple[SendGoal | CancelGoal, ...] = ()
     reply_to: Any = None
 
 
@@ -96,9 +62,6 @@ class LookAround(NamedTuple):
     """Look whom we have been waiting for too long."""
 
 
-TimeCommand = Join | Advance | Leave | TokenSeen | SetClock | ReadTime | LookAround
-
-
 class Joined(NamedTuple):
     """A participant may ask to advance.
 
@@ -113,24 +76,6 @@ class Joined(NamedTuple):
     epoch: int
     now: float
     goals: int
-
-
-class Granted(NamedTuple):
-    """Time has moved.
-
-    Attributes:
-        epoch: The next one.
-        now: The simulated time.
-        reason: ``event``, ``until``, ``idle`` or ``end``.
-        accepted: What came of each command, in order.
-        events: What happened of the kinds that were asked for, in order, each with its kind and its stamp.
-    """
-
-    epoch: int
-    now: float
-    reason: str
-    accepted: tuple[GoalResponse | CancelResponse | Refused, ...] = ()
-    events: tuple[tuple[str, int, GoalChanged | FeedbackSent], ...] = ()
 
 
 class HasLeft(NamedTuple):
@@ -162,6 +107,3 @@ class TimeState(NamedTuple):
     participants: tuple[str, ...]
     waiting_for: tuple[str, ...]
     lag: float
-
-
-TimeAnswer = Joined | Granted | HasLeft | TimeState

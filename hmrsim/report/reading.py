@@ -66,8 +66,9 @@ def of_trace(lines: Callable[[], Iterable[str]]) -> Told:
     header = _header(first)
     story, watchers = Story(), list[Watcher]()
 
-    def watch(simulator: Simulator) -> None:
+    def watch(simulator: Simulator) -> list[Watcher]:
         watchers.append(Watcher(simulator, story.take))
+        return watchers
 
     try:
         outcome = replay(lines(), watch)

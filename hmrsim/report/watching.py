@@ -15,7 +15,7 @@ from hmrsim.simulation.snapshot import scene
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.protocol.gateway import Command, Event
+    from hmrsim.protocol.gateway import Command, Event, Moment
     from hmrsim.simulation.simulator import Simulator
 
 
@@ -30,10 +30,7 @@ class Watcher:
     def __init__(self, simulator: Simulator, take: Callable[[Occurrence], object]) -> None:
         self._simulator = simulator
         self._take = take
-        self._record = simulator.record
         self._see()
-        simulator.record = self._commanded
-        simulator.attach(self)
 
     def wants(self, topic: Topic) -> bool:
         """Return whether it listens to a topic: to what happens, and to how robots move."""
@@ -62,10 +59,9 @@ class Watcher:
         for robot in self._simulator.robots:
             self._weigh(robot)
 
-    def _commanded(self, command: Command, by: str) -> None:
+    def commanded(self, _command: Command, _by: str, moment: Moment) -> None:
         """Tell the time: what is asked for may be that it begins anew."""
-        self._record(command, by)
-        self._take(Occurrence(stamp(self._simulator.now), Commanded()))
+        self._take(Occurrence(stamp(moment.now), Commanded()))
 
     def _see(self) -> None:
         self._take(Occurrence(stamp(self._simulator.now), SceneSeen(scene(self._simulator))))

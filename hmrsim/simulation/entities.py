@@ -38,6 +38,7 @@ class Roster:
         plans: Asks an external planner.
         happened: Publishes which entities come and go.
         emit: Takes events.
+        leaving: Called with the name of a robot that is about to be removed.
 
     Attributes:
         robots: In order; replaced when robots come or go, so that other threads may read it.
@@ -64,6 +65,7 @@ class Roster:
         plans: Plans,
         happened: Happenings,
         emit: Callable[[Event], None],
+        leaving: Callable[[str], None],
     ) -> None:
         self._env = env
         self._dispatcher = dispatcher
@@ -73,17 +75,13 @@ class Roster:
         self._emit = emit
         self.spawned: set[str] = set()
         self.robots = {}
-        self._before_removal: list[Callable[[str], None]] = []
+        self._leaving = leaving
 
     def __iter__(self) -> Iterator[Robot | Item | Fixture]:
         """Yield all robots, then all items, then all fixtures."""
         yield from self.robots.values()
         yield from self.items.values()
         yield from self.fixtures.values()
-
-    def before_removal(self, call: Callable[[str], None]) -> None:
-        """Have something called with the name of each robot that is about to be removed."""
-        self._before_removal.append(call)
 
     def find(self, name: str) -> Robot | Item | Fixture | None:
         """Return the entity of a name; None if there is none."""
@@ -170,8 +168,7 @@ class Roster:
         self.spawned.discard(name)
         if name in self.robots:
             self.abort(why, name)
-            for call in self._before_removal:
-                call(name)
+            self._leaving(name)
             self.robots[name].halt()
             self.robots[name].release_all()
             self.robots[name].retire()

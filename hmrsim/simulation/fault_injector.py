@@ -94,7 +94,6 @@ class FaultInjector:
         self._happened = happened
         self._seed = 0
         self._count: Counter[tuple[str, str]] = Counter()
-        roster.before_removal(self._end_all_on)
         self._reserved: set[str] = set()
         self._active: list[InjectedFault] = []
 
@@ -118,7 +117,7 @@ class FaultInjector:
         for injected in [*self.known.values()]:
             self._clear(injected)
 
-    def _end_all_on(self, name: str) -> None:
+    def end_all_on(self, name: str) -> None:
         """End the faults of a robot that is about to be removed; they may begin again on another of its name."""
         for injected in [each for each in self._active if each.settings.subject == name]:
             if injected.over is not None:

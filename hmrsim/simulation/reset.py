@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.events.simulation import SimulationReset, SimulationStateChanged, WorldLoaded
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, SimulationState
-from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.protocol.gateway import RosterChanged
 from hmrsim.protocol.goal import WORLD
 
@@ -52,10 +51,7 @@ def reset(simulator: Simulator, scope: int = _ALL) -> None:
 def load(simulator: Simulator, world: World) -> None:
     """Replace the world by another, whose names must have been checked; it is stopped then, at time 0."""
     _end_all(simulator, "another world was loaded", scripts=True)
-    simulator.world = world
-    simulator.graph = WaypointGraph(world)
-    simulator.dispatcher.servers.seed = simulator.seed
-    simulator.roster.fill(world, simulator.graph)
+    simulator.replace_world(world)
     simulator.gate.set(SimulationState.STATE_STOPPED, "")
     _restart_time(simulator)
     simulator.fault_injector.begin(world, simulator.seed)
@@ -76,8 +72,7 @@ def set_state(simulator: Simulator, state: int, why: str) -> None:
 def _end_all(simulator: Simulator, why: str, *, scripts: bool) -> None:
     """Abort all goals, and end the steps that are being made, and all faults; if asked the scripts before them."""
     if scripts:
-        simulator.scripts.end()
-        simulator.detach(simulator.scripts)
+        simulator.end_scripts()
     simulator.gate.halt(why)
     simulator.roster.abort(why)
     simulator.fault_injector.end()
@@ -90,7 +85,7 @@ def _restart_time(simulator: Simulator) -> None:
     accounts = [robot.energy for _, robot in sorted(simulator.robots.items()) if robot.energy]
     for account in accounts:
         account.stop()
-    simulator.env.restart()
+    simulator.restart_time()
     for account in accounts:
         account.go_on()
     for fixture in simulator.roster.fixtures.values():
@@ -98,4 +93,3 @@ def _restart_time(simulator: Simulator) -> None:
     simulator.roster.passage.reset()
     simulator.gate.shut()
     simulator.telemetry.refresh(0.0)
-    simulator.generation += 1

@@ -29,6 +29,7 @@ class Gate:
     Args:
         env: Whose time.
         step_size: Simulated seconds of one step; whole nanoseconds, at least one.
+        hindrance: Returns why time does not move, whatever the gate says; empty if it does.
 
     Attributes:
         limit: Up to this time; infinite while the simulation plays.
@@ -38,7 +39,7 @@ class Gate:
         name: The world's, where a robot has its name.
         components: None; likewise.
         disabled: Always empty; likewise.
-        hindrance: Tells why time does not move, whatever the gate says; empty if it does. To be set by who moves it.
+        hindrance: Returns why time does not move, whatever the gate says; empty if it does.
     """
 
     name: Final = WORLD
@@ -48,7 +49,7 @@ class Gate:
     def act(self, action: str, *, begins: bool) -> None:
         """Take no note of goals that begin and end."""
 
-    def __init__(self, env: Environment, step_size: float) -> None:
+    def __init__(self, env: Environment, step_size: float, hindrance: Callable[[], str] = lambda: "") -> None:
         if nanoseconds(step_size) < 1:
             raise ValueError(f"the step size must be a nanosecond at least, got {step_size} s")
         self._env = env
@@ -57,7 +58,7 @@ class Gate:
         self.limit = math.inf
         self.state = SimulationState.STATE_PLAYING
         self.stepping = False
-        self.hindrance: Callable[[], str] = lambda: ""
+        self.hindrance = hindrance
         self._began = 0
         self._waiting: Callable[[str], None] | None = None
 

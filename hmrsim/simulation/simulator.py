@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Protocol
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.engine.environment import Environment
@@ -25,10 +26,12 @@ from hmrsim.protocol.gateway import (
     Answered,
     CallService,
     CancelGoal,
+    CommandSink,
     FeedbackSent,
     ForgetResult,
     GetResult,
     InterestChanged,
+    Moment,
     Participation,
     PlanAnswered,
     PlannerPresent,
@@ -40,7 +43,7 @@ from hmrsim.protocol.gateway import (
     StopWaiting,
     Topic,
 )
-from hmrsim.services import registry as all_services
+from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.detections import Detections
 from hmrsim.simulation.entities import Roster
 from hmrsim.simulation.fault_injector import FaultInjector
@@ -68,21 +71,33 @@ _BEGINNING = (SendGoal, CancelGoal, CallService, PlanAnswered)
 """Commands of which something may come that is due at once."""
 
 
+class Service(Protocol):
+    """What a simulation knows of a service; see `hmrsim.services.Service`."""
+
+    @property
+    def request(self) -> type[Message]:
+        """The request's message type."""
+
+    @property
+    def serve(self) -> Callable[[Any, Any], Any]:
+        """Answers a request, or returns what is to be told whom to tell the answer."""
+
+    @property
+    def recorded(self) -> Callable[[Any, Any], Any]:
+        """Returns a request that needs nothing from outside, or the answer at once."""
+
+
 class Simulator:
     """Runs one world.
 
     Args:
         world: What to run; its names must have been checked, as `load_world` does.
-        sinks: Where events go, in this order.
+        settings: How to run it.
+        sinks: Where events go, in this order; what is so from the beginning is no event.
+        watchers: Makes further sinks, of the simulator; called when all else is made.
         actions: What robots can be asked, by name; all that are installed if None.
-        seed: Replaces the world's.
-        feedback_rate: Samples of feedback a second of simulated time.
-        odom_rate: Samples of odometry a second of simulated time.
-        clock_rate: Samples of the clock a second of simulated time.
-        battery_rate: Samples of batteries a second of simulated time.
-        detection_rate: How often a second of simulated time it is looked for changes in what sensors see.
-        keep_results: Most ended goals that a robot remembers.
-        step_size: Simulated seconds of one step.
+        services: What the world can be asked, by name; `hmrsim.services.registry` returns all that are installed.
+        hindrance: Returns why time can't move, whatever `gate` says; empty if it can.
 
     Attributes:
         world: What runs.
@@ -97,35 +112,30 @@ class Simulator:
         scripts: What its robots do by themselves.
         taken: Events taken since the beginning. What somebody listens to does not change it, nor any clock; so
             (number of events, command) says exactly when a command came.
-        record: Told of each command from outside, before it is applied, and by whom it was sent.
         generation: How often time has begun anew.
     """
 
-    def __init__(  # noqa: PLR0913 - each is a setting of its own
+    def __init__(
         self,
         world: World,
+        settings: RunSettings = RunSettings(),  # noqa: B008 - frozen
         sinks: Sequence[Sink] = (),
         *,
+        watchers: Callable[[Simulator], Sequence[Sink]] = lambda _simulator: (),
         actions: Mapping[str, AnyAction] | None = None,
-        seed: int | None = None,
-        feedback_rate: float = 10.0,
-        odom_rate: float = 10.0,
-        clock_rate: float = 10.0,
-        battery_rate: float = 1.0,
-        detection_rate: float = 10.0,
-        keep_results: int = 1000,
-        step_size: float = 0.1,
+        services: Mapping[str, Service] = MappingProxyType({}),
+        hindrance: Callable[[], str] = lambda: "",
     ) -> None:
         self.world = world
-        self._own_seed = seed
+        self._own_seed = settings.seed
+        self._services = services
         self.env = Environment()
-        self.gate = Gate(self.env, step_size)
-        self._sinks = list(sinks)
+        self.gate = Gate(self.env, settings.step_size, hindrance)
+        self._sinks: list[Sink] = []
         self.interest = Interest(self._sinks)
         self.telemetry = Telemetry(self.interest)
         self._told = (-1, 0.0)
         self.taken = 0
-        self.record: Callable[[Command, str], None] = lambda _command, _by: None
         self.generation = 0
         happened = self.happened = Happenings(self.env, self.interest, self._emit)
         self.dispatcher = Dispatcher(
@@ -135,32 +145,38 @@ class Simulator:
             emit=self._emit,
             happened=happened,
             seed=self.seed,
-            keep_results=keep_results,
-            feedback_rate=feedback_rate,
+            keep_results=settings.keep_results,
+            feedback_rate=settings.feedback_rate,
         )
         self.graph = WaypointGraph(world)
         self.plans = Plans(self.env, self._emit, happened)
-        self.roster = Roster(self.env, self.dispatcher, self.gate, plans=self.plans, happened=happened, emit=self._emit)
+        self.roster = Roster(
+            self.env,
+            self.dispatcher,
+            self.gate,
+            plans=self.plans,
+            happened=happened,
+            emit=self._emit,
+            leaving=self._leaving,
+        )
         self.roster.fill(world, self.graph)
         self.detections = Detections(self.roster)
         self.readings = Readings(self.env, self.roster, self.dispatcher, self.detections)
         self.fault_injector = FaultInjector(self.env, self.roster, happened)
         self.fault_injector.begin(world, self.seed)
-        self.telemetry.start("odom", Topic.ODOM, 0.0, odom_rate, self._emit_odom)
-        self.telemetry.start("battery_state", Topic.BATTERY_STATE, 0.0, battery_rate, self._emit_batteries)
-        self.telemetry.start("clock", Topic.CLOCK, 0.0, clock_rate, lambda: self._emit(self.readings.clock()))
-        self.telemetry.start("detections", Topic.DETECTIONS, 0.0, detection_rate, self._emit_detections)
+        self.telemetry.start("odom", Topic.ODOM, 0.0, settings.odom_rate, self._emit_odom)
+        self.telemetry.start("battery_state", Topic.BATTERY_STATE, 0.0, settings.battery_rate, self._emit_batteries)
+        self.telemetry.start("clock", Topic.CLOCK, 0.0, settings.clock_rate, lambda: self._emit(self.readings.clock()))
+        self.telemetry.start("detections", Topic.DETECTIONS, 0.0, settings.detection_rate, self._emit_detections)
         self.begin_scripts()
+        self._sinks += [*sinks, *watchers(self)]
+        self._command_sinks = [sink for sink in self._sinks if isinstance(sink, CommandSink)]
+        self._apply(InterestChanged())
 
     @property
     def now(self) -> float:
         """The simulated time, in seconds."""
         return self.env.now
-
-    @property
-    def seed_given(self) -> bool:
-        """Whether the seed was given for the run, and not by the world."""
-        return self._own_seed is not None
 
     @property
     def seed(self) -> int:
@@ -179,14 +195,10 @@ class Simulator:
 
     # --- commands and events --------------------------------------------------------------------------------------
 
-    def attach(self, sink: Sink) -> None:
-        """Send events to one more sink, from now on."""
-        self._sinks.append(sink)
-        self.submit(InterestChanged())
-
-    def detach(self, sink: Sink) -> None:
-        """Send events to a sink no longer; nothing happens if none were sent."""
-        self._sinks[:] = [other for other in self._sinks if other is not sink]
+    def end_scripts(self) -> None:
+        """Let the robots do no more of what the world says that they do by themselves."""
+        self.scripts.end()
+        self._sinks[:] = [sink for sink in self._sinks if sink is not self.scripts]
 
     def begin_scripts(self) -> None:
         """Let the robots do what the world says that they do by themselves."""
@@ -202,7 +214,7 @@ class Simulator:
             by: The participant that sent it, if it takes part in lockstep.
         """
         if isinstance(command, CallService):
-            service = all_services()[command.service]
+            service = self._service(command.service)
             request = service.recorded(self, command.request)
             if not isinstance(request, service.request):
                 self.answer(command.reply_to, request)
@@ -210,7 +222,8 @@ class Simulator:
             command = command._replace(request=request)
         if isinstance(command, PlanAnswered) and command.request not in self.plans.awaited:
             return
-        self.record(command, by)
+        for sink in self._command_sinks:
+            sink.commanded(command, by, self.moment)
         self._apply(command)
         # What is asked for while time stands begins all the same.
         while self.paused and isinstance(command, _BEGINNING) and self.take(self.now, _BATCH):
@@ -254,11 +267,17 @@ class Simulator:
                 self.dispatcher.forget(robot, action, goal_id)
 
     def _call(self, command: CallService) -> None:
-        answer = all_services()[command.service].serve(self, command.request)
+        answer = self._service(command.service).serve(self, command.request)
         if isinstance(answer, Message):
             self.answer(command.reply_to, answer)
         else:
             answer(partial(self.answer, command.reply_to))
+
+    def _service(self, name: str) -> Service:
+        if name not in self._services:
+            there = ", ".join(self._services) or "none: give the simulator those of hmrsim.services.registry()"
+            raise ValueError(f"no service {name!r}; there are {there}")
+        return self._services[name]
 
     def answer(self, reply_to: Any, answer: Any) -> None:
         """Send the answer to a command that was not for a robot."""
@@ -299,7 +318,30 @@ class Simulator:
         for robot in self.robots.values():
             self._emit(self.readings.odom(robot))
 
+    def _leaving(self, robot: str) -> None:
+        """End the faults of a robot that is about to be removed."""
+        self.fault_injector.end_all_on(robot)
+
+    # --- beginning anew -------------------------------------------------------------------------------------------
+
+    def replace_world(self, world: World) -> None:
+        """Have another world in place of this one; all that goes on in this one has to have ended."""
+        self.world = world
+        self.graph = WaypointGraph(world)
+        self.dispatcher.servers.reseed(self.seed)
+        self.roster.fill(world, self.graph)
+
+    def restart_time(self) -> None:
+        """Let it be the beginning again; nothing may go on that takes time."""
+        self.env.restart()
+        self.generation += 1
+
     # --- time -----------------------------------------------------------------------------------------------------
+
+    @property
+    def moment(self) -> Moment:
+        """The time, as exactly as a replay needs it."""
+        return Moment(self.taken, self.env.now)
 
     @property
     def limit(self) -> float:

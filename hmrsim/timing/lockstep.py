@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.protocol.gateway import (
+    Advance,
     Answered,
     FeedbackSent,
     GoalChanged,
+    Granted,
     InterestChanged,
     PlanWanted,
     Refused,
@@ -28,7 +30,7 @@ from hmrsim.protocol.gateway import (
     Topic,
 )
 from hmrsim.protocol.goal import made_goal_id
-from hmrsim.protocol.time import Advance, Granted, HasLeft, Join, Joined, Leave
+from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
 from hmrsim.timing.participants import Participants, Slot
 
 if TYPE_CHECKING:

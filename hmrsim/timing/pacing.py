@@ -10,30 +10,17 @@ import logging
 import math
 import threading
 from contextlib import suppress
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.engine.wall_clock import wall_time
 from hmrsim.errors import SimulationStopped
-from hmrsim.protocol.gateway import PlanAnswered, Refused, Topic
-from hmrsim.protocol.time import (
-    LOCKSTEP,
-    REALTIME,
-    Advance,
-    Granted,
-    Join,
-    Leave,
-    LookAround,
-    ReadTime,
-    SetClock,
-    TimeCommand,
-    TimeState,
-    TokenSeen,
-)
+from hmrsim.protocol.gateway import Advance, Granted, PlanAnswered, Refused, TimeCommand, Topic
+from hmrsim.protocol.time import LOCKSTEP, Join, Leave, LookAround, ReadTime, SetClock, TimeState, TokenSeen
+from hmrsim.settings.run import RunSettings
 from hmrsim.timing.lockstep import LockstepCoordinator
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from hmrsim.protocol.gateway import AnyCommand, Inbox
     from hmrsim.simulation.simulator import Simulator
@@ -67,100 +54,106 @@ _LOOKS = 5
 """Looks for a participant that stalls, in the time that it is given."""
 
 
-@dataclass
 class Pacing:
     """Lets a simulator's time move until its inbox is closed.
 
-    Attributes:
+    Args:
         simulator: What to run.
         inbox: Where commands come from.
         retention: Drops old results.
-        clock: How time moves: ``realtime`` or ``lockstep``.
-        real_time_factor: Simulated seconds a wall second in real time; 0 for as fast as possible.
-        duration: Simulated seconds after which to end.
-        participants: How many have to join before time moves in lockstep, or their names.
-        participant_timeout: Wall seconds that one of them may take from a grant to the next request.
-        end_on_loss: Whether the run ends when one of them is lost.
+        settings: How time moves, at first.
         on_lag: Told how many wall seconds time has lost in all, when it loses some; not more often than every 5 s.
         on_wait: Called, each, whenever there is nothing to do but to wait.
         preparations: What will be of use; done bit by bit, in lockstep, while nobody lets time move.
+
+    Attributes:
+        lockstep: Grants time to participants; to be one of the simulator's sinks.
+        clock: How time moves: ``realtime`` or ``lockstep``.
+        real_time_factor: Simulated seconds a wall second in real time; 0 for as fast as possible.
         lag: Wall seconds that time has lost.
     """
 
-    simulator: Simulator
-    inbox: Inbox
-    retention: Retention
-    clock: str = REALTIME
-    real_time_factor: float = 1.0
-    duration: float = math.inf
-    participants: int | Collection[str] = 1
-    participant_timeout: float = math.inf
-    end_on_loss: bool = False
-    on_lag: Callable[[float], None] = lambda _lag: None
-    on_wait: list[Callable[[], None]] = field(default_factory=list)
-    preparations: Iterator[object] = field(default_factory=lambda: iter(()))
-    lag: float = 0.0
-    _told: float = field(default=-math.inf, init=False)
-    _anchor: float | None = field(default=None, init=False)
-    _over: bool = field(default=False, init=False)
-    _last_state: TimeState | None = field(default=None, init=False)
-
-    def __post_init__(self) -> None:
-        """Follow what happens in the simulation."""
-        self._generation = self.simulator.generation
-        self._lockstep = LockstepCoordinator(self.simulator, awaited=self.participants, until=self.duration)
-        self.simulator.gate.hindrance = self._hindrance
-        self.simulator.attach(self._lockstep)
+    def __init__(
+        self,
+        simulator: Simulator,
+        inbox: Inbox,
+        retention: Retention,
+        settings: RunSettings = RunSettings(),  # noqa: B008 - frozen
+        *,
+        on_lag: Callable[[float], None] = lambda _lag: None,
+        on_wait: Sequence[Callable[[], None]] = (),
+        preparations: Iterator[object] = iter(()),  # noqa: B008 - empty
+    ) -> None:
+        self.lockstep = LockstepCoordinator(simulator, awaited=settings.participants, until=settings.duration)
+        self.clock: str = settings.clock
+        self.real_time_factor = settings.real_time_factor
+        self.lag = 0.0
+        self._simulator = simulator
+        self._inbox = inbox
+        self._retention = retention
+        self._duration = settings.duration
+        self._participant_timeout = settings.participant_timeout
+        self._end_on_loss = settings.on_participant_loss == "end"
+        self._on_lag = on_lag
+        self._on_wait = on_wait
+        self._preparations = preparations
+        self._generation = simulator.generation
+        self._told = -math.inf
+        self._anchor: float | None = None
+        self._over = False
+        self._last_state: TimeState | None = None
 
     def run(self) -> None:
         """Run until the inbox is closed or the duration is over; goals that run then are left to `Simulator.stop`."""
         try:
             with self._watching():
-                while not (self.inbox.closed or self._over):
+                while not (self._inbox.closed or self._over):
                     self._round()
             self._reach_the_end()
         finally:
             # Whatever it is that ends it, whoever waits for time to move is answered.
             self._over = True
-            self._lockstep.dismiss("the simulator was stopped")
+            self.lockstep.dismiss("the simulator was stopped")
 
     def submit(self, command: AnyCommand) -> None:
         """Apply a command now, in the simulation's thread."""
         if isinstance(command, TimeCommand):
             self._apply(command)
         elif isinstance(command, PlanAnswered) and self.clock == LOCKSTEP:
-            self.simulator.plans.keep(command)
+            self._simulator.plans.keep(command)
         else:
-            self.simulator.submit(command)
+            self._simulator.submit(command)
 
     @property
     def state(self) -> TimeState:
         """How time moves just now."""
         lockstep = self.clock == LOCKSTEP
-        planner = (PLANNER,) if self.simulator.plans.awaited else ()
+        planner = (PLANNER,) if self._simulator.plans.awaited else ()
         return TimeState(
-            now=self.simulator.now,
+            now=self._simulator.now,
             clock=self.clock,
             real_time_factor=self.real_time_factor,
-            paused=self.simulator.limit < math.inf,
-            epoch=self._lockstep.epoch,
-            participants=self._lockstep.participants,
-            waiting_for=(*self._lockstep.waiting_for, *planner) if lockstep else (),
+            paused=self._simulator.limit < math.inf,
+            epoch=self.lockstep.epoch,
+            participants=self.lockstep.participants,
+            waiting_for=(*self.lockstep.waiting_for, *planner) if lockstep else (),
             lag=self.lag,
         )
 
-    def _hindrance(self) -> str:
-        if self.clock == LOCKSTEP and not self._lockstep.participants:
+    @property
+    def hindrance(self) -> str:
+        """Why time can't move, whatever is asked of the simulator; empty if it can."""
+        if self.clock == LOCKSTEP and not self.lockstep.participants:
             return "nobody takes part in lockstep, so that time stands; let somebody join, or set the clock to realtime"
         return ""
 
     # --- rounds ---------------------------------------------------------------------------------------------------
 
     def _round(self) -> None:
-        simulator = self.simulator
+        simulator = self._simulator
         if self._generation != simulator.generation:
             self._generation, self._anchor = simulator.generation, None
-            self._lockstep.restart()
+            self.lockstep.restart()
         if self.clock == LOCKSTEP:
             self._lockstep_round()
         elif simulator.paused:
@@ -174,7 +167,7 @@ class Pacing:
             self._paced_round(self.real_time_factor)
 
     def _lockstep_round(self) -> None:
-        lockstep = self._lockstep
+        lockstep = self.lockstep
         if self._take_commands():
             return
         if lockstep.granting:
@@ -186,28 +179,28 @@ class Pacing:
         elif lockstep.ready:
             lockstep.begin()
             return
-        elif not lockstep.participants and next(self.preparations, self) is not self:
+        elif not lockstep.participants and next(self._preparations, self) is not self:
             return
         self._stand()
 
     def _free_round(self) -> None:
-        simulator = self.simulator
+        simulator = self._simulator
         # Neither keeps the other waiting: so many commands at most, then so many events.
         taken = self._take_commands()
         if not taken and simulator.next_event == math.inf:
             self._stand()
-        elif self.duration < simulator.next_event < math.inf:
-            simulator.advance(self.duration)
+        elif self._duration < simulator.next_event < math.inf:
+            simulator.advance(self._duration)
             self._over = True
         else:
-            simulator.take(min(self.duration, simulator.limit), _EVENTS_BETWEEN_POLLS, idle=False)
+            simulator.take(min(self._duration, simulator.limit), _EVENTS_BETWEEN_POLLS, idle=False)
 
     def _paced_round(self, factor: float) -> None:
-        simulator = self.simulator
+        simulator = self._simulator
         woken = wall_time()
         if self._anchor is None:
             self._anchor = woken - simulator.now / factor
-        target = min((woken - self._anchor) * factor, self.duration)
+        target = min((woken - self._anchor) * factor, self._duration)
         late = (target - simulator.next_due) / factor
         if late > _MAX_LATENESS:
             self._anchor += late
@@ -216,34 +209,34 @@ class Pacing:
         if simulator.next_due <= target:
             # Some of it: commands are looked for in between.
             simulator.take(target, _EVENTS_BETWEEN_POLLS)
-        elif target >= self.duration:
-            simulator.advance(self.duration)
+        elif target >= self._duration:
+            simulator.advance(self._duration)
             self._over = True
             return
-        if self.inbox.waiting:
+        if self._inbox.waiting:
             self._take_waiting(target)
         elif simulator.next_due > target:
-            wake = max(min(simulator.next_due, self.duration) / factor + self._anchor, woken + _QUANTUM)
+            wake = max(min(simulator.next_due, self._duration) / factor + self._anchor, woken + _QUANTUM)
             self._wait(None if wake == math.inf else min(max(0.0, wake - wall_time()), _MAX_WAIT))
 
     def _stand(self) -> None:
         """Wait for the next command, however long that takes."""
         if not self._take_commands():
-            self.simulator.settle()
+            self._simulator.settle()
             self._wait(None)
 
     def _wait(self, timeout: float | None) -> None:
         self._tell()
-        for call in self.on_wait:
+        for call in self._on_wait:
             call()
-        self.inbox.wait(timeout)
+        self._inbox.wait(timeout)
 
     def _reach_the_end(self) -> None:
         """Let it be the time at which the run ends."""
-        simulator = self.simulator
+        simulator = self._simulator
         if self._anchor is not None and not simulator.paused:
             # Whatever ends now ends at this time, not at that of the event before.
-            target = min((wall_time() - self._anchor) * self.real_time_factor, self.duration)
+            target = min((wall_time() - self._anchor) * self.real_time_factor, self._duration)
             if simulator.next_due > target:
                 simulator.advance(max(target, simulator.now))
 
@@ -254,10 +247,10 @@ class Pacing:
 
         Only one: the next may come of its answer, and is later than this one.
         """
-        command = self.inbox.poll()
+        command = self._inbox.poll()
         if command is None:
             return False
-        self.retention.apply(self.simulator)
+        self._retention.apply(self._simulator)
         self.submit(command)
         return True
 
@@ -273,18 +266,18 @@ class Pacing:
 
         What is overdue does not come before them all, as there may be no end to it.
         """
-        if self.simulator.next_due > target:
-            self.simulator.advance(max(target, self.simulator.now))
+        if self._simulator.next_due > target:
+            self._simulator.advance(max(target, self._simulator.now))
             self._take_command()
         else:
             self._take_commands()
 
     def _apply(self, command: TimeCommand) -> None:
         """Apply a command that is about time, not about the world."""
-        lockstep = self._lockstep
+        lockstep = self.lockstep
         match command:
             case ReadTime(reply_to):
-                self.simulator.answer(reply_to, self.state)
+                self._simulator.answer(reply_to, self.state)
             case SetClock():
                 self._set_clock(command)
             case Join() | Advance():
@@ -294,31 +287,31 @@ class Pacing:
             case TokenSeen(name, alive):
                 lockstep.token_seen(name, alive=alive)
             case LookAround():
-                for name in lockstep.overdue(wall_time() - self.participant_timeout):
-                    lockstep.drop(name, f"it has not asked to advance for more than {self.participant_timeout:g} s")
-        if self.end_on_loss and lockstep.lost:
+                for name in lockstep.overdue(wall_time() - self._participant_timeout):
+                    lockstep.drop(name, f"it has not asked to advance for more than {self._participant_timeout:g} s")
+        if self._end_on_loss and lockstep.lost:
             self._over = True
 
     def _let_move(self, command: Join | Advance) -> None:
         if self._over and isinstance(command, Advance):
             # Whoever was thinking when it ended learns of it as the others have.
-            self.simulator.answer(command.reply_to, Granted(self._lockstep.epoch, self.simulator.now, "end"))
+            self._simulator.answer(command.reply_to, Granted(self.lockstep.epoch, self._simulator.now, "end"))
         elif self._over or self.clock != LOCKSTEP:
             why = "the simulation has ended" if self._over else f"the clock is {self.clock}; set it to lockstep first"
-            self.simulator.answer(command.reply_to, Refused("", None, why))
+            self._simulator.answer(command.reply_to, Refused("", None, why))
         elif isinstance(command, Join):
-            self._lockstep.join(command, wall_time())
+            self.lockstep.join(command, wall_time())
         else:
-            self._lockstep.advance(command, wall_time())
+            self.lockstep.advance(command, wall_time())
 
     def _set_clock(self, command: SetClock) -> None:
         clock = command.clock or self.clock
         if clock != self.clock:
-            self._lockstep.dismiss(f"the clock was set to {clock}")
+            self.lockstep.dismiss(f"the clock was set to {clock}")
         self.clock, self._anchor = clock, None
         if command.real_time_factor is not None:
             self.real_time_factor = command.real_time_factor
-        self.simulator.answer(command.reply_to, self.state)
+        self._simulator.answer(command.reply_to, self.state)
 
     # --- what is told ---------------------------------------------------------------------------------------------
 
@@ -328,25 +321,25 @@ class Pacing:
         now = wall_time()
         if now - self._told >= _BETWEEN_WARNINGS:
             self._told = now
-            self.on_lag(self.lag)
+            self._on_lag(self.lag)
 
     def _tell(self) -> None:
         """Tell how time moves, if that has changed and somebody listens."""
-        if not self.simulator.interest.in_(Topic.TIME):
+        if not self._simulator.interest.in_(Topic.TIME):
             self._last_state = None
             return
         state = self.state
         # Time and epoch change always.
         if self._last_state is None or state._replace(now=0.0, epoch=0) != self._last_state:
             self._last_state = state._replace(now=0.0, epoch=0)
-            self.simulator.tell(state)
+            self._simulator.tell(state)
 
     def _watching(self) -> _Watch:
         def look() -> None:
-            if self.clock == LOCKSTEP and self._lockstep.overdue(wall_time() - self.participant_timeout):
-                self.inbox.put(LookAround())
+            if self.clock == LOCKSTEP and self.lockstep.overdue(wall_time() - self._participant_timeout):
+                self._inbox.put(LookAround())
 
-        return _Watch(look, self.participant_timeout / _LOOKS)
+        return _Watch(look, self._participant_timeout / _LOOKS)
 
 
 class _Watch:

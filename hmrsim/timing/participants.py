@@ -10,7 +10,7 @@ from hmrsim.protocol.gateway import Participation
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from hmrsim.protocol.time import Advance, Granted
+    from hmrsim.protocol.gateway import Advance, Granted
 
 
 @dataclass

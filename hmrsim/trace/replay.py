@@ -23,14 +23,15 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.protocol.gateway import CallService, CancelGoal, Participation, PlanAnswered, PlannerPresent, SendGoal, Stop
 from hmrsim.services import registry as services
+from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.trace.writer import Header, Trace
 from hmrsim.world_checks.loading import world_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from hmrsim.protocol.gateway import Command
+    from hmrsim.protocol.gateway import Command, Sink
 
 _CONTEXT: Final = 3
 """Lines that are shown before and after those that differ."""
@@ -108,17 +109,17 @@ class _Line(BaseModel):
     by: str = ""
 
 
-def replay(lines: Iterable[str], watch: Callable[[Simulator], object] | None = None) -> Outcome:
+def replay(lines: Iterable[str], watchers: Callable[[Simulator], Sequence[Sink]] = lambda _simulator: ()) -> Outcome:
     """Run a trace again and compare.
 
     Args:
         lines: Those of the trace, with their ends. A last one without an end is half a line, and is left out.
-        watch: Given the simulation before it begins, so as to attach a sink; None if nobody else looks.
+        watchers: Makes sinks, of the simulation before it begins.
 
     Raises:
         TraceError: It is no trace, or one of another version.
     """
-    return _Replay((line[:-1] for line in lines if line.endswith("\n")), watch).run()
+    return _Replay((line[:-1] for line in lines if line.endswith("\n")), watchers).run()
 
 
 class _Replay:
@@ -126,10 +127,10 @@ class _Replay:
 
     Args:
         lines: Its lines, without their ends.
-        watch: Given the simulation before it begins.
+        watchers: Makes sinks, of the simulation before it begins.
     """
 
-    def __init__(self, lines: Iterator[str], watch: Callable[[Simulator], object] | None) -> None:
+    def __init__(self, lines: Iterator[str], watchers: Callable[[Simulator], Sequence[Sink]]) -> None:
         first = next(lines, "")
         self._lines = chain([first], lines)
         self._header = _header(first)
@@ -138,12 +139,11 @@ class _Replay:
         except WorldError as error:
             raise TraceError(str(error.problems[0])) from None
         seed = self._header.seed if self._header.seed_given else None
-        self._simulator = Simulator(world, seed=seed, step_size=self._header.step_size)
+        settings = RunSettings(seed=seed, step_size=self._header.step_size)
         self._made: deque[str] = deque()
-        self._trace = Trace(self._simulator, lambda text: self._made.extend(text.splitlines()), self._header)
+        self._trace = Trace(self._header, lambda text: self._made.extend(text.splitlines()))
+        self._simulator = Simulator(world, settings, [self._trace], watchers=watchers, services=services())
         self._trace.flush()
-        if watch is not None:
-            watch(self._simulator)
         self._commands = 0
 
     def run(self) -> Outcome:
@@ -188,7 +188,7 @@ class _Replay:
     def _repeat(self, line: _Line, number: int) -> None:
         """Do what the trace says was done from outside."""
         if line.kind == "end":
-            self._trace.close()
+            self._trace.close(self._simulator.moment)
             return
         self._commands += 1
         self._simulator.submit(_command(line, number), line.by)

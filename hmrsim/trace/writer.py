@@ -44,8 +44,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.gateway import Command, Event
-    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.protocol.gateway import Command, Event, Moment
+    from hmrsim.settings.run import RunSettings
+    from hmrsim.world.model import World
 
 _DIGITS: Final = 9
 _BATCH: Final = 512
@@ -79,11 +80,11 @@ class Header:
     contract: int = CONTRACT
 
     @classmethod
-    def of(cls, simulator: Simulator) -> Header:
-        """Return the header of a run that has not begun."""
-        world = simulator.world
+    def of(cls, world: World, settings: RunSettings) -> Header:
+        """Return the header of a run of a world."""
         said = (world.name, world_hash(world), native_data(world))
-        return cls(__version__, simulator.seed, simulator.seed_given, *said, simulator.gate.step_size)
+        seed = world.seed if settings.seed is None else settings.seed
+        return cls(__version__, seed, settings.seed is not None, *said, settings.step_size)
 
     def line(self) -> str:
         """Return the line, without its end."""
@@ -96,17 +97,15 @@ class Trace:
     """A sink that writes what happens, and what the simulator is told from outside.
 
     Args:
-        simulator: A simulator that has not begun; what it is told is written from now on.
-        write: Takes text: whole lines, some at a time.
         header: The first line.
+        write: Takes text: whole lines, some at a time.
 
     Writing raises `HmrsimError` when *write* raises OSError.
     """
 
-    def __init__(self, simulator: Simulator, write: Callable[[str], object], header: Header | None = None) -> None:
-        self._simulator = simulator
+    def __init__(self, header: Header, write: Callable[[str], object]) -> None:
         self._write = write
-        self._lines: list[str] = [(header or Header.of(simulator)).line()]
+        self._lines: list[str] = [header.line()]
         self._results: dict[str, tuple[Message, str]] = {}
         self._recorders: dict[type, Callable[[Any], dict[str, Any] | None]] = {
             SendGoal: _send_goal,
@@ -117,8 +116,6 @@ class Trace:
             PlanAnswered: _plan_answered,
             Stop: lambda command: {"command": "stop", "reason": command.reason},
         }
-        simulator.record = self._record
-        simulator.attach(self)
 
     def flush(self) -> None:
         """Write what has not been written yet."""
@@ -130,9 +127,9 @@ class Trace:
             except OSError as error:
                 raise HmrsimError(f"the trace can't be written: {reason_of(error)}") from None
 
-    def close(self) -> None:
-        """Write the last line, which says that the trace is complete."""
-        self._add({"kind": "end", **self._moment()})
+    def close(self, moment: Moment) -> None:
+        """Write the last line, which says that the trace is complete: the run ends at *moment*."""
+        self._add({"kind": "end", **_moment(moment)})
         self.flush()
 
     def wants(self, topic: Topic) -> bool:
@@ -170,11 +167,12 @@ class Trace:
         self._results[event.action] = (result, text)
         return text
 
-    def _record(self, command: Command, by: str) -> None:
+    def commanded(self, command: Command, by: str, moment: Moment) -> None:
+        """Write a command."""
         recorder = self._recorders.get(type(command))
         fields = recorder(command) if recorder else None
         if fields is not None:
-            self._add({"kind": "command", **fields, **self._moment(), **({"by": by} if by else {})})
+            self._add({"kind": "command", **fields, **_moment(moment), **({"by": by} if by else {})})
 
     def _call_service(self, command: CallService) -> dict[str, Any] | None:
         service = services()[command.service]
@@ -182,14 +180,14 @@ class Trace:
             return None
         return {"command": "call_service", "service": service.name, "request": _as_it_came(command.request)}
 
-    def _moment(self) -> dict[str, Any]:
-        simulator = self._simulator
-        return {"after": simulator.taken, "stamp": values_of(stamp(simulator.now))}
-
     def _add(self, fields: Mapping[str, Any]) -> None:
         self._lines.append(_encode(fields))
         if len(self._lines) >= _BATCH:
             self.flush()
+
+
+def _moment(moment: Moment) -> dict[str, Any]:
+    return {"after": moment.taken, "stamp": values_of(stamp(moment.now))}
 
 
 def _send_goal(command: SendGoal) -> dict[str, Any]:

@@ -35,13 +35,14 @@ from hmrsim_zenoh.errors import (
 )
 from hmrsim_zenoh.wire.envelopes import UnreadableError
 from hmrsim_zenoh.wire.keys import Keys
-from hmrsim_zenoh.wire.session import DEFAULT_OPTIONS, SessionOptions, open_client
+from hmrsim_zenoh.wire.session import DEFAULT_OPTIONS, open_client
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from types import TracebackType
 
     from hmrsim.actions import Action, F, G, R
+    from hmrsim_zenoh.wire.options import SessionOptions
 
 ClockChoice = Literal["auto", "realtime", "lockstep"]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.rosgraph_msgs import Clock
@@ -12,7 +12,8 @@ from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.client.subscription import Subscription
+    from hmrsim_zenoh.wire.keys import Keys
 
 _log = logging.getLogger(__name__)
 
@@ -27,6 +28,15 @@ def read_clock(payload: bytes) -> float:
     return message.clock.to_nanoseconds() / NANOSECONDS
 
 
+class Subscriber(Protocol):
+    """What a clock knows of a `Client`."""
+
+    keys: Keys
+
+    def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, history: bool = False) -> Subscription:
+        """Call back with key and payload of each sample."""
+
+
 class SimClock:
     """Follows ``_world/clock``.
 
@@ -35,7 +45,7 @@ class SimClock:
         on_time: Called with each time that is heard, in the subscription's thread.
     """
 
-    def __init__(self, client: Client, on_time: Callable[[float], None]) -> None:
+    def __init__(self, client: Subscriber, on_time: Callable[[float], None]) -> None:
         self._on_time = on_time
         self._now: float | None = None
         self._subscription = client.subscribe(client.keys.world("clock"), self._on_sample, history=True)

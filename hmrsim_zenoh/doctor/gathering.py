@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim_zenoh.ros2.keys import Token
-    from hmrsim_zenoh.wire.session import SessionOptions
+    from hmrsim_zenoh.wire.options import SessionOptions
 
 _WATCH: Final = 0.5
 """Wall seconds from one look at the clock to the next."""
@@ -44,7 +44,7 @@ def asked_for(
         environment: Variables, of which those that matter to ROS are kept.
         wants_ros: Whether whoever asks has to do with ROS.
     """
-    file = (str(options.config_file),) if options.config_file else ()
+    file = (str(options.zenoh_config),) if options.zenoh_config else ()
     return Snapshot(
         endpoints=options.connect or options.listen or file or (options.default,),
         prefix=options.prefix,

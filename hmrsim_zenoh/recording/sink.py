@@ -43,7 +43,6 @@ class RecordingSink:
         self._period = 1.0 / clock_rate
         self._clock = -1
         recorder.begin(*self._now(), seed=str(simulator.seed))
-        simulator.attach(self)
 
     def wants(self, topic: Topic) -> bool:
         """Return whether it takes a topic."""

@@ -26,16 +26,15 @@ from hmrsim_zenoh.ros2.requests.waiting import PendingResults
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping
+    from collections.abc import Collection, Iterable, Mapping
 
     import zenoh
 
     from hmrsim.actions import AnyAction
-    from hmrsim.protocol.gateway import AnyCommand, Event, Sampled
+    from hmrsim.protocol.gateway import AnyCommand, Event
     from hmrsim.services import AnyService
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.keys import Address
-    from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.external_planner import Planner
     from hmrsim_zenoh.server.inbox import QueryInbox
@@ -49,6 +48,7 @@ def open_servers(
     simulator: Simulator,
     inbox: QueryInbox,
     *,
+    planner: Planner,
     prefix: str,
     max_payload: int,
 ) -> list[Ros2Server]:
@@ -67,11 +67,11 @@ def open_servers(
         Ros2Server(
             session,
             wire,
-            names_of(simulator),
+            simulator,
             inbox=inbox,
             actions=all_actions(),
             services=all_services(),
-            odom=lambda robot: simulator.readings.odom(simulator.robots[robot]),
+            planner=planner,
             max_payload=max_payload,
         )
         for wire in wires
@@ -84,41 +84,43 @@ class Ros2Server:
     Args:
         session: An open session; it stays the caller's to close.
         wire: How names are spelled.
-        names: What is served.
+        simulator: What is served.
         inbox: Where commands go.
         actions: All actions by name.
         services: The world's services by name.
-        odom: Gives where a robot is.
+        planner: The one outside.
         max_payload: Bytes that a request may have.
-
-    Attributes:
-        submit: Takes commands at once, in the simulation's thread; to be set before it runs.
-        planner: The one outside; likewise.
     """
-
-    submit: Callable[[AnyCommand], None]
-    planner: Planner
 
     def __init__(
         self,
         session: zenoh.Session,
         wire: Wire,
-        names: Names,
+        simulator: Simulator,
         *,
         inbox: QueryInbox,
         actions: Mapping[str, AnyAction],
         services: Mapping[str, AnyService],
-        odom: Callable[[str], Sampled],
+        planner: Planner,
         max_payload: int,
     ) -> None:
+        self._submit = simulator.submit
+        self._planner = planner
         self._wire = wire
         self._inbox = inbox
         self._changes_told = 0
+        names = names_of(simulator)
         self._catalog = Catalog(names, wire.distros, actions=actions, services=services)
         self._waiting = PendingResults()
         complaints = Complaints()
         self._publications = Publications(
-            session, wire, names, actions=actions, services=services, odom=odom, changed=self._interest_changed
+            session,
+            wire,
+            names,
+            actions=actions,
+            services=services,
+            odom=lambda robot: simulator.readings.odom(simulator.robots[robot]),
+            changed=self._interest_changed,
         )
         self._peers: Peers | None = None
         if isinstance(wire, RmwZenoh):
@@ -186,7 +188,7 @@ class Ros2Server:
         if commands and isinstance(commands[0], (CancelGoal, CallService)):
             self._look()
         if commands and isinstance(commands[0], SendGoal):
-            return [*self.planner.look(), *commands]
+            return [*self._planner.look(), *commands]
         return commands
 
     def _refuse(self, query: zenoh.Query) -> None:
@@ -197,7 +199,7 @@ class Ros2Server:
         changes = self._publications.look()
         if changes != self._changes_told:
             self._changes_told = changes
-            self.submit(InterestChanged())
+            self._submit(InterestChanged())
 
     def _interest_changed(self) -> None:
         with suppress(SimulationStopped):

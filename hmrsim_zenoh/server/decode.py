@@ -20,7 +20,6 @@ from hmrsim.protocol.time import ReadTime
 from hmrsim_zenoh.server.decode_time import ReadRequest, TimeRequests
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
-    MAX_PAYLOAD,
     CancelGoalRequest,
     GetResultRequest,
     SendGoalRequest,
@@ -147,7 +146,7 @@ class Requests:
         serves: Mapping[str, list[str]],
         fixed: Mapping[str, tuple[str, Callable[[], bytes]]],
         services: Mapping[str, AnyService],
-        max_payload: int = MAX_PAYLOAD,
+        max_payload: int,
     ) -> None:
         self._keys = keys
         self._time = TimeRequests(keys, actions, max_payload)

@@ -10,20 +10,18 @@ from pydantic import Field
 from pydantic_core import to_json
 
 from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
-from hmrsim.protocol.gateway import CancelGoal, CancelResponse, FeedbackSent, GoalResponse, SendGoal
-from hmrsim.protocol.goal import parse_goal_id
-from hmrsim.protocol.time import (
+from hmrsim.protocol.gateway import (
     Advance,
+    CancelGoal,
+    CancelResponse,
+    FeedbackSent,
+    GoalResponse,
     Granted,
-    HasLeft,
-    Join,
-    Joined,
-    Leave,
-    ReadTime,
-    SetClock,
+    SendGoal,
     TimeAnswer,
-    TimeState,
 )
+from hmrsim.protocol.goal import parse_goal_id
+from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import Envelope, UnreadableError, dump, plain, read, unreadable_at
 
@@ -32,8 +30,7 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.gateway import Refused
-    from hmrsim.protocol.time import TimeCommand
+    from hmrsim.protocol.gateway import Refused, TimeCommand
     from hmrsim_zenoh.wire.keys import Keys
 
 _FOLDER: Final = "time/"

@@ -15,7 +15,7 @@ from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.protocol.gateway import PlanAnswered, PlannerPresent
 from hmrsim_zenoh.wire import encoding
-from hmrsim_zenoh.wire.envelopes import MAX_PAYLOAD, UnreadableError, plain, read
+from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,7 +51,7 @@ class Planner:
         put: Callable[[AnyCommand], None],
         *,
         timeout: float,
-        max_payload: int = MAX_PAYLOAD,
+        max_payload: int,
     ) -> None:
         self._put = put
         self._timeout = timeout

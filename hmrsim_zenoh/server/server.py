@@ -16,6 +16,7 @@ import zenoh
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.message import Message
 from hmrsim.protocol.gateway import (
+    Advance,
     Answered,
     CallService,
     CancelGoal,
@@ -23,6 +24,7 @@ from hmrsim.protocol.gateway import (
     FeedbackSent,
     GoalChanged,
     GoalResponse,
+    Granted,
     Happened,
     InterestChanged,
     PlanWanted,
@@ -35,23 +37,25 @@ from hmrsim.protocol.gateway import (
     Topic,
 )
 from hmrsim.protocol.goal import WORLD
-from hmrsim.protocol.time import Advance, Granted, HasLeft, Joined, TimeState
+from hmrsim.protocol.time import HasLeft, Joined, TimeState
 from hmrsim_zenoh.server.decode import PendingReply, Requests
 from hmrsim_zenoh.server.decode_time import TIME_STATE, encoded
+from hmrsim_zenoh.server.external_planner import Planner
 from hmrsim_zenoh.server.inbox import QueryInbox
 from hmrsim_zenoh.server.interest import SubscriberWatch
+from hmrsim_zenoh.server.liveliness import MAX_TOKENS
 from hmrsim_zenoh.server.rate_limit import Thinning
 from hmrsim_zenoh.wire import encoding
-from hmrsim_zenoh.wire.envelopes import MAX_PAYLOAD
 from hmrsim_zenoh.wire.keys import Verb
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hmrsim.actions import AnyAction
-    from hmrsim.protocol.gateway import AnyCommand, Event
+    from hmrsim.protocol.gateway import AnyCommand, Command, Event
     from hmrsim.services import AnyService
-    from hmrsim_zenoh.server.external_planner import Planner
+    from hmrsim.settings.run import RunSettings
+    from hmrsim_zenoh.server.world_info import Description
     from hmrsim_zenoh.wire.keys import Keys
 
 _log = logging.getLogger(__name__)
@@ -71,37 +75,34 @@ class Server:
     Args:
         session: An open session; it stays the caller's to close.
         keys: How keys are spelled.
+        description: What it tells of the simulation, and which actions each robot has.
         actions: All actions by name, to read goals.
-        serves: The names of the actions of each robot.
-        fixed: Latched topics of the world: topic to encoding, and what gives the payload.
         services: The world's services by name.
-        declare: Whether to declare the keys that are published on.
-        max_payload: Bytes that a request may have.
+        submit: Takes commands at once, in the simulation's thread.
+        on_roster: Called when robots come or go, or all of the world is another. It is to `follow`.
+        settings: How large requests may be, and how long a planner outside may take.
 
     Attributes:
-        submit: Takes commands at once, in the simulation's thread; to be set before it runs.
-        planner: The one outside; likewise.
-        on_roster: Called when robots come or go, or all of the world is another; likewise. It is to `follow`.
+        inbox: Brings commands in.
+        planner: The one outside.
     """
-
-    submit: Callable[[AnyCommand], None]
-    planner: Planner
-    on_roster: Callable[[], None]
 
     def __init__(
         self,
         session: zenoh.Session,
         keys: Keys,
+        description: Description,
         *,
         actions: Mapping[str, AnyAction],
-        serves: Mapping[str, list[str]],
-        fixed: Mapping[str, tuple[str, Callable[[], bytes]]],
         services: Mapping[str, AnyService],
-        declare: bool = False,
-        max_payload: int = MAX_PAYLOAD,
+        submit: Callable[[Command], None],
+        on_roster: Callable[[], None],
+        settings: RunSettings,
     ) -> None:
         self._session = session
-        self._declares = declare
+        self._submit = submit
+        self._description = description
+        self._declares = len(description.serves) <= MAX_TOKENS
         self._keys = keys
         self._actions = actions
         self._thinning = Thinning()
@@ -117,12 +118,14 @@ class Server:
             Sampled: self._emit_sample,
             Happened: self._emit_happening,
             TimeState: self._emit_time,
-            RosterChanged: lambda _event: self.on_roster(),
+            RosterChanged: lambda _event: on_roster(),
             PlanWanted: self._emit_plan_wanted,
         }
-        self._fixed = fixed
-        self._read_by = partial(Requests, actions=actions, fixed=fixed, services=services, max_payload=max_payload)
-        self._requests = self._read_by(keys, serves=serves)
+        self._fixed = description.latched
+        self._read_by = partial(
+            Requests, actions=actions, fixed=self._fixed, services=services, max_payload=settings.max_payload
+        )
+        self._requests = self._read_by(keys, serves=description.serves)
         self.inbox = QueryInbox(
             session,
             keys.everything(),
@@ -130,16 +133,19 @@ class Server:
             refuse=self._refuse,
             wakeup_key=keys.wakeup_key(),
         )
+        self.planner = Planner(
+            session, keys, self.inbox.put, timeout=settings.planner_timeout, max_payload=settings.max_payload
+        )
         self._changes_told = 0
         self._interest = SubscriberWatch(session, _patterns(keys), keys.everything(), self._interest_changed)
         self._history = session.declare_queryable(
             keys.history(), zenoh.handlers.Callback(self.inbox.put_query), complete=False
         )
 
-    def follow(self, serves: Mapping[str, list[str]], aliases: Mapping[str, str]) -> None:
-        """Serve these robots from now on, by these further names; who subscribes to what is latched is told."""
-        self._keys = replace(self._keys, aliases=aliases)
-        self._requests = self._read_by(self._keys, serves=serves)
+    def follow(self) -> None:
+        """Serve the robots that are there now; who subscribes to what is latched is told."""
+        self._keys = replace(self._keys, aliases=self._description.aliases)
+        self._requests = self._read_by(self._keys, serves=self._description.serves)
         self._feedback_keys.clear()
         self._status_keys.clear()
         for topic, (mime, payload) in self._fixed.items():
@@ -184,7 +190,7 @@ class Server:
         changes = self._interest.look()
         if changes != self._changes_told:
             self._changes_told = changes
-            self.submit(InterestChanged())
+            self._submit(InterestChanged())
 
     def _refuse(self, query: zenoh.Query) -> None:
         reason, text = ("not_ready", _ENDED) if self.inbox.closed else ("busy", _BUSY)

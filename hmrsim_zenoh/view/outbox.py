@@ -85,8 +85,7 @@ class Outbox:
     def add(self, id_: int, entries: Iterable[tuple[str, str]], *, lost: bool) -> None:
         """Send samples of a subscription, each a key and a text; *lost* says that some were dropped before already.
 
-        Once some are lost, none is sent until what waits has been taken: a page that gets `lost` asks for everything
-        anew.
+        Once some are lost, none is sent until what waits has been taken: a page that gets `lost` asks for all anew.
         """
         pending = self._pending[id_]
         if lost and pending.newest is None:

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.settings.run import MAX_PAYLOAD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
 
 G = TypeVar("G")
-
-MAX_PAYLOAD = 1024 * 1024
-"""Bytes that a payload may have unless a user says otherwise."""
 
 
 class UnreadableError(HmrsimError):

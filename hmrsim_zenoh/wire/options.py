@@ -1,105 +1,110 @@
 """The options of every command that opens a session.
 
-On a :class:`~hmrsim.program.command_line.CommandParser` ``HMRSIM_CONNECT`` and its like stand for them, too.
+On a :class:`~hmrsim.program.command_line.CommandParser` ``HMRSIM_CONNECT`` and its like stand for them, too. Zenoh
+takes longer to load than ``--help`` may, so that nothing here does.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from pathlib import Path  # noqa: TC003 - settings are read at run time
+from typing import Annotated, Literal
 
 from hmrsim.program.command_line import ENVIRONMENT
+from hmrsim.settings.arguments import add_settings, read_settings
+from hmrsim.settings.option import Option
 from hmrsim_zenoh.errors import BadOptions
-from hmrsim_zenoh.wire.endpoints import check_endpoint
+from hmrsim_zenoh.wire.endpoints import DEFAULT_ENDPOINT, check_endpoint
 from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX, Keys
 
-if TYPE_CHECKING:
-    from hmrsim_zenoh.wire.session import SessionOptions
+__all__ = ["ENVIRONMENT", "Mode", "SessionOptions", "add_session_options", "seconds", "session_options"]
 
-__all__ = ["ENVIRONMENT", "add_session_options", "seconds", "session_options"]
-
-_MODES: Final = ("peer", "client", "router")
+Mode = Literal["peer", "client", "router"]
 
 
-def add_session_options(parser: argparse.ArgumentParser) -> None:
-    """Give a command the options that say where the simulator is."""
-    group = parser.add_argument_group("session")
-    group.add_argument(
-        "--connect",
-        action="append",
-        type=partial(_endpoint, "--connect"),
-        metavar="ENDPOINT",
-        help="connect there, such as tcp/10.0.0.7:7447; repeatable (default: tcp/127.0.0.1:7447)",
-    )
-    group.add_argument(
-        "--listen",
-        action="append",
-        type=partial(_endpoint, "--listen"),
-        metavar="ENDPOINT",
-        help="listen there; repeatable",
-    )
-    group.add_argument("--mode", choices=_MODES, help="Zenoh's mode")
-    group.add_argument(
-        "--zenoh-config",
-        type=Path,
-        metavar="FILE.json5",
-        help="a configuration of Zenoh's; options come first",
-    )
-    group.add_argument(
-        "--prefix",
-        type=_prefix,
-        default=DEFAULT_PREFIX,
-        metavar="KEY",
-        help="what all keys begin with (default: %(default)s)",
-    )
-    group.add_argument(
-        "--timeout",
-        type=seconds,
-        default=5.0,
-        metavar="S",
-        help="wall seconds to reach a simulator (default: %(default)g)",
-    )
-
-
-def session_options(args: argparse.Namespace) -> SessionOptions:
-    """Return what the command line and the environment say."""
-    # Zenoh takes longer to load than --help may.
-    from hmrsim_zenoh.wire.session import SessionOptions  # noqa: PLC0415
-
-    return SessionOptions(
-        connect=tuple(args.connect or ()),
-        listen=tuple(args.listen or ()),
-        mode=args.mode,
-        config_file=args.zenoh_config,
-        prefix=args.prefix,
-        timeout=args.timeout,
-    )
-
-
-def _endpoint(flag: str, text: str) -> str:
-    try:
-        check_endpoint(flag, text)
-    except BadOptions as error:
-        raise argparse.ArgumentTypeError(str(error).removeprefix(f"{flag} ")) from None
-    return text
+def _check_endpoints(flag: str, endpoints: str | tuple[str, ...]) -> str | tuple[str, ...]:
+    for endpoint in (endpoints,) if isinstance(endpoints, str) else endpoints:
+        try:
+            check_endpoint(flag, endpoint)
+        except BadOptions as error:
+            raise ValueError(str(error).removeprefix(f"{flag} ")) from None
+    return endpoints
 
 
 def _prefix(text: str) -> str:
+    return Keys(text).prefix
+
+
+def _seconds(text: str, what: str = "time") -> float:
     try:
-        return Keys(text).prefix
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not (seconds > 0 and math.isfinite(seconds)):
+        raise ValueError(f"{text!r} is no {what}; a number of seconds greater than 0 is expected")
+    return seconds
+
+
+def seconds(text: str, *, what: str = "time") -> float:
+    """Return a number of seconds greater than 0, as an argument's type; *what* it is for an error."""
+    try:
+        return _seconds(text, what)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def seconds(text: str, *, what: str = "time") -> float:
-    """Return a number of seconds greater than 0; *what* it is for an error."""
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not (number > 0 and math.isfinite(number)):
-        raise argparse.ArgumentTypeError(f"{text!r} is no {what}; a number of seconds greater than 0 is expected")
-    return number
+@dataclass(frozen=True)
+class SessionOptions:
+    """Where to find a simulator, or where to be found.
+
+    Attributes:
+        connect: Endpoints to connect to, such as ``tcp/10.0.0.7:7447``, of which one has to answer; for tools
+            *default* if none.
+        listen: Endpoints to listen on; for the simulator *default* if none and it connects to none.
+        mode: Zenoh's mode; None for what fits.
+        zenoh_config: A Zenoh configuration, JSON5; what the other options say comes first.
+        prefix: What all keys begin with.
+        timeout: Wall seconds to reach a simulator.
+        default: Where simulators and tools meet if nothing is said. Zenoh tries all addresses of a name, so that
+            ``tcp/localhost:7447`` finds it, too, where localhost is ``::1`` first.
+    """
+
+    connect: Annotated[
+        tuple[str, ...],
+        Option(
+            "connect there, such as tcp/10.0.0.7:7447; repeatable",
+            "ENDPOINT",
+            group="session",
+            default_text=DEFAULT_ENDPOINT,
+            check=partial(_check_endpoints, "--connect"),
+        ),
+    ] = ()
+    listen: Annotated[
+        tuple[str, ...],
+        Option("listen there; repeatable", "ENDPOINT", group="session", check=partial(_check_endpoints, "--listen")),
+    ] = ()
+    mode: Annotated[Mode | None, Option("Zenoh's mode", group="session")] = None
+    zenoh_config: Annotated[
+        Path | None, Option("a configuration of Zenoh's; options come first", "FILE.json5", group="session")
+    ] = None
+    prefix: Annotated[str, Option("what all keys begin with", "KEY", group="session", check=_prefix)] = DEFAULT_PREFIX
+    timeout: Annotated[
+        float,
+        Option(
+            "wall seconds to reach a simulator", "S", unit="wall seconds", group="session", more_than=0, read=_seconds
+        ),
+    ] = 5.0
+    default: str = DEFAULT_ENDPOINT
+
+
+def add_session_options(parser: argparse.ArgumentParser) -> None:
+    """Give a command the options that say where the simulator is."""
+    add_settings(parser, SessionOptions)
+
+
+def session_options(args: argparse.Namespace) -> SessionOptions:
+    """Return what the command line and the environment say."""
+    return read_settings(args, SessionOptions)

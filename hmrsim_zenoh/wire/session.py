@@ -9,21 +9,19 @@ import json
 import logging
 import re
 import time
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
 from hmrsim_zenoh.errors import BadOptions, NobodyThere, PortTaken
-from hmrsim_zenoh.wire.endpoints import DEFAULT_ENDPOINT, check_endpoint, with_port
-from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX
+from hmrsim_zenoh.wire.endpoints import check_endpoint, with_port
+from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 _log = logging.getLogger(__name__)
-
-Mode = Literal["peer", "client", "router"]
 
 _PORT_TRIES: Final = 5
 
@@ -51,31 +49,6 @@ _JSON5: Final = re.compile(r'Json5Err\(Message \{ msg: "(?P<text>.*?)", location
 # the GIL in a callback of another session: both stand still, for 10 s or more, whenever the garbage collector likes.
 # So closed sessions of simulators are kept, 16 kB each. Delete this when zenoh-python drops sessions without the GIL.
 _never_deallocated: Final[list[zenoh.Session]] = []
-
-
-@dataclass(frozen=True)
-class SessionOptions:
-    """Where to find a simulator, or where to be found.
-
-    Attributes:
-        connect: Endpoints to connect to, such as ``tcp/10.0.0.7:7447``, of which one has to answer; for tools
-            *default* if none.
-        listen: Endpoints to listen on; for the simulator *default* if none and it connects to none.
-        mode: Zenoh's mode; None for what fits.
-        config_file: A Zenoh configuration, JSON5; what the other options say comes first.
-        prefix: What all keys begin with.
-        timeout: Wall seconds to reach a simulator.
-        default: Where simulators and tools meet if nothing is said. Zenoh tries all addresses of a name, so that
-            ``tcp/localhost:7447`` finds it, too, where localhost is ``::1`` first.
-    """
-
-    connect: tuple[str, ...] = ()
-    listen: tuple[str, ...] = ()
-    mode: Mode | None = None
-    config_file: Path | None = None
-    prefix: str = DEFAULT_PREFIX
-    timeout: float = 5.0
-    default: str = DEFAULT_ENDPOINT
 
 
 DEFAULT_OPTIONS: Final = SessionOptions()
@@ -177,7 +150,7 @@ class _Settings:
         for flag, endpoints in (("--connect", options.connect), ("--listen", options.listen)):
             for endpoint in endpoints:
                 check_endpoint(flag, endpoint)
-        self._config = _base_config(options.config_file)
+        self._config = _base_config(options.zenoh_config)
         self._timeout = options.timeout
         self.mode: str | None = options.mode or json.loads(self._config.get_json("mode"))
         self.connect: tuple[Any, ...] = options.connect or _endpoints(self._config, "connect", self.mode)

@@ -26,9 +26,8 @@ ID = "0" * 32
 
 def _published(name: str) -> list[Event]:
     """Return all events of a shipped world's scripts."""
-    simulator = Simulator(load_world(name).world)
-    log = Log(simulator=simulator)
-    simulator.attach(log)
+    log = Log()
+    simulator = Simulator(load_world(name).world, sinks=[log])
     simulator.run_scripts(60.0)
     return [
         event.event() if isinstance(event, GoalChanged) else event.event

@@ -5,10 +5,12 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.cli import main
-from hmrsim.cli.ros2_options import add_ros2_options, ros2_wires
+from hmrsim.cli.ros2_options import ros2_wires
 from hmrsim.program.command_line import CommandParser
+from hmrsim.settings.arguments import add_settings, read_settings
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
+from hmrsim_zenoh.settings import Ros2Settings
 
 
 @pytest.fixture(autouse=True)
@@ -20,8 +22,8 @@ def _no_domain(monkeypatch):
 def wires(*words):
     """Return the wires of a command line."""
     parser = CommandParser()
-    add_ros2_options(parser)
-    return ros2_wires(parser.parse_args(words))
+    add_settings(parser, Ros2Settings)
+    return ros2_wires(read_settings(parser.parse_args(words), Ros2Settings))
 
 
 def test_none():

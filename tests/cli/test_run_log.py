@@ -23,15 +23,14 @@ from hmrsim.world_checks import load_world
 MEDICINE_ROOM = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": 512.0, "y": 215.0}}}})
 
 
-@pytest.fixture
-def simulator():
-    """Return a simulation of scenario 1."""
-    return Simulator(load_world("scenario1").world)
+def logged(sink):
+    """Return a simulation of scenario 1 that is logged."""
+    return Simulator(load_world("scenario1").world, sinks=[sink])
 
 
-def test_goals_are_logged_with_target_and_end(simulator, caplog):
+def test_goals_are_logged_with_target_and_end(caplog):
     """A goal that comes and one that arrives are a line each, with the simulated time."""
-    simulator.attach(EventLog())
+    simulator = logged(EventLog())
 
     with caplog.at_level(logging.INFO):
         simulator.submit(SendGoal("wall_e", "navigate_to_pose", MEDICINE_ROOM))
@@ -43,9 +42,9 @@ def test_goals_are_logged_with_target_and_end(simulator, caplog):
     ] == caplog.messages
 
 
-def test_an_aborted_goal_is_logged_with_the_reason(simulator, caplog):
+def test_an_aborted_goal_is_logged_with_the_reason(caplog):
     """The reason is that of the result."""
-    simulator.attach(EventLog())
+    simulator = logged(EventLog())
 
     with caplog.at_level(logging.INFO):
         simulator.submit(SendGoal("wall_e", "pickup", Pickup.Goal(target_name="moon")))
@@ -83,10 +82,10 @@ def test_beside_a_table_only_errors_are_logged(caplog):
     assert ["sim 0.000 | deadlock of ann and eve"] == caplog.messages
 
 
-def test_goals_can_be_logged_later(simulator, caplog):
+def test_goals_can_be_logged_later(caplog):
     """Nobody waits for the words; the time is that of the goal."""
     later = Later(EventLog())
-    simulator.attach(later)
+    simulator = logged(later)
 
     with caplog.at_level(logging.INFO):
         simulator.submit(SendGoal("wall_e", "navigate_to_pose", MEDICINE_ROOM))

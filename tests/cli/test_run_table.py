@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
-from hmrsim.cli.run_table import HostTable
+from hmrsim.cli.run_table import HostTable, LastGoals
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.protocol.gateway import GoalChanged, SendGoal, Topic
@@ -30,9 +30,10 @@ def host():
 def drawn(host, *events, width=120, height=30):
     """Return the table as text, after these events."""
     console = Console(file=io.StringIO(), width=width, height=height)
-    table = HostTable(host, "scenario 1", console)
+    goals = LastGoals()
+    table = HostTable(host, "scenario 1", goals, console)
     for event in events:
-        table.emit(event)
+        goals.emit(event)
     console.print(table.table())
     return console.file.getvalue()
 
@@ -82,8 +83,9 @@ def test_table_tells_how_the_last_goal_ended(host):
 def test_the_end_of_a_goal_has_a_colour(host):
     """Red is what went wrong."""
     console = Console(file=io.StringIO(), width=120, force_terminal=True, color_system="standard")
-    table = HostTable(host, "scenario 1", console)
-    table.emit(ended(GoalStatus.ABORTED, NavigateToPose.Result(error_code=208, error_msg="no way")))
+    goals = LastGoals()
+    table = HostTable(host, "scenario 1", goals, console)
+    goals.emit(ended(GoalStatus.ABORTED, NavigateToPose.Result(error_code=208, error_msg="no way")))
     console.print(table.table())
 
     assert "\x1b[31mABORTED: no way" in console.file.getvalue()
@@ -140,18 +142,18 @@ def test_table_looks_again_when_the_robot_moved_meanwhile(host, monkeypatch):
     assert "515.00" in drawn(host)
 
 
-def test_table_wants_the_clock(host):
+def test_table_wants_the_clock():
     """Time moves on between events for whoever looks at it."""
-    table = HostTable(host, "scenario 1", Console(file=io.StringIO()))
+    goals = LastGoals()
 
-    assert [Topic.CLOCK] == [topic for topic in Topic if table.wants(topic)]
+    assert [Topic.CLOCK] == [topic for topic in Topic if goals.wants(topic)]
 
 
 def test_live_table(host):
     """Lines stand above the table, and the last table stays."""
     console = Console(file=io.StringIO(), width=120, force_terminal=True)
 
-    with HostTable(host, "scenario 1", console) as table:
+    with HostTable(host, "scenario 1", LastGoals(), console) as table:
         table.refresh()
         table.print("[INFO] hello")
 

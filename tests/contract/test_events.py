@@ -72,9 +72,8 @@ def test_it_is_as_its_schema_says(kind):
 def test_what_a_run_publishes_is_as_the_schema_says(name):
     """Every event of a small world, as it is on the wire."""
     validator = Draft202012Validator(event_schema())
-    simulator = Simulator(load_world(f"zoo/{name}").world)
-    log = Log(simulator=simulator)
-    simulator.attach(log)
+    log = Log()
+    simulator = Simulator(load_world(f"zoo/{name}").world, sinks=[log])
     simulator.run_scripts()
     published = [encoding.happened(event) for _, event in log.events if isinstance(event, GoalChanged | Happened)]
 

@@ -14,16 +14,14 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.gateway import Answered, CancelGoal, Inbox, InterestChanged, SendGoal, Topic
+from hmrsim.protocol.gateway import Advance, Answered, CancelGoal, Granted, Inbox, InterestChanged, SendGoal, Topic
 from hmrsim.protocol.goal import ZERO_ID, made_goal_id
-from hmrsim.protocol.time import KINDS, Advance, Granted, Join, Leave
-from hmrsim.simulation.simulator import Simulator
+from hmrsim.protocol.time import KINDS, Join, Leave
+from hmrsim.settings.run import RunSettings
 from hmrsim.timing import pacing
 from hmrsim.timing.result_retention import Retention
 from hmrsim.trace.replay import replay
-from hmrsim.trace.writer import Trace
-from hmrsim.world.model import World
-from tests.simulation import SMALL_WORLD
+from tests.simulation import simulate
 
 NAMES = ("ann", "bob", "cyd")
 
@@ -191,18 +189,21 @@ class Network(Inbox):
 
 def play(mission, duration, conditions):
     """Return the trace of a mission, and its controllers."""
-    simulator, text, network = Simulator(World.model_validate(SMALL_WORLD), seed=7), [], Network(conditions)
-    trace = Trace(simulator, text.append)
-    simulator.attach(network)
+    network, paces = Network(conditions), []
     controllers = [Controller(name, turns, network.send) for name, turns in zip(NAMES, mission, strict=False)]
     names = [controller.name for controller in controllers]
-    pace = pacing.Pacing(simulator, network, Retention(-1), clock="lockstep", duration=duration, participants=names)
+    settings = RunSettings(clock="lockstep", duration=duration, participants=names or 1)
+
+    def pace(simulator):
+        paces.append(pacing.Pacing(simulator, network, Retention(-1), settings))
+        return [paces[0].lockstep]
+
+    run = simulate(topics=frozenset(), sinks=[network], watchers=pace, traced=True, seed=7)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pacing, "_EVENTS_BETWEEN_POLLS", conditions.between_polls)
-        pace.run()
-    simulator.stop()
-    trace.close()
-    return "".join(text), controllers
+        paces[0].run()
+    run.simulator.stop()
+    return "".join(run.lines()), controllers
 
 
 DRIVE = [("wall_e", "door", None, None)]

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.gateway import (
+    Advance,
     CancelGoal,
     GetResult,
     GoalChanged,
@@ -23,12 +24,10 @@ from hmrsim.protocol.gateway import (
     Topic,
 )
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.protocol.time import Advance, Join
-from hmrsim.timing.lockstep import LockstepCoordinator
+from hmrsim.protocol.time import Join
 from hmrsim.trace.replay import replay
-from hmrsim.trace.writer import Trace
 from tests.profiles import examples
-from tests.simulation import SMALL_WORLD, simulate
+from tests.simulation import SMALL_WORLD, in_lockstep, simulate
 
 A, B, C = "a" * 32, "b" * 32, "c" * 32
 LOST = "no connection to wall_e; it is lost for a while"
@@ -358,10 +357,10 @@ def test_whoever_waits_is_answered_when_the_robot_is_deleted(cut):
     assert GoalStatus.ABORTED == log.answer("asked").status
 
 
-def test_a_controller_in_lockstep_is_told_when_the_connection_is_back(cut):
+def test_a_controller_in_lockstep_is_told_when_the_connection_is_back():
     """Time goes on until then."""
-    lockstep = LockstepCoordinator(cut.simulator)
-    cut.simulator.attach(lockstep)
+    lost = {"type": "messages_lost", "robot": "wall_e", "at": 2, "until": 10}
+    cut, lockstep = in_lockstep({**SMALL_WORLD, "faults": [lost]})
     lockstep.join(Join("nurse", "joined"), 0.0)
     result = frozenset({"result"})
     lockstep.advance(Advance("nurse", 0, math.inf, result, frozenset(), (go(9, 2),), "granted"), 0.0)
@@ -586,18 +585,15 @@ def test_what_is_not_there_can_not_be_cleared():
 def test_a_replay_has_the_same_faults():
     """Those of the file, those of chance, and those that were injected."""
     robots = {**SMALL_WORLD["robots"], "cart": {"at": "door", "script": ["Go 9 2", "Go 5 2", "Go 9 2"]}}
-    run = faulty(
+    faults = [
         {"type": "breakdown", "robot": "eve", "mean_time_between": 3.0, "mean_duration": 2.0},
         {"type": "messages_lost", "robot": "wall_e", "at": 2, "until": 6},
-        robots=robots,
-    )
-    lines = []
-    trace = Trace(run.simulator, lines.append)
+    ]
+    run = simulate({**SMALL_WORLD, "robots": robots, "faults": faults}, traced=True)
     run((0.0, go(9, 2)), (3.0, go(1, 2, B)), until=4.0)
     run.ask("inject_fault", {"type": "slip", "robot": "cart", "factor": 0.5, "duration": 3.0})
     run((7.0, go(1, 2, C)))
-    trace.close()
-    outcome = replay("".join(lines).splitlines(keepends=True))
+    outcome = replay(run.lines())
 
     assert (True, None) == (outcome.complete, outcome.difference)
     assert {"breakdown", "messages_lost", "slip"} == {fields["fault"] for _, fields in run.log.happened("fault_began")}

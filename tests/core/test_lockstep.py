@@ -9,11 +9,21 @@ import pytest
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.gateway import CancelGoal, FeedbackSent, GetResult, GoalChanged, Happened, Refused, SendGoal, Topic
+from hmrsim.protocol.gateway import (
+    Advance,
+    CancelGoal,
+    FeedbackSent,
+    GetResult,
+    GoalChanged,
+    Granted,
+    Happened,
+    Refused,
+    SendGoal,
+    Topic,
+)
 from hmrsim.protocol.goal import made_goal_id
-from hmrsim.protocol.time import Advance, Granted, HasLeft, Join, Joined, Leave
-from hmrsim.timing.lockstep import LockstepCoordinator
-from tests.simulation import simulate
+from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
+from tests.simulation import in_lockstep
 
 RESULT = frozenset({"result"})
 
@@ -33,10 +43,8 @@ class Steps:
     """A simulation in lockstep, and what its participants are told, by what they asked with."""
 
     def __init__(self, *, topics=frozenset(), most=16, **settings):
-        self.run = simulate(topics=topics)
+        self.run, self.lockstep = in_lockstep(topics=topics, **settings)
         self.simulator = self.run.simulator
-        self.lockstep = LockstepCoordinator(self.simulator, **settings)
-        self.simulator.attach(self.lockstep)
         self._most = most
         self._asked = 0
 

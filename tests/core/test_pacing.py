@@ -10,8 +10,9 @@ from hmrsim.engine import wall_clock as wall_module
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.gateway import GetResult, Happened, Inbox, SendGoal, Topic
-from hmrsim.protocol.time import Advance, Join
+from hmrsim.protocol.gateway import Advance, GetResult, Happened, Inbox, SendGoal, Topic
+from hmrsim.protocol.time import Join
+from hmrsim.settings.run import RunSettings
 from hmrsim.timing.pacing import Pacing
 from hmrsim.timing.result_retention import Retention
 from tests.simulation import simulate
@@ -57,7 +58,7 @@ def paced(wall, arrivals, *, factor=1.0, topics=frozenset(), **kwargs):
     """Run a simulation at a pace; return it with its log."""
     run = simulate(topics=topics)
     inbox = wall.inbox(arrivals, **kwargs)
-    pace = Pacing(run.simulator, inbox, Retention(-1), real_time_factor=factor, duration=50.0)
+    pace = Pacing(run.simulator, inbox, Retention(-1), RunSettings(real_time_factor=factor, duration=50.0))
     pace.run()
     return run, pace
 
@@ -137,9 +138,8 @@ def test_as_fast_as_possible_the_clock_is_told_when_time_stands(wall):
 
 def test_results_are_dropped_after_their_wall_time(wall):
     """A result kept for 10 wall seconds is there after 9 and gone after 11."""
-    run = simulate(topics=frozenset())
     retention = Retention(10.0)
-    run.simulator.attach(retention)
+    run = simulate(topics=frozenset(), sinks=[retention])
     ask = [(t, GetResult("wall_e", "wait", A, t)) for t in (4.5 + 9.0, 4.5 + 11.0)]
     inbox = wall.inbox([(0.0, WAIT), *ask], close_at=20.0)
     Pacing(run.simulator, inbox, retention).run()
@@ -151,7 +151,9 @@ def test_no_wait_is_longer_than_the_machine_can_wait(wall):
     """A goal of 60 years at a tenth of real time; the next look is after an hour, and nobody dies of it."""
     long = SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=2_000_000_000)), A)
     run = simulate(topics=frozenset())
-    Pacing(run.simulator, wall.inbox([(0.0, long)], close_at=7300.0), Retention(-1), real_time_factor=0.1).run()
+    Pacing(
+        run.simulator, wall.inbox([(0.0, long)], close_at=7300.0), Retention(-1), RunSettings(real_time_factor=0.1)
+    ).run()
 
     assert 3600.0 == max(wall.waits)
 
@@ -168,12 +170,25 @@ class TestPause:
         assert [(0.0, "ACCEPTED"), (0.0, "EXECUTING")] == run.log.changes(A)
 
 
+def in_lockstep(inbox, *, on_wait=(), **settings):
+    """Return a simulation in lockstep, and what lets its time move."""
+    made = []
+
+    asked = RunSettings(clock="lockstep", **settings)
+
+    def pace(simulator):
+        made.append(Pacing(simulator, inbox, Retention(-1), asked, on_wait=on_wait))
+        return [made[0].lockstep]
+
+    run = simulate(topics=frozenset({Topic.EVENTS}), watchers=pace)
+    return run, made[0]
+
+
 class TestLockstep:
     """Participants, by the wall."""
 
     def test_whatever_it_dies_of_answers_who_waits(self):
         """A request gets exactly one answer, always."""
-        run = simulate(topics=frozenset())
         inbox = Inbox()
         for command in (Join("nurse", "x"), Advance("nurse", 0, reply_to="held")):
             inbox.put(command)
@@ -181,7 +196,7 @@ class TestLockstep:
         def die():
             raise OSError("the disk is full")
 
-        pacing = Pacing(run.simulator, inbox, Retention(-1), clock="lockstep", participants=2, on_wait=[die])
+        run, pacing = in_lockstep(inbox, participants=2, on_wait=[die])
         with pytest.raises(OSError, match="the disk is full"):
             pacing.run()
 
@@ -189,12 +204,9 @@ class TestLockstep:
 
     def test_one_that_stalls_is_dropped(self):
         """The run ends when that is wanted; the watch is a thread of its own."""
-        run = simulate(topics=frozenset({Topic.EVENTS}))
         inbox = Inbox()
         inbox.put(Join("nurse", "x"))
-        pacing = Pacing(
-            run.simulator, inbox, Retention(-1), clock="lockstep", participant_timeout=0.05, end_on_loss=True
-        )
+        run, pacing = in_lockstep(inbox, participant_timeout=0.05, on_participant_loss="end")
         pacing.run()
         kinds = [event.kind for _, event in run.log.events if isinstance(event, Happened)]
 

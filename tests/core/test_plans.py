@@ -9,12 +9,19 @@ import pytest
 from hmrsim.actions import registry
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.interfaces.simulation_interfaces import SetSimulationState, SimulationState
-from hmrsim.protocol.gateway import CallService, CancelGoal, PlanAnswered, PlannerPresent, PlanWanted, SendGoal, Topic
-from hmrsim.protocol.time import Advance, Join
-from hmrsim.timing.lockstep import LockstepCoordinator
+from hmrsim.protocol.gateway import (
+    Advance,
+    CallService,
+    CancelGoal,
+    PlanAnswered,
+    PlannerPresent,
+    PlanWanted,
+    SendGoal,
+    Topic,
+)
+from hmrsim.protocol.time import Join
 from hmrsim.trace.replay import replay
-from hmrsim.trace.writer import Trace
-from tests.simulation import simulate
+from tests.simulation import in_lockstep, simulate
 
 A, B, C = (letter * 32 for letter in "abc")
 HERE = PlannerPresent(True)
@@ -259,10 +266,8 @@ class TestLockstep:
     @pytest.fixture
     def steps(self):
         """A simulation in lockstep with a planner, and one participant."""
-        run = simulate(WORLD, topics=frozenset({Topic.EVENTS}))
+        run, lockstep = in_lockstep(WORLD, topics=frozenset({Topic.EVENTS}))
         run.simulator.submit(HERE)
-        lockstep = LockstepCoordinator(run.simulator)
-        run.simulator.attach(lockstep)
         lockstep.join(Join("nurse", "join"), 0.0)
         return run, lockstep
 
@@ -295,20 +300,15 @@ class TestLockstep:
         """Whichever comes first."""
         traces = []
         for order in ((1, 2), (2, 1)):
-            run = simulate(WORLD)
-            written = []
-            trace = Trace(run.simulator, written.append)
+            run, lockstep = in_lockstep(WORLD, traced=True)
             run.simulator.submit(HERE)
-            lockstep = LockstepCoordinator(run.simulator)
-            run.simulator.attach(lockstep)
             lockstep.join(Join("nurse"), 0.0)
             self.ask(lockstep, go(5, 2), go(5, 2, goal_id=B, robot="bob"))
             self.move(lockstep)
             for request in order:
                 run.simulator.plans.keep(answer(request, (5, 2)))
                 self.move(lockstep)
-            trace.close()
-            traces.append("".join(written))
+            traces.append("".join(run.lines()))
 
         assert '"command":"plan_answered"' in traces[0]
         assert traces[0] == traces[1]
@@ -338,9 +338,7 @@ class TestLockstep:
 
 def test_a_replay_of_a_run_with_a_planner_is_identical():
     """Whether it is there, and what it said, are in the trace; what came too late made no difference."""
-    run = simulate(WORLD)
-    written = []
-    trace = Trace(run.simulator, written.append)
+    run = simulate(WORLD, traced=True)
     run(
         (0.0, go(9, 2, goal_id=C)),
         (0.5, HERE),
@@ -350,8 +348,7 @@ def test_a_replay_of_a_run_with_a_planner_is_identical():
         (2.5, answer(2, (1, 2), (1, 6), (4, 6))),
         (3.0, PlannerPresent(False)),
     )
-    trace.close()
-    outcome = replay("".join(written).splitlines(keepends=True))
+    outcome = replay(run.lines())
 
     assert (9.5, "SUCCEEDED") == run.log.changes(B)[-1]
     assert (None, True) == (outcome.difference, outcome.complete)

@@ -14,9 +14,8 @@ from hmrsim.navigation.motion import Trapezoid
 from hmrsim.protocol.gateway import Happened, SendGoal, Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.simulation.snapshot import scene
-from hmrsim.trace.writer import Trace
 from hmrsim.world.model import World
-from tests.simulation import SMALL_WORLD, Log, Run
+from tests.simulation import SMALL_WORLD, simulate
 
 A = "a" * 32
 B = "b" * 32
@@ -164,33 +163,27 @@ class TestScene:
 class TestWatched:
     """What is told to whoever watches, and is in no trace."""
 
-    def test_a_goal_and_its_way_are_told_before_it_drives(self, simulator):
+    def test_a_goal_and_its_way_are_told_before_it_drives(self):
         """What is asked, where it leads, and the first piece of it, at one instant."""
-        log = Log(simulator=simulator)
-        simulator.attach(log)
-        Run(log, simulator)((0.0, go(9, 2)))
+        log = simulate(WORLD)((0.0, go(9, 2)))
 
         told = [event.kind for _, event in log.events if isinstance(event, Happened) and not event.event.traced]
 
         assert ["goal", "route", "motion"] == told[:3]
         assert [(0.0, {"robot": "wall_e", "points": [[5.0, 2.0], [9.0, 2.0]]})] == log.happened("route")
 
-    def test_speeding_up_is_told_as_a_profile(self, simulator):
+    def test_speeding_up_is_told_as_a_profile(self):
         """Distance, speed and acceleration of the stretch, and how much of it was driven before."""
-        log = Log(simulator=simulator)
-        simulator.attach(log)
-        Run(log, simulator)((0.0, go(1, 2, robot="cart")))
+        log = simulate(WORLD)((0.0, go(1, 2, robot="cart")))
 
         turned, driven, _ = (fields for _, fields in log.happened("motion"))
 
         assert ([4.0, 1.0, 0.5, 0.0], Trapezoid(4.0, 1.0, 0.5).duration) == (driven["profile"], driven["duration"])
         assert pytest.approx(3.1415927) == abs(turned["turned"])
 
-    def test_a_turn_that_takes_no_time_is_told(self, simulator):
+    def test_a_turn_that_takes_no_time_is_told(self):
         """Who comes from the east turns to face east at once, as the goal says, where it has no turning rate."""
-        log = Log(simulator=simulator)
-        simulator.attach(log)
-        Run(log, simulator)((0.0, go(9, 2)), (9.0, go(1, 2, goal_id=B)))
+        log = simulate(WORLD)((0.0, go(9, 2)), (9.0, go(1, 2, goal_id=B)))
 
         turned = log.happened("motion")[-1][1]
 
@@ -200,24 +193,18 @@ class TestWatched:
             turned["duration"],
         )
 
-    def test_no_trace_has_it(self, simulator):
+    def test_no_trace_has_it(self):
         """A trace says what happened; how is made anew by a replay."""
-        written = []
-        trace = Trace(simulator, written.append)
-        simulator.attach(Log(simulator=simulator))
-        simulator.submit(go(9, 2))
-        simulator.advance(9.0)
-        trace.close()
+        run = simulate(WORLD, traced=True)
+        run((0.0, go(9, 2)), until=9.0)
 
-        kinds = {json.loads(line)["kind"] for line in "".join(written).splitlines()}
+        kinds = {json.loads(line)["kind"] for line in run.lines()}
 
         assert {"header", "command", "status", "dock_undocked", "end"} <= kinds
         assert set() == kinds & UNTRACED
 
-    def test_nothing_is_told_where_nobody_watches(self, simulator):
+    def test_nothing_is_told_where_nobody_watches(self):
         """Who wants other events only gets none of them."""
-        log = Log(frozenset(Topic) - {Topic.MOTION}, simulator=simulator)
-        simulator.attach(log)
-        Run(log, simulator)((0.0, go(9, 2)))
+        log = simulate(WORLD, topics=frozenset(Topic) - {Topic.MOTION})((0.0, go(9, 2)))
 
         assert [] == [kind for kind in sorted(UNTRACED) if log.happened(kind)]

@@ -7,7 +7,6 @@ import pytest
 from hmrsim.actions import registry as actions
 from hmrsim.protocol.gateway import CancelGoal, SendGoal
 from hmrsim.trace.replay import replay
-from hmrsim.trace.writer import Trace
 from tests.simulation import simulate
 
 WORLD = {
@@ -59,9 +58,7 @@ STORIES = {
 
 def play(story, **settings):
     """Return the trace of a simulation in which each of these came so many seconds after the one before."""
-    text = []
-    run = simulate(WORLD, topics=frozenset(), **settings)
-    trace = Trace(run.simulator, text.append)
+    run = simulate(WORLD, topics=frozenset(), traced=True, **settings)
     for after, what in story:
         run.simulator.advance(run.simulator.now + after)
         if isinstance(what, tuple) and isinstance(what[0], str) and isinstance(what[1], dict):
@@ -70,8 +67,7 @@ def play(story, **settings):
             run.simulator.submit(what)
     run.simulator.run()
     run.simulator.stop()
-    trace.close()
-    return "".join(text)
+    return "".join(run.lines())
 
 
 @pytest.mark.parametrize("story", STORIES.values(), ids=STORIES)

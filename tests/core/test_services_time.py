@@ -12,8 +12,7 @@ from hmrsim.interfaces.simulation_interfaces import Result, SetSimulationState, 
 from hmrsim.protocol.gateway import Answered, CallService, CancelGoal, GetResult, GoalChanged, SendGoal, Stop
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.services import registry
-from hmrsim.simulation.simulator import Simulator
-from hmrsim.world.model import World
+from hmrsim.settings.run import RunSettings
 from tests.simulation import SMALL_WORLD, simulate
 
 STOPPED, PLAYING, PAUSED = (
@@ -197,8 +196,8 @@ class TestSteps:
 
     def test_a_step_takes_time(self):
         """Less than a nanosecond is none."""
-        with pytest.raises(ValueError, match=r"at least, got 0\.0 s"):
-            Simulator(World(), step_size=0.0)
+        with pytest.raises(ValueError, match="5e-10 s is less than a nanosecond"):
+            RunSettings(step_size=5e-10)
 
     @pytest.mark.parametrize(("state", "word"), [(PLAYING, "set to play"), (PAUSED, "paused"), (STOPPED, "stopped")])
     def test_another_state_ends_the_steps(self, paused, state, word):

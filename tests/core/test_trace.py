@@ -13,8 +13,10 @@ from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, UndockRobot, Wait
 from hmrsim.interfaces.simulation_interfaces import LoadWorld
 from hmrsim.protocol.gateway import CallService, CancelGoal, GetResult, Participation, SendGoal, Topic
+from hmrsim.settings.run import RunSettings
 from hmrsim.trace.replay import replay
-from hmrsim.trace.writer import Trace
+from hmrsim.trace.writer import Header, Trace
+from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD, simulate
 
 A, B = "a" * 32, "b" * 32
@@ -30,15 +32,13 @@ def go(x, y):
 
 def traced(*commands, until=None, topics=frozenset(), world=None, close=True):
     """Return the lines of the trace of a run; *until* is when it is stopped."""
-    run = simulate(world, topics=topics)
-    written = []
-    trace = Trace(run.simulator, written.append)
+    run = simulate(world, topics=topics, traced=True)
     run(*commands, until=until)
     if close:
         run.simulator.stop()
-        trace.close()
-    trace.flush()
-    return "".join(written).splitlines(keepends=True)
+        return run.lines()
+    run.trace.flush()
+    return "".join(run.written).splitlines(keepends=True)
 
 
 def read(lines, kind):
@@ -133,7 +133,7 @@ class TestTrace:
         def full(_text):
             raise OSError(28, "No space left on device")
 
-        trace = Trace(simulate().simulator, full)
+        trace = Trace(Header.of(World(), RunSettings()), full)
 
         with pytest.raises(HmrsimError, match="the trace can't be written: no space left on device"):
             trace.flush()
@@ -171,15 +171,12 @@ class TestReplay:
     @pytest.mark.parametrize("seed", [None, 7])
     def test_goals_without_an_id_have_the_same_after_another_world_was_loaded(self, seed):
         """The ids are made from the seed: that of the new world, unless the run has one of its own."""
-        run = simulate(seed=seed)
-        written = []
-        trace = Trace(run.simulator, written.append)
+        run = simulate(seed=seed, traced=True)
         load = LoadWorld.Request(resource_string=json.dumps({**SMALL_WORLD, "seed": 3}))
         run((0.5, CallService("load_world", load)), (0.5, WAIT._replace(goal_id=None)))
         run.simulator.stop()
-        trace.close()
 
-        assert replay("".join(written).splitlines(keepends=True)).difference is None
+        assert replay(run.lines()).difference is None
 
     def test_the_order_of_goals_at_the_end_is_that_of_robots(self):
         """Whoever was asked about first by somebody else."""
@@ -294,13 +291,7 @@ def test_the_order_of_tables_in_a_file_does_not_matter():
         "docks": {"e": {"at": "w"}, "d": {"at": "w"}},
         "robots": {"z": {"at": "w"}, "a": {"at": "w"}},
     }
-    simulator = simulate(world).simulator
-    text = []
-    trace = Trace(simulator, text.append)
-    goal = UndockRobot.Goal()
-    simulator.submit(SendGoal("z", "undock_robot", goal, "a" * 32))
-    simulator.submit(SendGoal("a", "undock_robot", goal, "b" * 32))
-    simulator.run()
-    trace.close()
+    run, goal = simulate(world, traced=True), UndockRobot.Goal()
+    run((0.0, SendGoal("z", "undock_robot", goal, "a" * 32)), (0.0, SendGoal("a", "undock_robot", goal, "b" * 32)))
 
-    assert replay("".join(text).splitlines(keepends=True)).difference is None
+    assert replay(run.lines()).difference is None

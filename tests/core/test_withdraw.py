@@ -8,7 +8,6 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.gateway import GetResult, ResultResponse, SendGoal, StopWaiting
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.trace.writer import Trace
 from tests.simulation import simulate
 
 GOAL = "a" * 32
@@ -50,10 +49,8 @@ def test_too_late():
 
 def test_no_trace():
     """It is no command that a replay would need."""
-    run, lines = simulate(), []
-    trace = Trace(run.simulator, lines.append)
+    run = simulate(traced=True)
     run((0, SEND), (1, StopWaiting("wall_e", "wait", GOAL, ("there",))))
-    trace.close()
 
-    written = [json.loads(line) for line in "".join(lines).splitlines()]
+    written = [json.loads(line) for line in run.lines()]
     assert ["send_goal"] == [line["command"] for line in written if line["kind"] == "command"]

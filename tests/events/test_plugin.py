@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import logging
+from functools import partial
 from importlib.metadata import EntryPoint, EntryPoints
 
 import pytest
@@ -17,8 +18,9 @@ from hmrsim.cli.run_log import EventLog
 from hmrsim.faults import registry as faults
 from hmrsim.protocol.time import TimeState
 from hmrsim.report import of_recording, of_trace, report_of
+from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.trace.writer import Trace
+from hmrsim.trace.writer import Header, Trace
 from hmrsim.world_checks.loading import world_of
 from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.recording.recorder import Recorder
@@ -47,23 +49,23 @@ CACHES = (events.groups, events.registry, faults)
 
 @pytest.fixture
 def simulator(monkeypatch):
-    """Return a simulation of a robot that cleans, with the package installed."""
+    """Return what makes a simulation of a robot that cleans, with the package installed."""
     entries = [("cleaning", "hmrsim.events"), ("worn_brush", "hmrsim.faults")]
     found = EntryPoints(EntryPoint(name, f"tests.events.{name}", group) for name, group in entries)
     monkeypatch.setattr(plugins, "_installed", lambda: found)
     for cache in CACHES:
         cache.cache_clear()
     clean = dataclasses.replace(actions()["wait"], process=_clean)
-    yield Simulator(world_of(WORLD, "test"), actions={"wait": clean})
+    yield partial(Simulator, world_of(WORLD, "test"), actions={"wait": clean})
     for cache in CACHES:
         cache.cache_clear()
 
 
 def test_they_are_published(simulator):
     """As JSON, with kind and time."""
-    log = Log(simulator=simulator)
-    simulator.attach(log)
-    simulator.run_scripts()
+    log = Log()
+    log.simulator = simulator(sinks=[log])
+    log.simulator.run_scripts()
     (cleaned,) = [event for _, event in log.events if getattr(event, "kind", "") == "floor_cleaned"]
 
     stamp = {"sec": 2, "nanosec": 0}
@@ -76,9 +78,10 @@ def test_they_are_published(simulator):
 def test_they_are_traced_and_reported(simulator):
     """A report counts them; a trace that can't be run again is read for what it says."""
     written = []
-    trace = Trace(simulator, written.append)
-    simulator.run_scripts()
-    trace.close()
+    trace = Trace(Header.of(world_of(WORLD, "test"), RunSettings()), written.append)
+    run = simulator(sinks=[trace])
+    run.run_scripts()
+    trace.close(run.moment)
     lines = "".join(written).splitlines(keepends=True)
 
     (line,) = [line for line in lines if "floor_cleaned" in line]
@@ -91,9 +94,14 @@ def test_they_are_recorded(simulator, tmp_path):
     """Among the events and in /rosout, and a report of the recording counts them."""
     path = tmp_path / "run.mcap"
     with RecordingFile(path) as file:
-        sink = RecordingSink(simulator, Recorder(file, told), lambda: NOW, clock_rate=1.0)
-        simulator.run_scripts()
-        sink.close()
+        made = []
+
+        def recording(run):
+            made.append(RecordingSink(run, Recorder(file, told), lambda: NOW, clock_rate=1.0))
+            return made
+
+        simulator(watchers=recording).run_scripts()
+        made[0].close()
 
     with path.open("rb") as file:
         log = [message.data for _, _, message in make_reader(file).iter_messages(topics=["/rosout"])]
@@ -104,9 +112,8 @@ def test_they_are_recorded(simulator, tmp_path):
 
 def test_they_are_logged(simulator, caplog):
     """With the robot's name, at the level of their severity."""
-    simulator.attach(EventLog())
     with caplog.at_level(logging.INFO):
-        simulator.run_scripts()
+        simulator(sinks=[EventLog()]).run_scripts()
 
     found = [(record.levelname, record.message) for record in caplog.records]
     assert ("WARNING", "sim 1.000 | eve has a worn brush") in found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.faults import Case, Fault, Name, Occurrence
+from hmrsim.faults import Case, FaultType, Name, Occurrence
 from tests.events.cleaning import BrushWorn
 
 if TYPE_CHECKING:
@@ -22,4 +22,4 @@ def _begin(case: Case[WornBrush]) -> Callable[[], None]:
     return lambda: None
 
 
-FAULT = Fault(name="worn_brush", settings=WornBrush, begin=_begin)
+FAULT = FaultType(name="worn_brush", settings=WornBrush, begin=_begin)

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from hmrsim.settings.run import RunSettings
 from hmrsim.world_checks import load_world
-from hmrsim_zenoh.host import Host, HostSettings
+from hmrsim_zenoh.host import Host
 from hmrsim_zenoh.wire.session import SessionOptions
 from tests.paths import ROOT
 
@@ -27,7 +28,7 @@ CONTROLLER = Path(sys.executable).with_name("bt-controller")
 def served(world, **settings):
     """Serve a world; give where."""
     options = SessionOptions(listen=("tcp/127.0.0.1:0",))
-    with Host(load_world(world), options, HostSettings(**settings)) as host:
+    with Host(load_world(world), options, RunSettings(**settings)) as host:
         host.start()
         yield host.endpoints[0]
 

@@ -32,13 +32,14 @@ from hmrsim.protocol.gateway import (
     Topic,
 )
 from hmrsim.services import registry as services
+from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.simulation.snapshot import scene
 from hmrsim.trace.replay import replay
-from hmrsim.trace.writer import Trace
+from hmrsim.trace.writer import Header, Trace
 from hmrsim.world_checks import load_world
 from hmrsim.world_checks.loading import world_of
-from hmrsim_zenoh.host import Host, HostSettings
+from hmrsim_zenoh.host import Host
 from hmrsim_zenoh.wire.encoding import happened
 from hmrsim_zenoh.wire.session import SessionOptions
 
@@ -73,7 +74,7 @@ def report_of(folder, trace):
 def last_scene(trace):
     """Return the scene in which a trace ends, run again."""
     seen = []
-    outcome = replay(trace.splitlines(keepends=True), seen.append)
+    outcome = replay(trace.splitlines(keepends=True), lambda simulator: seen.append(simulator) or ())
     assert outcome.difference is None, outcome.difference
     return scene(seen[0])
 
@@ -94,13 +95,13 @@ class Run:
         plain = world
         if isinstance(world, str):
             plain = load_world(world).world.model_dump(mode="json", by_alias=True)
-        self._simulator = Simulator(world_of({**plain, **(changes or {})}, "golden"))
+        world, settings = world_of({**plain, **(changes or {})}, "golden"), RunSettings()
         self._lines = []
         self._goals = {}
         self.answers = []
         self.events = []
-        self._trace = Trace(self._simulator, self._lines.append)
-        self._simulator.attach(self)
+        self._trace = Trace(Header.of(world, settings), self._lines.append)
+        self._simulator = Simulator(world, settings, [self._trace, self], services=services())
 
     def wants(self, topic):
         """Return whether it is about what happens: there are no samples here."""
@@ -127,7 +128,7 @@ class Run:
 
     def trace(self):
         """Return the trace, which ends now."""
-        self._trace.close()
+        self._trace.close(self._simulator.moment)
         return "".join(self._lines)
 
     def send(self, name, robot, order=None, action=None, goal=None):
@@ -177,11 +178,12 @@ def _served(world):
     """Serve a world in lockstep; give the endpoint and the pieces of the trace."""
     pieces = []
     options = SessionOptions(listen=("tcp/127.0.0.1:0",))
-    with Host(load_world(world), options, HostSettings(clock="lockstep", feedback_rate=2.0)) as host:
-        trace = Trace(host.simulator, pieces.append)
+    loaded, settings = load_world(world), RunSettings(clock="lockstep", feedback_rate=2.0)
+    trace = Trace(Header.of(loaded.world, settings), pieces.append)
+    with Host(loaded, options, settings, sinks=[trace]) as host:
         host.start()
         yield host.endpoints[0], pieces
-    trace.close()
+    trace.close(host.simulator.moment)
 
 
 def traced_tree(world, tree, robots):

@@ -19,7 +19,7 @@ def run():
 
     def simulate(name):
         log = Log(frozenset({Topic.EVENTS}))
-        simulator = Simulator(load_world(f"zoo/{name}").world, [log])
+        simulator = Simulator(load_world(f"zoo/{name}").world, sinks=[log])
         simulator.run_scripts()
         ends = {script.robot: round(script.ended, 3) for script in simulator.scripts.all.values() if not script.error}
         return ends, [event.event for _, event in log.events if isinstance(event, Happened)]

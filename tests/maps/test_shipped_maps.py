@@ -87,7 +87,7 @@ def test_every_robot_drives(loaded):
     log = Log(frozenset())
     robots = {name: robot.model_copy(update={"script": ()}) for name, robot in loaded.world.robots.items()}
     empty = {"robots": robots, "traffic": Traffic(), "doors": {}, "faults": ()}
-    simulator = Simulator(loaded.world.model_copy(update=empty), [log])
+    simulator = Simulator(loaded.world.model_copy(update=empty), sinks=[log])
     points = places(loaded.world)
     for i, robot in enumerate(simulator.robots, start=1):
         simulator.submit(SendGoal(robot, NAVIGATE.name, go(*points[i % len(points)]), goal_id=f"{i:032x}"))

@@ -108,7 +108,7 @@ def test_every_grab_can_be_done(world):
 def shift(world):
     """Return the simulator after all scripts, and what happened."""
     log = Log(frozenset({Topic.EVENTS}))
-    simulator = Simulator(world, [log])
+    simulator = Simulator(world, sinks=[log])
     simulator.run_scripts()
     return simulator, [event for _, event in log.events if isinstance(event, Happened)]
 

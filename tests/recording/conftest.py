@@ -15,11 +15,22 @@ from tests.simulation import simulate
 STATE = TimeState(0.0, "realtime", 1.0, False, 0, (), (), 0.0)
 
 
-def recorded(path, *commands, until=10.0, world=None, services=()):
+def recorded(file, world=None, *, rate=10.0):
+    """Return a simulation that is recorded, and what records it."""
+    made = []
+
+    def recording(simulator):
+        made.append(RecordingSink(simulator, Recorder(file, told), lambda: STATE, clock_rate=rate))
+        return made
+
+    run = simulate(world, watchers=recording, clock_rate=rate)
+    return run, made[0]
+
+
+def record_to(path, *commands, until=10.0, world=None, services=()):
     """Record commands, each with its time, and services, each with the time until which to go on; return the file."""
-    simulated = simulate(world)
     with RecordingFile(path, reproducible=True) as file:
-        sink = RecordingSink(simulated.simulator, Recorder(file, told), lambda: STATE, clock_rate=10.0)
+        simulated, sink = recorded(file, world)
         simulated(*commands, until=until)
         for service, request, later in services:
             simulated.ask(service, request)
@@ -31,7 +42,7 @@ def recorded(path, *commands, until=10.0, world=None, services=()):
 @pytest.fixture
 def record(tmp_path):
     """Return the function that records commands, each with its time, and returns the file."""
-    return lambda *commands, path=None, **options: recorded(path or tmp_path / "run.mcap", *commands, **options)
+    return lambda *commands, path=None, **options: record_to(path or tmp_path / "run.mcap", *commands, **options)
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.gateway import SendGoal
 from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.recording.chunks import MAX_UNPACKED, records, unpacked
-from tests.recording.conftest import recorded
+from tests.recording.conftest import record_to
 from tests.simulation import SMALL_WORLD
 
 
@@ -31,7 +31,7 @@ def wait(at):
 def minute(tmp_path_factory):
     """Return the bytes of a recording of a minute, with a goal every 2 s."""
     path = tmp_path_factory.mktemp("minute") / "run.mcap"
-    return recorded(path, *(wait(float(at)) for at in range(0, 60, 2)), until=60.0).read_bytes()
+    return record_to(path, *(wait(float(at)) for at in range(0, 60, 2)), until=60.0).read_bytes()
 
 
 @pytest.fixture

@@ -11,7 +11,6 @@ from rosbags.interfaces import QosDurability, QosReliability
 from rosbags.rosbag2.metadata import parse_qos
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from hmrsim.cli.rosout import told
 from hmrsim.events.items import ItemPicked
 from hmrsim.events.robots import Stopped
 from hmrsim.interfaces.moveit_msgs import Pickup
@@ -20,10 +19,9 @@ from hmrsim.protocol.gateway import CallService, SendGoal
 from hmrsim.services import registry as services
 from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.recording.recorder import Recorder
-from hmrsim_zenoh.recording.sink import RecordingSink
 from hmrsim_zenoh.recording.writing import RecordingFile
-from tests.recording.conftest import STATE
-from tests.simulation import SMALL_WORLD, simulate
+from tests.recording.conftest import recorded
+from tests.simulation import SMALL_WORLD
 
 ID = "00112233445566778899aabbccddeeff"
 BATTERY = {"battery": {"capacity": 100.0}}
@@ -277,9 +275,9 @@ def test_what_changes_at_once_is_drawn_once(tmp_path):
 @pytest.mark.parametrize("rate", [3.0, 7.0, 30.0])
 def test_the_clock_is_recorded_at_any_rate(tmp_path, rate):
     """Also at one whose period is no whole number of nanoseconds."""
-    path, simulated = tmp_path / "run.mcap", simulate(clock_rate=rate)
+    path = tmp_path / "run.mcap"
     with RecordingFile(path, reproducible=True) as file:
-        sink = RecordingSink(simulated.simulator, Recorder(file, told), lambda: STATE, clock_rate=rate)
+        simulated, sink = recorded(file, rate=rate)
         simulated(until=2.0)
         sink.close()
 

@@ -9,7 +9,7 @@ import pytest
 from hmrsim.events import Event
 from hmrsim.events.doors import DoorClosed
 from hmrsim.interfaces.builtin_interfaces import Time
-from hmrsim.protocol.gateway import CallService
+from hmrsim.protocol.gateway import CallService, Topic
 from hmrsim.report import of_recording, report_of
 from hmrsim.report.occurrence import Occurrence, SceneSeen
 from hmrsim.report.story import Story
@@ -22,10 +22,25 @@ from tests.report.worlds import ALONE, CHARGING, FAULTY, MEETING, goal_to
 RESET = CallService("reset_simulation", services()["reset_simulation"].request())
 
 
+class _Late:
+    """A sink that hands on what happens once there is a watcher."""
+
+    watcher = None
+
+    def wants(self, topic):
+        """Return whether a watcher would listen to a topic."""
+        return topic in (Topic.EVENTS, Topic.MOTION)
+
+    def emit(self, event):
+        """Hand an event on."""
+        if self.watcher is not None:
+            self.watcher.emit(event)
+
+
 def _recorded(world, *, since=0.0, battery=None):
     """Return a recording of a run's scripts, which may begin late."""
-    samples = []
-    simulator = Simulator(world_of(world, "test"))
+    samples, late = [], _Late()
+    simulator = Simulator(world_of(world, "test"), sinks=[late])
     simulator.advance(since)
 
     def keep(happened):
@@ -38,7 +53,7 @@ def _recorded(world, *, since=0.0, battery=None):
         elif battery:
             samples.append((happened.at, f"{battery}/battery_state", _state(simulator, battery)))
 
-    Watcher(simulator, keep)
+    late.watcher = Watcher(simulator, keep)
     simulator.run_scripts()
     end = samples[-1][0]
     return SimpleNamespace(

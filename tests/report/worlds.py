@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from hmrsim.services import registry as services
+from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.trace.writer import Trace
+from hmrsim.trace.writer import Header, Trace
 from hmrsim.world_checks.loading import world_of
 
 WAYS = {
@@ -60,13 +62,14 @@ def goal_to(x, y):
 def traced(world, *, commands=(), until=None):
     """Return the lines of a run's trace: scripts to their end, commands at their times, then on until a time."""
     lines = []
-    simulator = Simulator(world_of(world, "test"))
-    trace = Trace(simulator, lambda text: lines.extend(text.splitlines(keepends=True)))
+    model, settings = world_of(world, "test"), RunSettings()
+    trace = Trace(Header.of(model, settings), lambda text: lines.extend(text.splitlines(keepends=True)))
+    simulator = Simulator(model, settings, [trace], services=services())
     for at, command in commands:
         simulator.advance(at)
         simulator.submit(command)
     simulator.run_scripts()
     if until is not None:
         simulator.advance(until)
-    trace.close()
+    trace.close(simulator.moment)
     return lines

@@ -20,9 +20,10 @@ from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.services import registry as services
+from hmrsim.settings.run import RunSettings
 from hmrsim.world import World
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.host import Host, HostSettings
+from hmrsim_zenoh.host import Host
 from hmrsim_zenoh.ros2.codec.types import message_type, service_type
 from hmrsim_zenoh.ros2.wires import RmwZenoh
 from hmrsim_zenoh.wire.keys import Verb
@@ -240,7 +241,7 @@ def hosting(**settings):
     """A host of the small world that has not been started."""
     loaded = SimpleNamespace(world=World.model_validate(SMALL_WORLD), hash="", warnings=(), path=None)
     options = SessionOptions(listen=("tcp/127.0.0.1:0",))
-    with Host(loaded, options, HostSettings(wires=(RmwZenoh(),), **settings)) as host:
+    with Host(loaded, options, RunSettings(**settings), wires=(RmwZenoh(),)) as host:
         yield host
 
 

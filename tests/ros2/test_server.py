@@ -15,10 +15,11 @@ import zenoh
 
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.services import registry as all_services
+from hmrsim.settings.run import RunSettings
 from hmrsim.world import World
 from hmrsim.world_checks import world_hash
 from hmrsim_zenoh.errors import BadOptions
-from hmrsim_zenoh.host import Host, HostSettings
+from hmrsim_zenoh.host import Host
 from hmrsim_zenoh.ros2.codec.types import service_type
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 from hmrsim_zenoh.wire.session import SessionOptions
@@ -263,7 +264,7 @@ class TestOthers:
 def serving(**settings):
     """Yield a host that runs."""
     with Host(
-        LOADED, SessionOptions(listen=("tcp/127.0.0.1:0",)), HostSettings(wires=(RmwZenoh(),), **settings)
+        LOADED, SessionOptions(listen=("tcp/127.0.0.1:0",)), RunSettings(**settings), wires=(RmwZenoh(),)
     ) as host:
         host.start()
         yield host
@@ -379,4 +380,4 @@ def test_a_prefix_that_is_a_domain():
     """The keys of both wires would begin alike."""
     options = SessionOptions(listen=("tcp/127.0.0.1:0",), prefix="7/robots")
     with pytest.raises(BadOptions, match="--prefix '7/robots' begins as the keys of ROS domain 7 do; name another"):
-        Host(LOADED, options, HostSettings(wires=(RmwZenoh(7),)))
+        Host(LOADED, options, wires=(RmwZenoh(7),))

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import zenoh
 
+from hmrsim.settings.run import RunSettings
 from hmrsim.world import World
 from hmrsim.world_checks import world_hash
-from hmrsim_zenoh.host import Host, HostSettings
+from hmrsim_zenoh.host import Host
 from hmrsim_zenoh.wire.session import SessionOptions
 
 from tests.simulation import SMALL_WORLD  # isort: skip
@@ -207,7 +208,7 @@ class Served:
         """Return a host that has not been started."""
         model = World.model_validate(world or SMALL_WORLD)
         loaded: Any = SimpleNamespace(world=model, hash=world_hash(model), warnings=(), path=None)
-        self.hosts.append(Host(loaded, options or SessionOptions(listen=ANY_PORT), HostSettings(**settings)))
+        self.hosts.append(Host(loaded, options or SessionOptions(listen=ANY_PORT), RunSettings(**settings)))
         return self.hosts[-1]
 
     def tester(self, host: Host, prefix: str = "hmrsim") -> Tester:

@@ -94,7 +94,7 @@ def test_it_can_be_stopped_twice_and_before_it_has_begun(serve):
 
 def test_who_asks_after_the_end_knows_at_once(live, serve, wait):
     """Nobody answers."""
-    serve.hosts[0].pacing.inbox.close()
+    serve.hosts[0]._server.inbox.close()
     serve.hosts[0].wait(20.0)
 
     assert [] == live.ask(f"{WAIT}/_action/send_goal", {"goal": wait(1)})
@@ -121,7 +121,7 @@ def test_what_waits_at_the_end_is_still_answered(serve, monkeypatch, wait):
         tester.begin(f"{WAIT}/_action/cancel_goal", {}),
     ]
     assert [] == list(tester.session.get("nobody/there"))  # comes back when those before it are with the server
-    serve.hosts[0].pacing.inbox.close()
+    serve.hosts[0]._server.inbox.close()
     leave.set()
 
     goal, result, status, cancel = [pending.one() for pending in late]

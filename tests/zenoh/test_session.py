@@ -209,7 +209,7 @@ def test_a_bad_configuration_file_is_named(tmp_path: Path, name, text, message):
     with pytest.raises(
         BadOptions, match=rf"{name}: not a Zenoh configuration: .*{message}|{name}: {message}"
     ) as caught:
-        open_client(SessionOptions(config_file=file))
+        open_client(SessionOptions(zenoh_config=file))
 
     assert "\n" not in str(caught.value)
 
@@ -219,7 +219,7 @@ def test_a_configuration_file_says_where_to_connect(tmp_path: Path):
     server, (endpoint,) = open_server(SessionOptions(listen=ANY_PORT))
     file = tmp_path / "zenoh.json5"
     file.write_text(f'{{mode: "client", connect: {{endpoints: ["{endpoint}"]}}}}')
-    with server, open_client(SessionOptions(config_file=file)) as client:
+    with server, open_client(SessionOptions(zenoh_config=file)) as client:
         assert client.info.routers_zid() == [server.zid()]
 
 
@@ -228,5 +228,5 @@ def test_options_come_before_the_configuration_file(tmp_path: Path, free_endpoin
     server, (endpoint,) = open_server(SessionOptions(listen=ANY_PORT))
     file = tmp_path / "zenoh.json5"
     file.write_text(f'{{connect: {{endpoints: ["{free_endpoint}"]}}}}')
-    with server, open_client(SessionOptions(config_file=file, connect=(endpoint,))) as client:
+    with server, open_client(SessionOptions(zenoh_config=file, connect=(endpoint,))) as client:
         assert client.info.routers_zid() == [server.zid()]

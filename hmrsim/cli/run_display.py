@@ -1,0 +1,101 @@
+"""What a simulator shows on stderr while it runs: a table of its robots on a terminal, a log elsewhere."""
+
+from __future__ import annotations
+
+import logging
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Protocol
+
+from hmrsim.actions import registry as actions
+from hmrsim.cli.goal_summary import summary
+from hmrsim.cli.run_log import EventLog, Later, LogLines
+from hmrsim.errors import printable
+from hmrsim.events import Severity
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from contextlib import AbstractContextManager
+
+    from hmrsim.protocol.gateway import Sink
+    from hmrsim_zenoh.host import Host
+
+_log = logging.getLogger(__name__)
+
+
+class Display(Protocol):
+    """Shows a run.
+
+    Attributes:
+        sinks: What it wants to be told events by.
+        on_wait: What it does when there is time.
+        preparations: What is better done before it is needed.
+    """
+
+    sinks: Sequence[Sink]
+    on_wait: Sequence[Callable[[], None]]
+    preparations: Iterable[object]
+
+    def shown(self, host: Host) -> AbstractContextManager[Callable[[], None]]:
+        """Show a run to the end of the context; gives what is to be called again and again."""
+
+
+class TableDisplay:
+    """A table of robots, with log lines above it.
+
+    Args:
+        world: The world's name.
+        level: What is logged.
+    """
+
+    def __init__(self, world: str, level: int) -> None:
+        # Takes its time to load, which no other simulator needs.
+        from hmrsim.cli.run_table import LastGoals  # noqa: PLC0415
+
+        self._world = world
+        self._level = level
+        self._goals = LastGoals()
+        self.sinks: Sequence[Sink] = (self._goals, EventLog(Severity.ERROR, goals=False))
+        self.on_wait: Sequence[Callable[[], None]] = ()
+        self.preparations: Iterable[object] = ()
+
+    @contextmanager
+    def shown(self, host: Host) -> Iterator[Callable[[], None]]:
+        """Show the table, which wants to be refreshed."""
+        from hmrsim.cli.run_table import HostTable  # noqa: PLC0415 - as above
+
+        with HostTable(host, self._world, self._goals) as table, LogLines(table.print, self._level):
+            yield table.refresh
+
+
+class LogDisplay:
+    """Log lines.
+
+    Args:
+        world: The world's name.
+        level: What is logged.
+    """
+
+    def __init__(self, world: str, level: int) -> None:
+        self._world = printable(world)
+        self._level = level
+        self._goals = Later(EventLog())
+        told = level <= logging.INFO
+        self.sinks: Sequence[Sink] = (self._goals,) if told else ()
+        self.on_wait: Sequence[Callable[[], None]] = (self._goals.hand_on,) if told else ()
+        self.preparations: Iterable[object] = (summary(action.goal()) for action in actions().values()) if told else ()
+
+    @contextmanager
+    def shown(self, host: Host) -> Iterator[Callable[[], None]]:
+        """Write the lines; nothing has to be refreshed."""
+        with LogLines(level=self._level):
+            _log.info("sim %.3f | %s begins", host.simulator.now, self._world)
+            if awaited := host.pacing.state.waiting_for:
+                _log.info("sim %.3f | time stands, waiting for %s", host.simulator.now, ", ".join(awaited))
+            yield lambda: None
+            self._goals.hand_on()
+            _log.info("sim %.3f | %s ends", host.simulator.now, self._world)
+
+
+def display(world: str, level: int, *, on_terminal: bool) -> Display:
+    """Return what shows a run."""
+    return TableDisplay(world, level) if on_terminal else LogDisplay(world, level)

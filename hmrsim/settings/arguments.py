@@ -1,0 +1,136 @@
+"""Options of a command line from settings, and settings from what was given there."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from hmrsim.settings.option import settings_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Mapping
+
+    from hmrsim.settings.option import Option, Setting
+
+M = TypeVar("M")
+
+
+def add_settings(
+    parser: argparse.ArgumentParser,
+    model: type,
+    *,
+    only: Collection[str] | None = None,
+    defaults: Mapping[str, Any] | None = None,
+) -> None:
+    """Add an option for each setting of a model; `given` and `read_settings` read them.
+
+    Args:
+        parser: Of the command.
+        model: The settings.
+        only: The names of those that the command has; None for all.
+        defaults: Put in place of the model's; settings with one here are always in the result.
+    """
+    groups: dict[str, Any] = {"": parser} | {str(group.title): group for group in parser._action_groups}  # noqa: SLF001
+    for name, setting in settings_of(model).items():
+        if only is not None and name not in only:
+            continue
+        title = setting.option.group
+        if title not in groups:
+            groups[title] = parser.add_argument_group(title)
+        if defaults and name in defaults:
+            own = replace(setting, default=defaults[name])
+            groups[title].add_argument(setting.flag, **_argument(own) | {"default": own.default})
+        else:
+            groups[title].add_argument(setting.flag, **_argument(setting))
+
+
+def given(args: argparse.Namespace, model: type) -> dict[str, Any]:
+    """Return the settings of a model that a command line and the environment give, by name."""
+    found = {name: getattr(args, name) for name in settings_of(model) if name in args}
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in found.items()}
+
+
+def read_settings(args: argparse.Namespace, model: type[M], below: Mapping[str, Any] | None = None) -> M:
+    """Return the settings that a command line and the environment give, with defaults for others.
+
+    Args:
+        args: What was given.
+        model: The settings.
+        below: Settings, of this and other models, that come before the defaults.
+    """
+    settings = settings_of(model)  # type: ignore[arg-type]  # a type is hashable
+    known = {name: value for name, value in (below or {}).items() if name in settings}
+    return model(**{**known, **given(args, model)})
+
+
+def _argument(setting: Setting) -> dict[str, Any]:
+    """Return what `add_argument` is given for a setting. Without a default: only what is given is in the result."""
+    option, kind = setting.option, setting.kind
+    common: dict[str, Any] = {"default": argparse.SUPPRESS, "help": help_of(setting)}
+    if kind.type is bool:
+        return {**common, "action": "store_true"}
+    if option.metavar is not None:
+        common["metavar"] = option.metavar
+    if option.bare is not None:
+        common |= {"nargs": "?", "const": option.bare}
+    if kind.repeatable and option.read is None:
+        common["action"] = "append"
+    if kind.choices:
+        return {**common, "choices": kind.choices, "type": kind.type}
+    return {**common, "type": _reader(kind.type, option)}
+
+
+def help_of(setting: Setting) -> str:
+    """Return the line of ``--help`` of a setting."""
+    option = setting.option
+    default = default_text(setting) if option.default_text is None else option.default_text
+    return f"{option.help}{f' (default: {default})' if default else ''}".replace("%", "%%")
+
+
+def default_text(setting: Setting) -> str:
+    """Return the default of a setting as text; empty where that is nothing."""
+    default = setting.default
+    if default is None or default is False or default in ((), math.inf):
+        return ""
+    return f"{default:g}" if isinstance(default, float) else str(default)
+
+
+def reader_of(model: type, name: str) -> Callable[[str], Any]:
+    """Return what reads the text of one setting, for an option of another name."""
+    setting = settings_of(model)[name]
+    return _reader(setting.kind.type, setting.option)
+
+
+def _reader(kind: type, option: Option) -> Callable[[str], Any]:
+    read = option.read or _READERS.get(kind, kind)
+
+    def reader(text: str) -> Any:
+        try:
+            value = read(text)
+            return option.checked(value, text if isinstance(value, (int, float)) else "")
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return reader
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"{text!r} is not a finite number")
+    return value
+
+
+def _whole(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"{text!r} is not a whole number") from None
+
+
+_READERS: dict[type, Callable[[str], Any]] = {float: _number, int: _whole}

@@ -1,0 +1,77 @@
+"""Reading a settings file: YAML or JSON, a key a setting."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ConfigDict, ValidationError, create_model
+
+from hmrsim.diagnostics import Finding, dotted, shown
+from hmrsim.errors import Problem, SettingsError, WorldError
+from hmrsim.settings.option import hints, settings_of
+from hmrsim.world.files import read_text
+from hmrsim.world.formats._json_text import as_yaml
+from hmrsim.world.yaml_text import Unreadable, line_of, read
+from hmrsim.world_checks.explain import explain
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from pydantic import BaseModel
+
+
+def read_file(path: Path, models: tuple[type, ...]) -> dict[str, Any]:
+    """Return what a file sets, by name.
+
+    Args:
+        path: The file.
+        models: All settings that it may have.
+
+    Raises:
+        SettingsError: It can't be read, or a setting makes no sense; has everything that is wrong.
+    """
+    file = str(path)
+    try:
+        text = read_text(path, file)
+        data, lines, findings = read(as_yaml(text) if text.lstrip().startswith("{") else text)
+    except WorldError as error:
+        raise SettingsError(error.problems) from None
+    except Unreadable as error:
+        raise SettingsError([Problem(file, "", str(error), error.line)]) from None
+    if data is None:
+        return {}
+    if not isinstance(data, dict):
+        text = f"expected a mapping with settings such as clock: lockstep, got {shown(data)}"
+        raise SettingsError([Problem(file, "", text, 1)])
+    found, wrong = _validated(data, together(models))
+    wrong = [*findings, *wrong]
+    if wrong:
+        problems = [_problem(file, finding, finding.line or line_of(lines, finding.path)) for finding in wrong]
+        raise SettingsError(sorted(problems, key=lambda problem: problem.line or 0))
+    return found
+
+
+def _validated(data: dict[str, Any], model: type[BaseModel]) -> tuple[dict[str, Any], list[Finding]]:
+    """Return the settings that a mapping has, and what is wrong with it."""
+    try:
+        settings = model.model_validate(data)
+    except ValidationError as error:
+        return {}, explain(error, data, model)
+    return {name: getattr(settings, name) for name in data}, []
+
+
+def _problem(file: str, finding: Finding, line: int) -> Problem:
+    return Problem(file, dotted(finding.path), finding.message, line, finding.value)
+
+
+@cache
+def together(models: tuple[type, ...]) -> type[BaseModel]:
+    """Return one model of the settings of several."""
+    # Built here, as two of its parts are no models of pydantic's: tools have them without loading it.
+    fields: dict[str, Any] = {}
+    for model in models:
+        for name, setting in settings_of(model).items():
+            fields[name] = (hints(model)[name], setting.default)
+    config = ConfigDict(strict=True, extra="forbid", frozen=True)
+    return create_model("Settings", __config__=config, __doc__="Settings of `hmrsim run`.", **fields)

@@ -1,0 +1,203 @@
+"""What a field says of itself when it is a setting: its option, its unit, its bounds.
+
+A setting is a field whose annotation carries an `Option`, of a frozen dataclass or of a pydantic model. Nothing here
+loads pydantic: tools that open a session have settings, too, and their ``--help`` must not wait for it.
+"""
+
+from __future__ import annotations
+
+import math
+import types
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union, get_args, get_origin, get_type_hints
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema
+
+FOR_EVER: Final = -1
+"""What a timeout is set to that never ends."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """Describes one setting.
+
+    Attributes:
+        help: What it is, without its default; begins in lower case.
+        metavar: What stands for its value in ``--help``.
+        unit: Of its value; empty for what has none.
+        group: The heading of ``--help`` below which it stands; empty for the command's own options.
+        default_text: What ``--help`` says of the default; None for the default itself.
+        more_than: Numbers have to be greater.
+        at_least: Numbers have to be as great.
+        at_most: Numbers may not be greater.
+        hint: Ends an error about a number that is out of bounds.
+        for_ever: What a timeout of -1 stands for; None where -1 is a number like others.
+        endless: Whether it may be infinite.
+        bare: What the option alone, without a value, stands for; None where it needs one.
+        read: Turns the text of a command line into a value; None for what fits its type.
+        check: Returns the value to use for a value of the right type.
+
+    What *read* and *check* don't take they refuse with a ValueError, which says what would do.
+    """
+
+    help: str
+    metavar: str | None = None
+    unit: str = ""
+    group: str = ""
+    default_text: str | None = None
+    more_than: float | None = None
+    at_least: float | None = None
+    at_most: float | None = None
+    hint: str = ""
+    for_ever: float | None = None
+    endless: bool = False
+    bare: object = None
+    read: Callable[[str], Any] | None = None
+    check: Callable[[Any], Any] | None = None
+
+    def checked(self, value: Any, text: str = "") -> Any:
+        """Return the value to use for one of the right type.
+
+        Args:
+            value: The value.
+            text: How it was written, for errors; as `repr` writes it if empty.
+
+        Raises:
+            ValueError: It will not do.
+        """
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            if value == FOR_EVER and self.for_ever is not None:
+                return self.for_ever
+            self._check_bounds(value, text or f"{value:g}")
+        return value if self.check is None else self.check(value)
+
+    def _check_bounds(self, value: float, shown: str) -> None:
+        endless = self.endless or self.for_ever == math.inf
+        if not (math.isfinite(value) or (endless and value > 0)):
+            raise ValueError(f"{shown!r} is not a finite number")
+        why = ""
+        if self.more_than is not None and value <= self.more_than:
+            why = f"is not greater than {self.more_than:g}"
+        elif self.at_least is not None and value < self.at_least:
+            why = f"is less than {self.at_least:g}"
+        elif self.at_most is not None and value > self.at_most:
+            why = f"is greater than {self.at_most:g}"
+        if why:
+            raise ValueError(f"{shown} {why}{f'; {self.hint}' if self.hint else ''}")
+
+    @property
+    def bounds(self) -> str:
+        """The values that will do, for people; empty where all do."""
+        parts = [
+            f"{sign} {bound:g}"
+            for sign, bound in ((">", self.more_than), ("≥", self.at_least), ("≤", self.at_most))
+            if bound is not None
+        ]
+        return " and ".join(parts) + (f", or {FOR_EVER} for ever" if self.for_ever is not None else "")
+
+    # --- what pydantic asks for -----------------------------------------------------------------------------------
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Have models check the bounds, and take what a file has in place of tuples and paths."""
+        # Loaded by whoever asks; see above.
+        from pydantic_core import core_schema  # noqa: PLC0415
+
+        kind = kind_of(source)
+
+        def loosened(value: Any) -> Any:
+            if isinstance(value, list):
+                return tuple(value)
+            return Path(value) if kind.type is Path and isinstance(value, str) else value
+
+        checked = core_schema.no_info_after_validator_function(self.checked, handler(source))
+        return core_schema.no_info_before_validator_function(loosened, checked)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """Add what it is, and its bounds."""
+        found = handler(schema)
+        limits = {"exclusiveMinimum": self.more_than, "minimum": self.at_least, "maximum": self.at_most}
+        bounds = {key: bound for key, bound in limits.items() if bound is not None}
+        if self.for_ever is not None:
+            found.pop("type", None)
+            found["anyOf"] = [{"const": FOR_EVER}, {"type": "number", **bounds}]
+        else:
+            found |= bounds
+        unit = f" Unit: {self.unit}." if self.unit else ""
+        found["description"] = f"{self.help[:1].upper()}{self.help[1:]}.{unit}"
+        return found
+
+
+@dataclass(frozen=True)
+class Kind:
+    """The type of a setting, as far as a command line has to know it.
+
+    Attributes:
+        type: Of one value.
+        choices: All values that there are; none where there is no end to them.
+        repeatable: Whether there can be several values.
+    """
+
+    type: type
+    choices: tuple[Any, ...] = ()
+    repeatable: bool = False
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One setting of a model.
+
+    Attributes:
+        name: The field's, and the key in a file.
+        kind: Of its values.
+        default: Its default.
+        option: What it says of itself.
+    """
+
+    name: str
+    kind: Kind
+    default: Any
+    option: Option
+
+    @property
+    def flag(self) -> str:
+        """The option, such as ``--step-size``."""
+        return f"--{self.name.replace('_', '-')}"
+
+
+@cache
+def hints(model: type) -> Mapping[str, Any]:
+    """Return the types of a model's fields, with what is said of them."""
+    return types.MappingProxyType(get_type_hints(model, include_extras=True))
+
+
+@cache
+def settings_of(model: type) -> Mapping[str, Setting]:
+    """Return the settings of a model by name, in order; fields without an `Option` are none."""
+    found, defaults = {}, model()
+    for name, hint in hints(model).items():
+        option = next((part for part in getattr(hint, "__metadata__", ()) if isinstance(part, Option)), None)
+        if option is not None:
+            found[name] = Setting(name, kind_of(hint), getattr(defaults, name), option)
+    return types.MappingProxyType(found)
+
+
+def kind_of(hint: Any) -> Kind:
+    """Return what a command line has to know of a type; of alternatives, the first."""
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return kind_of(parts[0])
+    if origin in (Union, types.UnionType):
+        return kind_of(parts[0])
+    if origin is Literal:
+        return Kind(type(parts[0]), parts)
+    if origin is tuple:
+        each = kind_of(parts[0])
+        return Kind(each.type, each.choices, repeatable=True)
+    return Kind(hint)

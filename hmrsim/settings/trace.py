@@ -1,0 +1,15 @@
+"""The setting that says where the trace of a run goes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from hmrsim.settings.option import Option
+from hmrsim.settings.run import Settings
+
+
+class TraceSettings(Settings):
+    """Whether a run is traced."""
+
+    trace: Annotated[Path | None, Option("write what happens as lines of JSON, for `hmrsim replay`", "FILE")] = None

@@ -1,0 +1,29 @@
+"""The settings that say how a world file is read, and what is added to it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from hmrsim.settings.option import Option
+from hmrsim.settings.run import Settings
+
+
+class WorldSettings(Settings):
+    """How a command reads its world."""
+
+    robot: Annotated[tuple[str, ...], Option("add a robot; repeatable", "NAME@X,Y[:TYPE]", group="world")] = ()
+    item: Annotated[tuple[str, ...], Option("add an item; repeatable", "NAME@X,Y[:KG]", group="world")] = ()
+    page: Annotated[
+        str | None,
+        Option(
+            "the page of a drawing, the level of a building or the layout of a LIF file: its name, or its number from "
+            "1 (the first page; all levels, all layouts)",
+            "PAGE",
+            group="world",
+        ),
+    ] = None
+    rename: Annotated[tuple[str, ...], Option("rename a robot of a drawing; repeatable", "OLD=NEW", group="world")] = ()
+    lenient: Annotated[bool, Option("leave out objects of a drawing that have no known type", group="world")] = False
+    neighbours: Annotated[
+        Literal[4, 8] | None, Option("whether cells of a grid touch at their corners, too (8)", group="world")
+    ] = None

@@ -1,0 +1,134 @@
+"""All settings of a simulation that is served: those of the run, of its session, and of what is made of it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+
+from hmrsim.program.log_options import ServerLogOptions
+from hmrsim.settings.file import together
+from hmrsim.settings.option import Option, settings_of
+from hmrsim.settings.run import RunSettings, Settings
+from hmrsim.settings.trace import TraceSettings
+from hmrsim.settings.world import WorldSettings
+from hmrsim_zenoh.ros2.keys import DOMAINS, MAX_DOMAIN
+from hmrsim_zenoh.view import DEFAULT_PORT
+from hmrsim_zenoh.wire.options import SessionOptions
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+ROS_DOMAIN_ID: Final = "ROS_DOMAIN_ID"
+"""ROS's own variable, which says the domain to all its nodes."""
+
+_MAX_PORT: Final = 65_535
+
+
+def port(text: str) -> int:
+    """Return a port, or 0."""
+    if not text.isdecimal() or int(text) > _MAX_PORT:
+        raise ValueError(f"{text!r} is no port; a whole number from 0 to {_MAX_PORT} is")
+    return int(text)
+
+
+def domain_id(text: str) -> int:
+    """Return one of ROS's domains."""
+    if text not in DOMAINS:
+        raise ValueError(f"{text[:20]!r} is no domain; a whole number from 0 to {MAX_DOMAIN} is")
+    return DOMAINS[text]
+
+
+class RecordSettings(Settings):
+    """Whether a run is recorded."""
+
+    record: Annotated[
+        Path | None, Option("record all that is published, for Foxglove and `hmrsim view`", "FILE.mcap")
+    ] = None
+
+
+class ViewSettings(Settings):
+    """Whether the page of a run is served."""
+
+    view: Annotated[
+        int | None,
+        Option(
+            f"serve the live picture, too, for a browser on this machine (default port: {DEFAULT_PORT}; 0: a free "
+            "one); `hmrsim view` does it elsewhere",
+            "PORT",
+            at_least=0,
+            at_most=_MAX_PORT,
+            bare=DEFAULT_PORT,
+            read=port,
+        ),
+    ] = None
+
+
+class Ros2Settings(Settings):
+    """Which wires of ROS 2 are spoken."""
+
+    ros2: Annotated[
+        bool,
+        Option(
+            "let ROS 2 nodes with RMW_IMPLEMENTATION=rmw_zenoh_cpp drive the robots: `ros2 action send_goal`, rclpy, "
+            "Nav2's clients; no ROS is needed here",
+            group="ROS 2",
+        ),
+    ] = False
+    ros_domain_id: Annotated[
+        int | None,
+        Option(
+            "with --ros2, ROS's domain",
+            "N",
+            group="ROS 2",
+            default_text=f"the environment's {ROS_DOMAIN_ID}, else 0",
+            at_least=0,
+            at_most=MAX_DOMAIN,
+            read=domain_id,
+        ),
+    ] = None
+    ros_distro: Annotated[
+        tuple[Literal["jazzy", "kilted", "lyrical"], ...],
+        Option(
+            "speak its types alone, whose hashes differ from others'; repeatable",
+            group="ROS 2",
+            default_text="with --ros2 those of all: jazzy, kilted, lyrical",
+        ),
+    ] = ()
+    ros2dds: Annotated[
+        bool,
+        Option(
+            "speak as zenoh-bridge-ros2dds does, as Open-RMF's free_fleet expects; the types are those of the first "
+            "--ros-distro",
+            group="ROS 2",
+            default_text="jazzy",
+        ),
+    ] = False
+
+
+SERVED: Final = (
+    WorldSettings,
+    TraceSettings,
+    RecordSettings,
+    RunSettings,
+    ViewSettings,
+    Ros2Settings,
+    SessionOptions,
+    ServerLogOptions,
+)
+"""All that ``hmrsim run`` can be told, in the order of its ``--help``."""
+
+
+def settings_schema() -> dict[str, Any]:
+    """Return the JSON Schema of settings files."""
+    schema = together(SERVED).model_json_schema()
+    for part in schema["properties"].values():
+        part.pop("title", None)
+        if part.get("default") == math.inf:
+            del part["default"]
+    return {**schema, "title": "hmrsim settings"}
+
+
+def all_settings() -> Mapping[str, str]:
+    """Return the options of all settings that a file may have, by their names there."""
+    return {name: setting.flag for model in SERVED for name, setting in settings_of(model).items()}
