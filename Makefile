@@ -45,14 +45,16 @@ lint: $(READY)  ## Check style, types and the direction of imports
 	$(BIN)/lint-imports
 	$(BIN)/python -m hmrsim_zenoh.schemas --check
 	$(BIN)/python -m tools.event_tables --check
+	$(BIN)/python -m tools.settings --check
 
 format: $(READY)  ## Format the code, and mend what can be mended
 	$(BIN)/ruff check --fix-only --quiet .
 	$(BIN)/ruff format .
 
-schemas: $(READY)  ## Write schemas/ and the tables of events in docs/ anew
+schemas: $(READY)  ## Write schemas/ and the generated tables in docs/ anew
 	$(BIN)/python -m hmrsim_zenoh.schemas
 	$(BIN)/python -m tools.event_tables
+	$(BIN)/python -m tools.settings
 
 bench: $(READY)  ## Measure, and print tables; some of them by ARGS="scale --quick"
 	$(BIN)/python -m benchmarks $(ARGS)

@@ -1,4 +1,4 @@
-"""Writes ``schemas/``: the JSON Schema of worlds, events, actions' and services' messages, envelopes and reports.
+"""Writes ``schemas/``: JSON Schema of worlds, settings, events, actions, services, envelopes and reports.
 
 Run as ``python -m hmrsim_zenoh.schemas [--check] [DIRECTORY]``; the files are generated and never edited.
 """
@@ -23,6 +23,7 @@ from hmrsim.report.model import Report
 from hmrsim.services import registry as services
 from hmrsim.world_checks.schema import world_schema
 from hmrsim_zenoh.server import decode_time
+from hmrsim_zenoh.settings import settings_schema
 from hmrsim_zenoh.wire import envelopes
 from hmrsim_zenoh.wire.tree_state import TreeState
 
@@ -128,7 +129,7 @@ def all_schemas() -> dict[str, dict[str, Any]]:
     asked = {f"services/{name}.schema.json": service_schema(service) for name, service in services().items()}
     shared = {"envelopes.schema.json": envelope_schema(), "time.schema.json": time_schema()}
     shared |= {"tree.schema.json": tree_schema(), "report.schema.json": report_schema()}
-    shared |= {"events.schema.json": event_schema()}
+    shared |= {"events.schema.json": event_schema(), "settings.schema.json": {"$schema": _DIALECT, **settings_schema()}}
     return {"world.schema.json": world_schema(), **shared, **actions, **asked}
 
 
