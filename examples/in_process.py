@@ -1,0 +1,32 @@
+"""A program runs a world by itself: no network, no second process, as fast as the machine can.
+
+One robot follows its script, another one gets a goal; a sink prints how goals begin and end.
+"""
+
+from hmrsim import RunSettings, Simulator, commands, load_world
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
+from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim.protocol.gateway import Event, GoalChanged, Topic
+
+
+class Printer:
+    """A sink: it is told what happens."""
+
+    def wants(self, _topic: Topic) -> bool:
+        """Goals come unasked, samples are not wanted."""
+        return False
+
+    def emit(self, event: Event) -> None:
+        """Print the status of a goal."""
+        if isinstance(event, GoalChanged):
+            print(f"{event.stamp / 1e9:.1f} s: {event.robot} {event.action} {event.status.name}")
+
+
+world = load_world("examples/in_process.yaml").world
+simulator = Simulator(world, RunSettings(seed=3), [Printer()])
+goal = NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=Point(x=4.0, y=0.0))))
+simulator.advance(5.0)
+simulator.submit(commands.SendGoal("wall_e", "navigate_to_pose", goal))
+simulator.run()
+print(f"wall_e is at {simulator.robots['wall_e'].pose().point} after {simulator.now:.1f} s")
+print(f"the cart's script is {simulator.scripts.all['cart'].state.value}")
