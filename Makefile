@@ -46,6 +46,7 @@ lint: $(READY)  ## Check style, types and the direction of imports
 	$(BIN)/python -m hmrsim_zenoh.schemas --check
 	$(BIN)/python -m tools.event_tables --check
 	$(BIN)/python -m tools.settings --check
+	$(BIN)/python -m tools.late_attributes
 
 format: $(READY)  ## Format the code, and mend what can be mended
 	$(BIN)/ruff check --fix-only --quiet .
