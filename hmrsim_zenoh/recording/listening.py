@@ -123,7 +123,7 @@ class Listener:
                 _log.warning("what can't be read is not recorded: %s", str(error).partition("\n")[0])
         if self._missed and not self._asking and self._waiting.qsize() <= _FEW_WAITING:
             self._missed = False
-            self._recorder.world_stale = True
+            self._recorder.forget_world()
             self._ask()
 
     def drain(self) -> None:
@@ -139,7 +139,7 @@ class Listener:
         if self.begun:
             now, event = recorder.time.simulated, SimulatorReturned()
             recorder.event(event, dump({"stamp": values_of(now), "kind": event.kind}), now)
-            recorder.world_stale = True
+            recorder.forget_world()
         self._ask()
 
     # --- in Zenoh's threads ----------------------------------------------------------------------------------------

@@ -125,6 +125,10 @@ class Recorder:
         self._json_channel(EVENTS, schemas.EVENT)
         self.tell_anew(definition, info, scene)
 
+    def forget_world(self) -> None:
+        """Take note that `world` and `info` may be out of date: what was published meanwhile was missed."""
+        self.world_stale = True
+
     def tell_anew(self, definition: Mapping[str, Any], info: Mapping[str, Any], scene: dict[str, Any]) -> None:
         """Write another world, or one that began anew elsewhere, with what is there now."""
         self.world_stale = False
