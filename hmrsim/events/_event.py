@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import namedtuple
 from enum import StrEnum
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self, dataclass_transform, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
@@ -58,7 +58,7 @@ class _EventType(type):
             own = list(namespace.get("__annotations__", ()))
             fields: tuple[str, ...] = (*base._fields, *own)
             defaults = {**base._field_defaults, **{field: namespace.pop(field) for field in own if field in namespace}}
-            made = namedtuple(name, fields, defaults=defaults.values(), module=namespace["__module__"])  # noqa: PYI024 - fields are typed in the class
+            made = partial(namedtuple, name, fields)(defaults=defaults.values(), module=namespace["__module__"])  # noqa: PYI024 - fields are typed in the class
             namespace |= {key: vars(made)[key] for key in (*fields, *_TAKEN)}
         return super().__new__(mcs, name, bases, {**namespace, "__slots__": ()}, **presentation)
 
