@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.gateway import Answered, GetResult, SendGoal
+from hmrsim.protocol.commands import GetResult, SendGoal
+from hmrsim.protocol.outputs import Answered
 from hmrsim.world.model import World
 from hmrsim.world_checks import LoadedWorld
 
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.gateway import Event, Topic
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.topics import Topic
     from hmrsim.simulation.simulator import Simulator
 
 SIDE = 32

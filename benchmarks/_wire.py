@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from pathlib import Path
 
-    from hmrsim.protocol.gateway import Sink
+    from hmrsim.protocol.sinks import Sink
     from hmrsim.settings.run import RunSettings
     from hmrsim.world.model import World
     from hmrsim_zenoh.ros2.wires import Wire

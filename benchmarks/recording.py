@@ -20,7 +20,7 @@ from hmrsim_zenoh.recording.writing import RecordingFile
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.protocol.gateway import Event
+    from hmrsim.protocol.outputs import Event
 
 QUICK: dict[str, Any] = {"sizes": (10, 100), "seconds": 5.0}
 

@@ -18,8 +18,9 @@ from benchmarks._timing import Variant, medians
 from benchmarks._wire import GoalSender, served
 from hmrsim.actions import registry
 from hmrsim.cli.garbage import collect_rarely
-from hmrsim.protocol.gateway import FeedbackSent, GoalEntry, StatusChanged
+from hmrsim.protocol.answers import GoalEntry
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import FeedbackSent, StatusChanged
 from hmrsim.services import registry as all_services
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
@@ -32,7 +33,7 @@ from hmrsim_zenoh.wire.session import open_server
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from hmrsim.protocol.gateway import Sink
+    from hmrsim.protocol.sinks import Sink
     from hmrsim.world.model import World
 
 QUICK: dict[str, Any] = {"rounds": 20, "robots": 10, "starts": 1}

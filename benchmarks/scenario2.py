@@ -11,7 +11,8 @@ from benchmarks._timing import Variant, medians
 from benchmarks._wire import BARE, BARE_PAYLOAD, GoalSender, answer, ask, served
 from hmrsim.actions import registry
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.protocol.gateway import Answered, GetResult, SendGoal
+from hmrsim.protocol.commands import GetResult, SendGoal
+from hmrsim.protocol.outputs import Answered
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
@@ -20,7 +21,8 @@ from hmrsim_zenoh import Client
 if TYPE_CHECKING:
     import zenoh
 
-    from hmrsim.protocol.gateway import Event, Topic
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.topics import Topic
     from hmrsim.world.model import World
 
 QUICK: dict[str, Any] = {"rounds": 20, "crowd": 100}

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._report import Row
 from hmrsim.events.robots import MotionBegan
-from hmrsim.protocol.gateway import Happened, Topic
+from hmrsim.protocol.outputs import Happened
+from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import World
 from hmrsim.world_checks import load_world
@@ -22,7 +23,8 @@ from hmrsim.world_checks import load_world
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from hmrsim.protocol.gateway import Event, Sink
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.sinks import Sink
 
 QUICK: dict[str, Any] = {"rounds": 1, "seconds": 100.0}
 

@@ -39,16 +39,16 @@ __all__ = [
 
 _HOMES = MappingProxyType(
     {
-        "ActionLeaf": "action_leaf",
-        "ActionNode": "action_node",
+        "ActionLeaf": "core.action_leaf",
+        "ActionNode": "core.action_node",
         "BatteryGuard": "behaviours.battery_guard",
-        "Condition": "node",
-        "Control": "node",
-        "Decoration": "node",
+        "Condition": "core.node",
+        "Control": "core.node",
+        "Decoration": "core.node",
         "Dock": "behaviours.docks",
         "GoTo": "behaviours.nav_to_pose",
-        "Leaf": "node",
-        "Node": "node",
+        "Leaf": "core.node",
+        "Node": "core.node",
         "Pickup": "behaviours.items",
         "Place": "behaviours.items",
         "Undock": "behaviours.docks",

@@ -6,7 +6,8 @@ One robot follows its script, another one gets a goal; a sink prints how goals b
 from hmrsim import RunSettings, Simulator, commands, load_world
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.protocol.gateway import Event, GoalChanged, Topic
+from hmrsim.protocol.outputs import Event, GoalChanged
+from hmrsim.protocol.topics import Topic
 
 
 class Printer:

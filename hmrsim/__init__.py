@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from hmrsim import errors
+    from hmrsim import errors, events
     from hmrsim.protocol import commands
     from hmrsim.settings.run import RunSettings
     from hmrsim.simulation.simulator import Simulator
@@ -27,6 +27,7 @@ __all__ = [
     "__version__",
     "commands",
     "errors",
+    "events",
     "load_world",
 ]
 
@@ -42,7 +43,8 @@ _HOMES = MappingProxyType(
         "World": "hmrsim.world",
         "commands": "hmrsim.protocol.commands",
         "errors": "hmrsim.errors",
-        "load_world": "hmrsim.world",
+        "events": "hmrsim.events",
+        "load_world": "hmrsim.world_checks",
     }
 )
 """The modules of what is loaded when it is asked for; some of it is a module itself."""

@@ -64,7 +64,7 @@ _HOMES = MappingProxyType(
         "Commander": "client.commander",
         "GoalHandle": "client.goal_handle",
         "Lockstep": "client.lockstep",
-        "SessionOptions": "options",
+        "SessionOptions": "wire.options",
         "Subscription": "client.subscription",
     }
 )

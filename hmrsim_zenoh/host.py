@@ -30,7 +30,7 @@ from hmrsim_zenoh.wire.session import open_server
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from hmrsim.protocol.gateway import Sink
+    from hmrsim.protocol.sinks import Sink
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.ros2.server import Ros2Server
     from hmrsim_zenoh.ros2.wires import Wire

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import registry
 from hmrsim.interfaces.message import Message
-from hmrsim.protocol.gateway import Answered, CallService, FeedbackSent, GoalChanged, Happened, Topic
+from hmrsim.protocol.commands import CallService
+from hmrsim.protocol.outputs import Answered, FeedbackSent, GoalChanged, Happened
+from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
@@ -20,7 +22,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from hmrsim.actions import AnyAction
-    from hmrsim.protocol.gateway import Command, Event, Sink
+    from hmrsim.protocol.commands import Command
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.sinks import Sink
 
 SMALL_WORLD = {
     "name": "small",

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
-    from hmrsim.protocol.gateway import Sink
+    from hmrsim.protocol.sinks import Sink
     from hmrsim.settings.run import RunSettings
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing

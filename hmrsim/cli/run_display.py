@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
     from contextlib import AbstractContextManager
 
-    from hmrsim.protocol.gateway import Sink
+    from hmrsim.protocol.sinks import Sink
     from hmrsim_zenoh.host import Host
 
 _log = logging.getLogger(__name__)

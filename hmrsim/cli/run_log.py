@@ -15,13 +15,15 @@ from hmrsim.errors import printable
 from hmrsim.events import Severity
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.program.log_options import PACKAGES
-from hmrsim.protocol.gateway import GoalChanged, Happened, Topic
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import GoalChanged, Happened
+from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.protocol.gateway import Event, Sink
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.sinks import Sink
 
 _FORMAT: Final = "[%(levelname)s] %(asctime)s | %(message)s"
 _TIME_FORMAT: Final = "%H:%M:%S"

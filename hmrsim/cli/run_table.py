@@ -10,14 +10,15 @@ from rich.text import Text
 from hmrsim.actions import error_of
 from hmrsim.cli.robot_table import Column, RobotTable
 from hmrsim.errors import printable
-from hmrsim.protocol.gateway import GoalChanged, Topic
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import GoalChanged
+from hmrsim.protocol.topics import Topic
 from hmrsim.robots.robot import Robot
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.protocol.gateway import Event
+    from hmrsim.protocol.outputs import Event
     from hmrsim_zenoh.host import Host
 
 _TRIES: Final = 5

@@ -15,7 +15,7 @@ from hmrsim.cli.run_log import EventLog
 from hmrsim.cli.tracing import TraceFile
 from hmrsim.cli.world_options import add_world_options, read_world
 from hmrsim.program.log_options import add_log_options, log_level, logging_to_stderr
-from hmrsim.protocol.gateway import GoalChanged
+from hmrsim.protocol.outputs import GoalChanged
 from hmrsim.settings.arguments import add_settings, read_settings
 from hmrsim.settings.run import SimulateSettings
 from hmrsim.settings.trace import TraceSettings
@@ -25,7 +25,8 @@ from hmrsim.simulation.simulator import Simulator
 if TYPE_CHECKING:
     import argparse
 
-    from hmrsim.protocol.gateway import Event, Topic
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.topics import Topic
     from hmrsim.world_checks import LoadedWorld
 
 _EXAMPLES: Final = """\

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
 
     from hmrsim.engine.subscriptions import Interest
-    from hmrsim.protocol.gateway import Topic
+    from hmrsim.protocol.topics import Topic
 
 
 @dataclass(eq=False)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hmrsim.engine.sim_time import stamp
-from hmrsim.protocol.gateway import Happened, Sampled, Topic
+from hmrsim.protocol.outputs import Happened, Sampled
+from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -14,7 +15,8 @@ if TYPE_CHECKING:
 
     from hmrsim.events import Event as WorldEvent
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.gateway import Event, Sink
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.sinks import Sink
 
 
 class Interest:

@@ -9,7 +9,7 @@ from simpy import Event
 from hmrsim.errors import GoalRejected
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.gateway import CancelGoal, GetResult, SendGoal
+    from hmrsim.protocol.commands import CancelGoal, GetResult, SendGoal
 
 
 class CutOff(set[str]):

@@ -17,22 +17,10 @@ from hmrsim.events.goals import SendGoalRejected
 from hmrsim.goals.connectivity import CutOff, no_connection
 from hmrsim.goals.servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
-from hmrsim.protocol.gateway import (
-    Answered,
-    CancelGoal,
-    CancelResponse,
-    FeedbackSent,
-    GetResult,
-    GoalChanged,
-    GoalResponse,
-    Refused,
-    ResultResponse,
-    RosterChanged,
-    SendGoal,
-    StatusChanged,
-    Topic,
-)
+from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.goal import ZERO_ID, GoalEvent, GoalStatus, next_status
+from hmrsim.protocol.outputs import Answered, FeedbackSent, GoalChanged, RosterChanged, StatusChanged
+from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping
@@ -44,7 +32,8 @@ if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.goals.servers import ActionServer, Owner
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.gateway import Event, StopWaiting
+    from hmrsim.protocol.commands import CancelGoal, GetResult, SendGoal, StopWaiting
+    from hmrsim.protocol.outputs import Event
 
 _CANCEL = CancelGoalService.Response
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from hmrsim.actions import FRAMES
 from hmrsim.errors import GoalRejected
 from hmrsim.events.goals import GoalAccepted
-from hmrsim.protocol.gateway import GoalEntry
+from hmrsim.protocol.answers import GoalEntry
 from hmrsim.protocol.goal import WORLD, ZERO_ID, GoalStatus, made_goal_id, parse_goal_id
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.gateway import CancelGoal, SendGoal
+    from hmrsim.protocol.commands import CancelGoal, SendGoal
 
 
 class Owner(Protocol):

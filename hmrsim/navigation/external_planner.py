@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.events.planning import PlannerChanged, PlanRequested
-from hmrsim.protocol.gateway import PlanWanted
+from hmrsim.protocol.outputs import PlanWanted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-    from hmrsim.protocol.gateway import Event, PlanAnswered
+    from hmrsim.protocol.commands import PlanAnswered
+    from hmrsim.protocol.outputs import Event
 
 
 class Plans:

@@ -1,25 +1,209 @@
-"""What a simulation can be told from outside: the commands that `Simulator.submit` takes."""
+"""Commands from outside: frozen values that `Simulator.submit` takes.
 
-from hmrsim.protocol.gateway import (
-    CallService,
-    CancelGoal,
-    Command,
-    ForgetResult,
-    GetResult,
-    Read,
-    SendGoal,
-    Stop,
-    Withdraw,
+They are named tuples: some are made several times a goal, and a frozen dataclass takes four times as long to make.
+``reply_to`` is whatever the sender wants back with the answer; the simulation only hands it on.
+Times are whole nanoseconds of simulated time.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hmrsim.protocol.goal import ZERO_ID
+from hmrsim.protocol.time import Join, Leave, LookAround, ReadTime, SetClock, TokenSeen
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.message import Message
+    from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+    from hmrsim.protocol.topics import Topic
+
+
+class SendGoal(NamedTuple):
+    """Ask a robot to pursue a goal; answered by `GoalResponse`.
+
+    Attributes:
+        robot: Its name.
+        action: The action's name.
+        goal: The goal message; None when the action is not known, so that nobody could read it.
+        goal_id: 32 hex digits; None lets the simulation make one; any other text is rejected.
+        reply_to: Handed back with the answer.
+    """
+
+    robot: str
+    action: str
+    goal: Message | None
+    goal_id: str | None = None
+    reply_to: Any = None
+
+
+class CancelGoal(NamedTuple):
+    """Cancel one goal, those accepted up to a time, or all; answered by `CancelResponse`.
+
+    Attributes:
+        robot: Its name.
+        action: The action's name.
+        goal_id: 32 hex digits; all zero for no goal in particular.
+        stamp: Cancel what was accepted at or before this time; 0 for no time in particular.
+        reply_to: Handed back with the answer.
+    """
+
+    robot: str
+    action: str
+    goal_id: str = ZERO_ID
+    stamp: int = 0
+    reply_to: Any = None
+
+
+class GetResult(NamedTuple):
+    """Ask for a goal's result; answered by `ResultResponse` when the goal has ended."""
+
+    robot: str
+    action: str
+    goal_id: str
+    reply_to: Any = None
+
+
+class StopWaiting(NamedTuple):
+    """Let some wait no longer who asked with `GetResult`; nothing happens to those who were answered already.
+
+    Attributes:
+        robot: Its name.
+        action: The action's name.
+        goal_id: Whose result was asked for.
+        reply_tos: What the requests had.
+        tell: Whether they are answered with the status that the goal has now; those who have gone need no answer.
+    """
+
+    robot: str
+    action: str
+    goal_id: str
+    reply_tos: tuple[Any, ...]
+    tell: bool = False
+
+
+class ForgetResult(NamedTuple):
+    """Drop the result of a goal that ended long ago."""
+
+    robot: str
+    action: str
+    goal_id: str
+
+
+class Read(NamedTuple):
+    """Ask for the latest of a topic; answered by the event that would be published now.
+
+    Attributes:
+        topic: Which.
+        robot: Of which robot; empty for the world's topics.
+        action: Of which action, for `Topic.STATUS`.
+        reply_to: Handed back with the answer.
+    """
+
+    topic: Topic
+    robot: str = ""
+    action: str = ""
+    reply_to: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class InterestChanged:
+    """Somebody began or ceased to listen to a topic."""
+
+
+class CallService(NamedTuple):
+    """Ask one of the world's services; answered by its response.
+
+    Attributes:
+        service: Its name, such as ``spawn_entity``.
+        request: Its request.
+        reply_to: Handed back with the answer.
+    """
+
+    service: str
+    request: Message
+    reply_to: Any = None
+
+
+class Participation(NamedTuple):
+    """A controller takes part in lockstep, or does so no longer; told as the event ``participant_<change>``.
+
+    Attributes:
+        participant: Its name.
+        change: ``joined``, ``left`` or ``dropped``.
+        why: Why it was dropped, or had to leave; empty if of its own accord.
+    """
+
+    participant: str
+    change: str
+    why: str = ""
+
+
+class PlannerPresent(NamedTuple):
+    """A planner outside has come, or has gone."""
+
+    present: bool
+
+
+class PlanAnswered(NamedTuple):
+    """A planner outside has answered, or can't any more; dropped if nobody waits for it.
+
+    Attributes:
+        request: The number that `PlanWanted` had.
+        result: The path, or why there is none.
+    """
+
+    request: int
+    result: ComputePathToPose.Result
+
+
+class Stop(NamedTuple):
+    """Abort every goal that runs; nothing may come after it."""
+
+    reason: str
+
+
+Command = (
+    SendGoal
+    | CancelGoal
+    | GetResult
+    | StopWaiting
+    | ForgetResult
+    | Read
+    | InterestChanged
+    | CallService
+    | Participation
+    | PlannerPresent
+    | PlanAnswered
+    | Stop
 )
 
-__all__ = [
-    "CallService",
-    "CancelGoal",
-    "Command",
-    "ForgetResult",
-    "GetResult",
-    "Read",
-    "SendGoal",
-    "Stop",
-    "Withdraw",
-]
+
+class Advance(NamedTuple):
+    """Let time move; answered by `Granted` when it has.
+
+    Attributes:
+        participant: Who.
+        epoch: The epoch for which this is.
+        until: As far as time may move; infinite for as far as anything is scheduled.
+        wake: What to be granted at once for, of `participation.KINDS`.
+        report: What to be told of besides when time is granted; feedback once a goal.
+        commands: To be applied first, in this order.
+        reply_to: Handed back with the answer.
+    """
+
+    participant: str
+    epoch: int
+    until: float = math.inf
+    wake: frozenset[str] = frozenset()
+    report: frozenset[str] = frozenset()
+    commands: tuple[SendGoal | CancelGoal, ...] = ()
+    reply_to: Any = None
+
+
+TimeCommand = Join | Advance | Leave | TokenSeen | SetClock | ReadTime | LookAround
+
+
+AnyCommand = Command | TimeCommand
+"""What comes in: about the world, or about its time."""

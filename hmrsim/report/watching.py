@@ -7,15 +7,18 @@ from typing import TYPE_CHECKING
 from hmrsim.engine.sim_time import stamp
 from hmrsim.events.robots import RouteTaken
 from hmrsim.events.simulation import SimulationReset, WorldLoaded
-from hmrsim.protocol.gateway import GoalChanged, Happened, Topic
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import GoalChanged, Happened
+from hmrsim.protocol.topics import Topic
 from hmrsim.report.occurrence import BatterySeen, Commanded, Occurrence, SceneSeen
 from hmrsim.simulation.snapshot import scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.protocol.gateway import Command, Event, Moment
+    from hmrsim.protocol.commands import Command
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.sinks import Moment
     from hmrsim.simulation.simulator import Simulator
 
 

@@ -23,7 +23,7 @@ from hmrsim.events.batteries import (
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.std_msgs import Header
-from hmrsim.protocol.gateway import Topic
+from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

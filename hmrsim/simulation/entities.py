@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from hmrsim.events.entities import Deleted, Spawned, Teleported
 from hmrsim.facilities import Fixture, Site, install_all
 from hmrsim.facilities.docks import DockBays
-from hmrsim.protocol.gateway import RosterChanged
+from hmrsim.protocol.outputs import RosterChanged
 from hmrsim.robots.items import Item
 from hmrsim.robots.robot import Robot
 from hmrsim.traffic.admission import Passage
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from hmrsim.goals.dispatcher import Dispatcher
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
-    from hmrsim.protocol.gateway import Event
+    from hmrsim.protocol.outputs import Event
     from hmrsim.simulation.run_control import Gate
     from hmrsim.world.model import World
 

@@ -10,14 +10,17 @@ from hmrsim.goals.connectivity import no_connection
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
-from hmrsim.protocol.gateway import Refused, Sampled, Topic
+from hmrsim.protocol.answers import Refused
+from hmrsim.protocol.outputs import Sampled
+from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.detections import Surroundings, sensors_of
 
 if TYPE_CHECKING:
     import simpy
 
     from hmrsim.goals.dispatcher import Dispatcher
-    from hmrsim.protocol.gateway import Published, Read
+    from hmrsim.protocol.commands import Read
+    from hmrsim.protocol.outputs import Published
     from hmrsim.robots.robot import Robot
     from hmrsim.simulation.detections import Detections
     from hmrsim.simulation.entities import Roster

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.events.simulation import SimulationReset, SimulationStateChanged, WorldLoaded
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, SimulationState
-from hmrsim.protocol.gateway import RosterChanged
 from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.outputs import RosterChanged
 
 if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator

@@ -16,14 +16,18 @@ from hmrsim.actions import error_of
 from hmrsim.diagnostics import shown
 from hmrsim.events.robots import ScriptEnded
 from hmrsim.goals.script_orders import Order, read_order
-from hmrsim.protocol.gateway import Answered, GetResult, GoalResponse, ResultResponse, SendGoal
+from hmrsim.protocol.commands import GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import Answered
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence
 
     from hmrsim.engine.subscriptions import Happenings
-    from hmrsim.protocol.gateway import Command, Event, Topic
+    from hmrsim.protocol.answers import GoalResponse, ResultResponse
+    from hmrsim.protocol.commands import Command
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.topics import Topic
     from hmrsim.world.model import World
 
 

@@ -22,27 +22,23 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
 from hmrsim.navigation.external_planner import Plans
 from hmrsim.navigation.graph import WaypointGraph
-from hmrsim.protocol.gateway import (
-    Answered,
+from hmrsim.protocol.commands import (
     CallService,
     CancelGoal,
-    CommandSink,
-    FeedbackSent,
     ForgetResult,
     GetResult,
     InterestChanged,
-    Moment,
     Participation,
     PlanAnswered,
     PlannerPresent,
     Read,
-    Sampled,
     SendGoal,
-    StatusChanged,
     Stop,
     StopWaiting,
-    Topic,
 )
+from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChanged
+from hmrsim.protocol.sinks import CommandSink, Moment
+from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.detections import Detections
 from hmrsim.simulation.entities import Roster
@@ -55,7 +51,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from hmrsim.actions import AnyAction
-    from hmrsim.protocol.gateway import Command, Event, Sink
+    from hmrsim.protocol.commands import Command
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.sinks import Sink
     from hmrsim.robots.items import Item
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World

@@ -16,27 +16,19 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.engine.sim_time import end_of_instant, stamp
-from hmrsim.protocol.gateway import (
-    Advance,
-    Answered,
-    FeedbackSent,
-    GoalChanged,
-    Granted,
-    InterestChanged,
-    PlanWanted,
-    Refused,
-    RosterChanged,
-    SendGoal,
-    Topic,
-)
+from hmrsim.protocol.answers import Refused
+from hmrsim.protocol.commands import Advance, InterestChanged, SendGoal
 from hmrsim.protocol.goal import made_goal_id
+from hmrsim.protocol.outputs import Answered, FeedbackSent, GoalChanged, Granted, PlanWanted, RosterChanged
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
+from hmrsim.protocol.topics import Topic
 from hmrsim.timing.participants import Participants, Slot
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
-    from hmrsim.protocol.gateway import CancelGoal, Event, PlanAnswered
+    from hmrsim.protocol.commands import CancelGoal, PlanAnswered
+    from hmrsim.protocol.outputs import Event
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.participants import Participant
 

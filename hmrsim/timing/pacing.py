@@ -14,15 +14,19 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.engine.wall_clock import wall_time
 from hmrsim.errors import SimulationStopped
-from hmrsim.protocol.gateway import Advance, Granted, PlanAnswered, Refused, TimeCommand, Topic
+from hmrsim.protocol.answers import Refused
+from hmrsim.protocol.commands import Advance, PlanAnswered, TimeCommand
+from hmrsim.protocol.outputs import Granted
 from hmrsim.protocol.time import LOCKSTEP, Join, Leave, LookAround, ReadTime, SetClock, TimeState, TokenSeen
+from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.timing.lockstep import LockstepCoordinator
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from hmrsim.protocol.gateway import AnyCommand, Inbox
+    from hmrsim.protocol.commands import AnyCommand
+    from hmrsim.protocol.inbox import Inbox
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.result_retention import Retention
 

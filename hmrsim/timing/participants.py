@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.protocol.gateway import Participation
+from hmrsim.protocol.commands import Participation
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from hmrsim.protocol.gateway import Advance, Granted
+    from hmrsim.protocol.commands import Advance
+    from hmrsim.protocol.outputs import Granted
 
 
 @dataclass

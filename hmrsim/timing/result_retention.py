@@ -6,10 +6,12 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from hmrsim.engine.wall_clock import wall_time
-from hmrsim.protocol.gateway import ForgetResult, GoalChanged, Topic
+from hmrsim.protocol.commands import ForgetResult
+from hmrsim.protocol.outputs import GoalChanged
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.gateway import Event
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.topics import Topic
     from hmrsim.simulation.simulator import Simulator
 
 

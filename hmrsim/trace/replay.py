@@ -21,7 +21,15 @@ from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.errors import TraceError, WorldError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.protocol.gateway import CallService, CancelGoal, Participation, PlanAnswered, PlannerPresent, SendGoal, Stop
+from hmrsim.protocol.commands import (
+    CallService,
+    CancelGoal,
+    Participation,
+    PlanAnswered,
+    PlannerPresent,
+    SendGoal,
+    Stop,
+)
 from hmrsim.services import registry as services
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
@@ -31,7 +39,8 @@ from hmrsim.world_checks.loading import world_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from hmrsim.protocol.gateway import Command, Sink
+    from hmrsim.protocol.commands import Command
+    from hmrsim.protocol.sinks import Sink
 
 _CONTEXT: Final = 3
 """Lines that are shown before and after those that differ."""

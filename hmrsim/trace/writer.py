@@ -24,18 +24,17 @@ from hmrsim import CONTRACT, __version__
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import HmrsimError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
-from hmrsim.protocol.gateway import (
+from hmrsim.protocol.commands import (
     CallService,
     CancelGoal,
-    GoalChanged,
-    Happened,
     Participation,
     PlanAnswered,
     PlannerPresent,
     SendGoal,
     Stop,
-    Topic,
 )
+from hmrsim.protocol.outputs import GoalChanged, Happened
+from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
 from hmrsim.world.writing import native_data
 from hmrsim.world_checks.loading import world_hash
@@ -44,7 +43,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.gateway import Command, Event, Moment
+    from hmrsim.protocol.commands import Command
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.sinks import Moment
     from hmrsim.settings.run import RunSettings
     from hmrsim.world.model import World
 

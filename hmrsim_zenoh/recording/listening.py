@@ -18,8 +18,10 @@ from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.vision_msgs import Detection3DArray
-from hmrsim.protocol.gateway import FeedbackSent, GoalEntry, Sampled, StatusChanged, Topic
+from hmrsim.protocol.answers import GoalEntry
 from hmrsim.protocol.goal import WORLD, GoalStatus
+from hmrsim.protocol.outputs import FeedbackSent, Sampled, StatusChanged
+from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.recording.timeline import nanoseconds_of
 from hmrsim_zenoh.wire.envelopes import dump

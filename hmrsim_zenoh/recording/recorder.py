@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from hmrsim.events import Event
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.gateway import FeedbackSent, Sampled, StatusChanged
+    from hmrsim.protocol.outputs import FeedbackSent, Sampled, StatusChanged
     from hmrsim_zenoh.recording.writing import RecordingFile
     from hmrsim_zenoh.ros2.codec.types import MessageType
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.engine.sim_time import stamp
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.protocol.gateway import FeedbackSent, GoalChanged, Happened, Sampled, StatusChanged, Topic
+from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Happened, Sampled, StatusChanged
+from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.snapshot import scene
 from hmrsim.world.writing import native_data
 from hmrsim_zenoh.server.world_info import Description
@@ -16,7 +17,7 @@ from hmrsim_zenoh.wire import encoding
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.protocol.gateway import Event
+    from hmrsim.protocol.outputs import Event
     from hmrsim.protocol.time import TimeState
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.recording.recorder import Recorder

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
-from hmrsim.protocol.gateway import Answered, CallService, CancelGoal, GoalResponse, InterestChanged, SendGoal, Topic
+from hmrsim.protocol.answers import GoalResponse
+from hmrsim.protocol.commands import CallService, CancelGoal, InterestChanged, SendGoal
+from hmrsim.protocol.outputs import Answered
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.ros2.names import names_of
@@ -31,7 +33,9 @@ if TYPE_CHECKING:
     import zenoh
 
     from hmrsim.actions import AnyAction
-    from hmrsim.protocol.gateway import AnyCommand, Event
+    from hmrsim.protocol.commands import AnyCommand
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.topics import Topic
     from hmrsim.services import AnyService
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.keys import Address

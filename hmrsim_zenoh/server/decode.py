@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 from pydantic import TypeAdapter
 
-from hmrsim.protocol.gateway import CallService, CancelGoal, GetResult, GoalResponse, Read, SendGoal, Topic
+from hmrsim.protocol.answers import GoalResponse
+from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, Read, SendGoal
 from hmrsim.protocol.goal import WORLD, parse_goal_id
 from hmrsim.protocol.time import ReadTime
+from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.server.decode_time import ReadRequest, TimeRequests
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.gateway import AnyCommand
+    from hmrsim.protocol.commands import AnyCommand
     from hmrsim.services import AnyService
     from hmrsim_zenoh.wire.keys import Keys
 

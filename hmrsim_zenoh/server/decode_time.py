@@ -10,17 +10,10 @@ from pydantic import Field
 from pydantic_core import to_json
 
 from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
-from hmrsim.protocol.gateway import (
-    Advance,
-    CancelGoal,
-    CancelResponse,
-    FeedbackSent,
-    GoalResponse,
-    Granted,
-    SendGoal,
-    TimeAnswer,
-)
+from hmrsim.protocol.answers import CancelResponse, GoalResponse
+from hmrsim.protocol.commands import Advance, CancelGoal, SendGoal
 from hmrsim.protocol.goal import parse_goal_id
+from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import Envelope, UnreadableError, dump, plain, read, unreadable_at
@@ -30,7 +23,8 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.gateway import Refused, TimeCommand
+    from hmrsim.protocol.answers import Refused
+    from hmrsim.protocol.commands import TimeCommand
     from hmrsim_zenoh.wire.keys import Keys
 
 _FOLDER: Final = "time/"

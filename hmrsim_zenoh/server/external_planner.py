@@ -13,14 +13,15 @@ import zenoh
 
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.protocol.gateway import PlanAnswered, PlannerPresent
+from hmrsim.protocol.commands import PlanAnswered, PlannerPresent
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.protocol.gateway import AnyCommand, PlanWanted
+    from hmrsim.protocol.commands import AnyCommand
+    from hmrsim.protocol.outputs import PlanWanted
     from hmrsim_zenoh.wire.keys import Keys
 
 _MAX_TIMEOUT = 1e9

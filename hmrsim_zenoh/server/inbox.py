@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import zenoh
 
-from hmrsim.protocol.gateway import Inbox
+from hmrsim.protocol.inbox import Inbox
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.protocol.gateway import AnyCommand
+    from hmrsim.protocol.commands import AnyCommand
 
     Channel = zenoh.handlers.Handler[zenoh.Query]
 

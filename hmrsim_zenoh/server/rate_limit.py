@@ -6,7 +6,7 @@ import time
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.gateway import FeedbackSent
+    from hmrsim.protocol.outputs import FeedbackSent
 
 MIN_WALL_SECONDS: Final = 1 / 20
 """Between two feedback messages of one goal: there are never more than 20 a wall second."""

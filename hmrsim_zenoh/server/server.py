@@ -15,29 +15,22 @@ import zenoh
 
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.message import Message
-from hmrsim.protocol.gateway import (
-    Advance,
+from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
+from hmrsim.protocol.commands import Advance, CallService, CancelGoal, InterestChanged, SendGoal
+from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.outputs import (
     Answered,
-    CallService,
-    CancelGoal,
-    CancelResponse,
     FeedbackSent,
     GoalChanged,
-    GoalResponse,
     Granted,
     Happened,
-    InterestChanged,
     PlanWanted,
-    Refused,
-    ResultResponse,
     RosterChanged,
     Sampled,
-    SendGoal,
     StatusChanged,
-    Topic,
 )
-from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.time import HasLeft, Joined, TimeState
+from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.server.decode import PendingReply, Requests
 from hmrsim_zenoh.server.decode_time import TIME_STATE, encoded
 from hmrsim_zenoh.server.external_planner import Planner
@@ -52,7 +45,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hmrsim.actions import AnyAction
-    from hmrsim.protocol.gateway import AnyCommand, Command, Event
+    from hmrsim.protocol.commands import AnyCommand, Command
+    from hmrsim.protocol.outputs import Event
     from hmrsim.services import AnyService
     from hmrsim.settings.run import RunSettings
     from hmrsim_zenoh.server.world_info import Description

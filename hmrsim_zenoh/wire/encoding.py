@@ -12,14 +12,15 @@ from pydantic_core import to_json
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
-from hmrsim.protocol.gateway import GoalChanged, Happened
+from hmrsim.protocol.outputs import GoalChanged, Happened
 from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.actions import AnyAction
-    from hmrsim.protocol.gateway import CancelResponse, GoalEntry, GoalResponse, ResultResponse, StatusChanged
+    from hmrsim.protocol.answers import CancelResponse, GoalEntry, GoalResponse, ResultResponse
+    from hmrsim.protocol.outputs import StatusChanged
 
 JSON = "application/json"
 CANCEL_RESPONSE = f"{JSON};{CancelGoal.Response.ros_type}"

@@ -8,7 +8,7 @@ import pytest
 
 from hmrsim.events import Event, texts
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
-from hmrsim.protocol.gateway import GoalChanged, Happened
+from hmrsim.protocol.outputs import GoalChanged, Happened
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
 from tests.simulation import Log

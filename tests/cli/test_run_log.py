@@ -15,8 +15,10 @@ from hmrsim.events.doors import DoorOpening
 from hmrsim.events.traffic import Deadlock, Rerouted
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.gateway import GoalChanged, Happened, SendGoal, Topic
+from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import GoalChanged, Happened
+from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
 

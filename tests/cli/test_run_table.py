@@ -11,8 +11,10 @@ from rich.console import Console
 from hmrsim.cli.run_table import HostTable, LastGoals
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.protocol.gateway import GoalChanged, SendGoal, Topic
+from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import GoalChanged
+from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
 

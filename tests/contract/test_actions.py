@@ -9,7 +9,7 @@ import pytest
 
 from hmrsim.actions import error_of, registry
 from hmrsim.interfaces.simulation_interfaces import SetSimulationState, SimulationState
-from hmrsim.protocol.gateway import CallService, CancelGoal, SendGoal
+from hmrsim.protocol.commands import CallService, CancelGoal, SendGoal
 from hmrsim.protocol.goal import WORLD as THE_WORLD
 from hmrsim_zenoh.schemas import action_schema
 from hmrsim_zenoh.wire.envelopes import SendGoalRequest, around, read

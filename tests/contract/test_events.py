@@ -10,7 +10,7 @@ from jsonschema import Draft202012Validator
 from hmrsim import events
 from hmrsim.events import Event, registry
 from hmrsim.events import _flaws as flaws
-from hmrsim.protocol.gateway import GoalChanged, Happened
+from hmrsim.protocol.outputs import GoalChanged, Happened
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
 from hmrsim_zenoh.schemas import event_schema

@@ -8,7 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from hmrsim.interfaces.simulation_interfaces import Result
-from hmrsim.protocol.gateway import CallService
+from hmrsim.protocol.commands import CallService
 from hmrsim.services import registry
 from tests.simulation import simulate
 

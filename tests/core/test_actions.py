@@ -10,7 +10,8 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from hmrsim.interfaces.moveit_msgs import Grasp, Pickup, Place, PlaceLocation
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.gateway import CancelGoal, GetResult, SendGoal, Topic
+from hmrsim.protocol.commands import CancelGoal, GetResult, SendGoal
+from hmrsim.protocol.topics import Topic
 
 A, B, C = (letter * 32 for letter in "abc")
 
@@ -218,8 +219,6 @@ class TestPickup:
 
     def test_canceling_leaves_the_item(self, make_run):
         """PREEMPTED and 'canceled', as MoveIt says it."""
-        from hmrsim.protocol.gateway import CancelGoal  # noqa: PLC0415 - needed here only
-
         run = make_run(_pair(2))
         log = run((0.0, pickup("letter")), (1.0, CancelGoal("wall_e", "pickup", A)))
 

@@ -12,7 +12,10 @@ from pydantic import ValidationError
 
 from hmrsim.actions import registry
 from hmrsim.components.battery import Battery, BatterySettings
-from hmrsim.protocol.gateway import CancelGoal, Read, Refused, Sampled, SendGoal, Topic
+from hmrsim.protocol.answers import Refused
+from hmrsim.protocol.commands import CancelGoal, Read, SendGoal
+from hmrsim.protocol.outputs import Sampled
+from hmrsim.protocol.topics import Topic
 from tests.simulation import simulate
 
 A, B, C = (letter * 32 for letter in "abc")

@@ -8,7 +8,7 @@ import pytest
 
 from hmrsim.geometry import yaw_of
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
-from hmrsim.protocol.gateway import SendGoal
+from hmrsim.protocol.commands import SendGoal
 
 A, B = "a" * 32, "b" * 32
 

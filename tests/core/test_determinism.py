@@ -14,9 +14,12 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.gateway import Advance, Answered, CancelGoal, Granted, Inbox, InterestChanged, SendGoal, Topic
+from hmrsim.protocol.commands import Advance, CancelGoal, InterestChanged, SendGoal
 from hmrsim.protocol.goal import ZERO_ID, made_goal_id
+from hmrsim.protocol.inbox import Inbox
+from hmrsim.protocol.outputs import Answered, Granted
 from hmrsim.protocol.time import KINDS, Join, Leave
+from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.timing import pacing
 from hmrsim.timing.result_retention import Retention

@@ -16,8 +16,10 @@ from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.interfaces.std_msgs import Header
-from hmrsim.protocol.gateway import CancelGoal, ForgetResult, GetResult, GoalChanged, Refused, SendGoal
+from hmrsim.protocol.answers import Refused
+from hmrsim.protocol.commands import CancelGoal, ForgetResult, GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import GoalChanged
 from tests.simulation import simulate
 
 A, B, C, D = (letter * 32 for letter in "abcd")

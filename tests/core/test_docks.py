@@ -9,7 +9,8 @@ import pytest
 from hmrsim.actions import registry
 from hmrsim.goals.script_orders import read_order
 from hmrsim.interfaces.nav2_msgs import DockRobot
-from hmrsim.protocol.gateway import CancelGoal, SendGoal, Topic
+from hmrsim.protocol.commands import CancelGoal, SendGoal
+from hmrsim.protocol.topics import Topic
 from hmrsim.world.model import World
 from tests.simulation import simulate
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hmrsim.actions import registry as actions
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
-from hmrsim.protocol.gateway import CancelGoal, SendGoal
+from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.traffic.policies import registry as policies
 from tests.profiles import examples
 from tests.simulation import simulate

@@ -9,7 +9,7 @@ import pytest
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point
 from hmrsim.interfaces.nav2_msgs import BackUp, DriveOnHeading, FollowPath
-from hmrsim.protocol.gateway import CancelGoal, SendGoal
+from hmrsim.protocol.commands import CancelGoal, SendGoal
 
 A = "a" * 32
 KINDS = {"drive_on_heading": DriveOnHeading, "back_up": BackUp}

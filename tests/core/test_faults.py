@@ -11,20 +11,12 @@ from hypothesis import strategies as st
 
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.gateway import (
-    Advance,
-    CancelGoal,
-    GetResult,
-    GoalChanged,
-    Read,
-    Refused,
-    Sampled,
-    SendGoal,
-    StatusChanged,
-    Topic,
-)
+from hmrsim.protocol.answers import Refused
+from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, Read, SendGoal
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import GoalChanged, Sampled, StatusChanged
 from hmrsim.protocol.time import Join
+from hmrsim.protocol.topics import Topic
 from hmrsim.trace.replay import replay
 from tests.profiles import examples
 from tests.simulation import SMALL_WORLD, in_lockstep, simulate

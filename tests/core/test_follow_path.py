@@ -6,7 +6,7 @@ import pytest
 
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import FollowPath, Wait
-from hmrsim.protocol.gateway import SendGoal
+from hmrsim.protocol.commands import SendGoal
 
 
 def follow(goal_id, *points, **fields):

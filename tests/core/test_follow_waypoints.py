@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.interfaces.nav2_msgs import FollowWaypoints
-from hmrsim.protocol.gateway import CancelGoal, SendGoal
+from hmrsim.protocol.commands import CancelGoal, SendGoal
 
 A = "a" * 32
 HOME, DOOR, SHELF, SOLID = (1, 2), (5, 2), (9, 2), (7, 5)

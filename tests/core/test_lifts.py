@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from hmrsim.actions import registry as actions
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
 from hmrsim.navigation.graph import WaypointGraph
-from hmrsim.protocol.gateway import CancelGoal, SendGoal, Topic
+from hmrsim.protocol.commands import CancelGoal, SendGoal
+from hmrsim.protocol.topics import Topic
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.world.model import World
 from tests.profiles import examples

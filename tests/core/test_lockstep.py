@@ -9,20 +9,12 @@ import pytest
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.gateway import (
-    Advance,
-    CancelGoal,
-    FeedbackSent,
-    GetResult,
-    GoalChanged,
-    Granted,
-    Happened,
-    Refused,
-    SendGoal,
-    Topic,
-)
+from hmrsim.protocol.answers import Refused
+from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal
 from hmrsim.protocol.goal import made_goal_id
+from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted, Happened
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
+from hmrsim.protocol.topics import Topic
 from tests.simulation import in_lockstep
 
 RESULT = frozenset({"result"})

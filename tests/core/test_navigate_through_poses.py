@@ -7,7 +7,7 @@ import math
 import pytest
 
 from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses
-from hmrsim.protocol.gateway import CancelGoal, SendGoal
+from hmrsim.protocol.commands import CancelGoal, SendGoal
 
 A, B = "a" * 32, "b" * 32
 

@@ -10,8 +10,11 @@ from hmrsim.engine import wall_clock as wall_module
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.gateway import Advance, GetResult, Happened, Inbox, SendGoal, Topic
+from hmrsim.protocol.commands import Advance, GetResult, SendGoal
+from hmrsim.protocol.inbox import Inbox
+from hmrsim.protocol.outputs import Happened
 from hmrsim.protocol.time import Join
+from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.timing.pacing import Pacing
 from hmrsim.timing.result_retention import Retention

@@ -9,17 +9,10 @@ import pytest
 from hmrsim.actions import registry
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.interfaces.simulation_interfaces import SetSimulationState, SimulationState
-from hmrsim.protocol.gateway import (
-    Advance,
-    CallService,
-    CancelGoal,
-    PlanAnswered,
-    PlannerPresent,
-    PlanWanted,
-    SendGoal,
-    Topic,
-)
+from hmrsim.protocol.commands import Advance, CallService, CancelGoal, PlanAnswered, PlannerPresent, SendGoal
+from hmrsim.protocol.outputs import PlanWanted
 from hmrsim.protocol.time import Join
+from hmrsim.protocol.topics import Topic
 from hmrsim.trace.replay import replay
 from tests.simulation import in_lockstep, simulate
 

@@ -11,7 +11,9 @@ from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.navigation.motion import Trapezoid
-from hmrsim.protocol.gateway import Happened, SendGoal, Topic
+from hmrsim.protocol.commands import SendGoal
+from hmrsim.protocol.outputs import Happened
+from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.simulation.snapshot import scene
 from hmrsim.world.model import World

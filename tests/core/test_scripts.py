@@ -7,7 +7,8 @@ import pytest
 from hmrsim.goals.script_orders import read_order
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.gateway import CancelGoal, Happened, SendGoal
+from hmrsim.protocol.commands import CancelGoal, SendGoal
+from hmrsim.protocol.outputs import Happened
 from hmrsim.simulation.scripts import ScriptState
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD, simulate

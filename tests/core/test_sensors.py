@@ -9,7 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.protocol.gateway import Read, Refused, Sampled, SendGoal, Topic
+from hmrsim.protocol.answers import Refused
+from hmrsim.protocol.commands import Read, SendGoal
+from hmrsim.protocol.outputs import Sampled
+from hmrsim.protocol.topics import Topic
 from tests.simulation import simulate
 
 

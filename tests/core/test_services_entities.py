@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from hmrsim.actions import registry as actions
 from hmrsim.interfaces.simulation_interfaces import Result, SimulatorFeatures
-from hmrsim.protocol.gateway import SendGoal
+from hmrsim.protocol.commands import SendGoal
 from hmrsim.services import registry
 from hmrsim.services._pattern import PatternError, compiled
 

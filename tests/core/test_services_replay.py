@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.actions import registry as actions
-from hmrsim.protocol.gateway import CancelGoal, SendGoal
+from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.trace.replay import replay
 from tests.simulation import simulate
 

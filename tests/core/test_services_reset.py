@@ -6,8 +6,10 @@ import pytest
 
 from hmrsim.actions import registry as actions
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
-from hmrsim.protocol.gateway import GetResult, RosterChanged, Sampled, SendGoal, Topic
+from hmrsim.protocol.commands import GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import RosterChanged, Sampled
+from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.scripts import ScriptState
 from tests.simulation import SMALL_WORLD, simulate
 

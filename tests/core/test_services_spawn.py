@@ -5,8 +5,10 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.actions import registry as actions
-from hmrsim.protocol.gateway import GetResult, Read, RosterChanged, SendGoal, Topic
+from hmrsim.protocol.commands import GetResult, Read, SendGoal
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import RosterChanged
+from hmrsim.protocol.topics import Topic
 from tests.simulation import SMALL_WORLD, simulate
 
 OK, NOT_FOUND, FAILED = 1, 2, 4

@@ -9,8 +9,9 @@ import pytest
 
 from hmrsim.actions import registry as actions
 from hmrsim.interfaces.simulation_interfaces import Result, SetSimulationState, SimulationState, StepSimulation
-from hmrsim.protocol.gateway import Answered, CallService, CancelGoal, GetResult, GoalChanged, SendGoal, Stop
+from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, SendGoal, Stop
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import Answered, GoalChanged
 from hmrsim.services import registry
 from hmrsim.settings.run import RunSettings
 from tests.simulation import SMALL_WORLD, simulate

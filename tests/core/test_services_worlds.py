@@ -7,8 +7,9 @@ import json
 import pytest
 
 from hmrsim.actions import registry as actions
-from hmrsim.protocol.gateway import GetResult, RosterChanged, SendGoal
+from hmrsim.protocol.commands import GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import RosterChanged
 from hmrsim.world.shipped import shipped_maps
 from hmrsim.world_checks import load_world, world_hash
 from tests.simulation import simulate

@@ -8,7 +8,7 @@ import pytest
 
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Spin
-from hmrsim.protocol.gateway import CancelGoal, SendGoal
+from hmrsim.protocol.commands import CancelGoal, SendGoal
 
 A = "a" * 32
 

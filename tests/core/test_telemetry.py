@@ -8,7 +8,9 @@ import pytest
 
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.gateway import InterestChanged, Sampled, SendGoal, StatusChanged, Topic
+from hmrsim.protocol.commands import InterestChanged, SendGoal
+from hmrsim.protocol.outputs import Sampled, StatusChanged
+from hmrsim.protocol.topics import Topic
 from tests.simulation import simulate
 
 GO = SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=1)), "a" * 32)

@@ -12,7 +12,8 @@ from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, UndockRobot, Wait
 from hmrsim.interfaces.simulation_interfaces import LoadWorld
-from hmrsim.protocol.gateway import CallService, CancelGoal, GetResult, Participation, SendGoal, Topic
+from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, Participation, SendGoal
+from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.replay import replay
 from hmrsim.trace.writer import Header, Trace

@@ -14,7 +14,8 @@ from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import BackUp, FollowPath, NavigateToPose
 from hmrsim.interfaces.simulation_interfaces import SpawnEntity
-from hmrsim.protocol.gateway import CancelGoal, SendGoal, Topic
+from hmrsim.protocol.commands import CancelGoal, SendGoal
+from hmrsim.protocol.topics import Topic
 from tests.profiles import examples
 from tests.simulation import simulate
 

@@ -19,7 +19,8 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import FollowPath, NavigateToPose, Spin, Wait
 from hmrsim.navigation.motion import drive_of, spin, straight
-from hmrsim.protocol.gateway import CancelGoal, SendGoal, Topic
+from hmrsim.protocol.commands import CancelGoal, SendGoal
+from hmrsim.protocol.topics import Topic
 from hmrsim.robots import vehicle
 from hmrsim.robots.vehicle_state import TRANSITIONS, IllegalTransition, VehicleEvent, VehicleState
 from hmrsim.traffic.policies import Policy

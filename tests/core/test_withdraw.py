@@ -6,7 +6,8 @@ import json
 
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.gateway import GetResult, ResultResponse, SendGoal, StopWaiting
+from hmrsim.protocol.answers import ResultResponse
+from hmrsim.protocol.commands import GetResult, SendGoal, StopWaiting
 from hmrsim.protocol.goal import GoalStatus
 from tests.simulation import simulate
 

@@ -18,19 +18,9 @@ from hmrsim.cli import main as hmrsim
 from hmrsim.goals.script_orders import read_order
 from hmrsim.interfaces.message import Message
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.protocol.gateway import (
-    Answered,
-    CallService,
-    CancelGoal,
-    GoalChanged,
-    Happened,
-    PlanAnswered,
-    PlannerPresent,
-    Read,
-    SendGoal,
-    Stop,
-    Topic,
-)
+from hmrsim.protocol.commands import CallService, CancelGoal, PlanAnswered, PlannerPresent, Read, SendGoal, Stop
+from hmrsim.protocol.outputs import Answered, GoalChanged, Happened
+from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator

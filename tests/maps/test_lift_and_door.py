@@ -7,7 +7,8 @@ import pytest
 from hmrsim.events.doors import DoorOpening
 from hmrsim.events.lifts import LiftDeparted
 from hmrsim.events.traffic import MadeRoom
-from hmrsim.protocol.gateway import Happened, Topic
+from hmrsim.protocol.outputs import Happened
+from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
 from tests.simulation import Log

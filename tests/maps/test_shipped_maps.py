@@ -10,7 +10,7 @@ import yaml
 
 from hmrsim.actions import registry
 from hmrsim.navigation.graph import WaypointGraph
-from hmrsim.protocol.gateway import SendGoal
+from hmrsim.protocol.commands import SendGoal
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import Traffic
 from hmrsim.world.shipped import folder, shipped_maps

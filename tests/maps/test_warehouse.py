@@ -9,7 +9,8 @@ from math import dist
 
 import pytest
 
-from hmrsim.protocol.gateway import Happened, Topic
+from hmrsim.protocol.outputs import Happened
+from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.scripts import ScriptState
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world

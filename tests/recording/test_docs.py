@@ -7,7 +7,7 @@ import re
 import pytest
 
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.gateway import SendGoal
+from hmrsim.protocol.commands import SendGoal
 from tests.paths import ROOT
 
 _EXAMPLES = re.findall(r"```python\n(.*?)```", ROOT.joinpath("docs", "recording.md").read_text(), re.DOTALL)

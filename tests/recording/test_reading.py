@@ -15,7 +15,7 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from hmrsim.errors import RecordingError
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.gateway import SendGoal
+from hmrsim.protocol.commands import SendGoal
 from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.recording.chunks import MAX_UNPACKED, records, unpacked
 from tests.recording.conftest import record_to

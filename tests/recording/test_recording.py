@@ -15,7 +15,7 @@ from hmrsim.events.items import ItemPicked
 from hmrsim.events.robots import Stopped
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.gateway import CallService, SendGoal
+from hmrsim.protocol.commands import CallService, SendGoal
 from hmrsim.services import registry as services
 from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.recording.recorder import Recorder

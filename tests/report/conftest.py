@@ -7,7 +7,7 @@ import json
 import pytest
 
 from hmrsim.actions import registry
-from hmrsim.protocol.gateway import CancelGoal, SendGoal
+from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.report import of_trace, report_of
 from tests.report.worlds import traced
 

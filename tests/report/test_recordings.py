@@ -9,7 +9,8 @@ import pytest
 from hmrsim.events import Event
 from hmrsim.events.doors import DoorClosed
 from hmrsim.interfaces.builtin_interfaces import Time
-from hmrsim.protocol.gateway import CallService, Topic
+from hmrsim.protocol.commands import CallService
+from hmrsim.protocol.topics import Topic
 from hmrsim.report import of_recording, report_of
 from hmrsim.report.occurrence import Occurrence, SceneSeen
 from hmrsim.report.story import Story

@@ -11,8 +11,10 @@ import zenoh
 from zenoh.ext import HistoryConfig, RecoveryConfig, declare_advanced_subscriber
 
 from hmrsim.actions import registry as actions
-from hmrsim.protocol.gateway import FeedbackSent, GoalEntry, Sampled, StatusChanged, Topic
+from hmrsim.protocol.answers import GoalEntry
 from hmrsim.protocol.goal import GoalStatus, made_goal_id
+from hmrsim.protocol.outputs import FeedbackSent, Sampled, StatusChanged
+from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import World

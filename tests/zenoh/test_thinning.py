@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.protocol.gateway import FeedbackSent
+from hmrsim.protocol.outputs import FeedbackSent
 from hmrsim_zenoh.server import rate_limit
 from hmrsim_zenoh.server.rate_limit import Thinning
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from hmrsim.protocol.gateway import Topic
 from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, Endpoint, Kind
 from hmrsim_zenoh.ros2.publishing.statuses import Statuses
 from hmrsim_zenoh.server.rate_limit import Thinning
@@ -13,7 +13,7 @@ from hmrsim_zenoh.server.rate_limit import Thinning
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from hmrsim.protocol.gateway import FeedbackSent, StatusChanged
+    from hmrsim.protocol.outputs import FeedbackSent, StatusChanged
     from hmrsim_zenoh.ros2.codec.types import MessageType
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from hmrsim.protocol.gateway import FeedbackSent, GoalChanged, Sampled, StatusChanged, Topic
 from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Sampled, StatusChanged
+from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
 from hmrsim_zenoh.ros2.publishing import goal_topics, topics
 from hmrsim_zenoh.ros2.publishing.declarations import Declarations
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
     from hmrsim.actions import AnyAction
-    from hmrsim.protocol.gateway import Event
+    from hmrsim.protocol.outputs import Event
     from hmrsim.services import AnyService
     from hmrsim_zenoh.ros2.keys import TypeHash
     from hmrsim_zenoh.ros2.names import Names

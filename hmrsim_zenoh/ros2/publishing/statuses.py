@@ -11,7 +11,7 @@ from hmrsim.interfaces.builtin_interfaces import values_of
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.protocol.gateway import GoalEntry
+    from hmrsim.protocol.answers import GoalEntry
     from hmrsim_zenoh.ros2.codec.types import MessageType
 
 _SECOND: Final = 33

@@ -14,13 +14,13 @@ from hmrsim.interfaces.geometry_msgs import (
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim.interfaces.tf2_msgs import TFMessage
-from hmrsim.protocol.gateway import Topic
 from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.ros2.publishing.endpoints import AMCL_POSE, BATTERY_STATE, CLOCK, DETECTIONS, ODOM, TF
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.gateway import Sampled
+    from hmrsim.protocol.outputs import Sampled
     from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
     from hmrsim_zenoh.ros2.publishing.publishers import Outlet, Outlets
     from hmrsim_zenoh.ros2.wires import Wire

@@ -12,7 +12,8 @@ from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.interfaces.lifecycle_msgs import GetState, State
 from hmrsim.interfaces.simulation_interfaces import Result
-from hmrsim.protocol.gateway import CallService, CancelGoal, GetResult, Refused, SendGoal
+from hmrsim.protocol.answers import Refused
+from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, SendGoal
 from hmrsim_zenoh.ros2.keys import NO_HASH
 
 if TYPE_CHECKING:
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.gateway import AnyCommand, CancelResponse, GoalResponse, ResultResponse
+    from hmrsim.protocol.answers import CancelResponse, GoalResponse, ResultResponse
+    from hmrsim.protocol.commands import AnyCommand
     from hmrsim.services import AnyService
     from hmrsim_zenoh.ros2.codec.types import ServiceType
     from hmrsim_zenoh.ros2.keys import Address

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from hmrsim.protocol.gateway import GetResult
+from hmrsim.protocol.commands import GetResult
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
 from hmrsim_zenoh.ros2.requests.pending import NOBODY, PendingRosReply, attached_to
 from hmrsim_zenoh.wire.envelopes import unreadable
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     import zenoh
 
-    from hmrsim.protocol.gateway import AnyCommand
+    from hmrsim.protocol.commands import AnyCommand
     from hmrsim_zenoh.ros2.keys import Address
     from hmrsim_zenoh.ros2.requests.catalog import Catalog
     from hmrsim_zenoh.ros2.requests.rejection_log import Complaints

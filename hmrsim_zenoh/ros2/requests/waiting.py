@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.protocol.gateway import GetResult, StopWaiting
+from hmrsim.protocol.commands import GetResult, StopWaiting
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -1,0 +1,61 @@
+"""Answers to commands about goals; times are whole nanoseconds of simulated time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.message import Message
+    from hmrsim.protocol.goal import GoalStatus
+
+
+class GoalResponse(NamedTuple):
+    """What became of a `SendGoal`.
+
+    Attributes:
+        accepted: Whether the robot pursues the goal.
+        goal_id: The goal's id, as given or made; the text that was sent if it is no id.
+        stamp: When it was accepted; of a duplicate, when the first one was.
+        reason: Why not, for programs.
+        error_code: Why not, as the action's result would say it.
+        error_msg: Why not, for people.
+        status: What the goal of that id is now, for a duplicate.
+    """
+
+    accepted: bool
+    goal_id: str
+    stamp: int
+    reason: str = ""
+    error_code: int = 0
+    error_msg: str = ""
+    status: GoalStatus | None = None
+
+
+class GoalEntry(NamedTuple):
+    """One goal in a status list."""
+
+    goal_id: str
+    stamp: int
+    status: GoalStatus
+
+
+class CancelResponse(NamedTuple):
+    """What became of a `CancelGoal`; *return_code* is that of action_msgs/srv/CancelGoal."""
+
+    return_code: int
+    goals_canceling: tuple[GoalEntry, ...] = ()
+
+
+class ResultResponse(NamedTuple):
+    """How a goal ended; *result* is the action's defaults where *status* is unknown."""
+
+    status: GoalStatus
+    result: Message
+
+
+class Refused(NamedTuple):
+    """The request can't be served at all, because the robot or action that it names isn't there."""
+
+    field: str
+    value: object
+    message: str

@@ -1,0 +1,61 @@
+"""Commands on their way in, from any thread to that of the simulation."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from typing import TYPE_CHECKING
+
+from hmrsim.errors import SimulationStopped
+
+if TYPE_CHECKING:
+    from hmrsim.protocol.commands import AnyCommand
+
+
+class Inbox:
+    """Commands on their way in, in order of arrival; any thread may put.
+
+    Reading is for the simulation's thread. A subclass may bring commands in by another way.
+    """
+
+    def __init__(self) -> None:
+        self._commands: deque[AnyCommand] = deque()
+        self._changed = threading.Condition()
+        self._closed = False
+
+    @property
+    def closed(self) -> bool:
+        """Whether no more commands will come."""
+        return self._closed
+
+    def put(self, command: AnyCommand) -> None:
+        """Add a command and wake the simulation.
+
+        Raises:
+            SimulationStopped: The inbox is closed.
+        """
+        with self._changed:
+            if self._closed:
+                raise SimulationStopped("the simulation has ended")
+            self._commands.append(command)
+            self._changed.notify()
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a command is there to be taken."""
+        return bool(self._commands)
+
+    def poll(self) -> AnyCommand | None:
+        """Return the next command; None when there is none now."""
+        return self._commands.popleft() if self._commands else None
+
+    def wait(self, timeout: float | None) -> None:
+        """Return when there is a command, the inbox was closed, or *timeout* seconds of wall time have passed."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._commands or self._closed, timeout)
+
+    def close(self) -> None:
+        """Take no more commands, and wake the simulation."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()

@@ -1,0 +1,148 @@
+"""What a simulation emits to its sinks: answers, changes of goals, samples, and events of the world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hmrsim.events.goals import GoalStatusChanged
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.time import HasLeft, Joined, TimeState
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.events import Event as WorldEvent
+    from hmrsim.interfaces.message import Message
+    from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+    from hmrsim.protocol.answers import CancelResponse, GoalEntry, GoalResponse, Refused, ResultResponse
+    from hmrsim.protocol.topics import Topic
+
+
+class Answered(NamedTuple):
+    """The answer to a command; each command with a *reply_to* gets exactly one."""
+
+    reply_to: Any
+    answer: GoalResponse | CancelResponse | ResultResponse | Refused | Published | Message | TimeAnswer
+
+
+class GoalChanged(NamedTuple):
+    """One goal has another status; *goal* is there when it is accepted, *result* once the status is terminal."""
+
+    stamp: int
+    robot: str
+    action: str
+    goal_id: str
+    status: GoalStatus
+    goal: Message | None = None
+    result: Message | None = None
+
+    def event(self, *, results_from: GoalStatus = GoalStatus.SUCCEEDED) -> GoalStatusChanged:
+        """Return it as an event of the world; with the result in plain values, from some terminal status on."""
+        wanted = self.result is not None and self.status >= results_from
+        result = self.result.model_dump(mode="json") if wanted and self.result is not None else None
+        return GoalStatusChanged(self.robot, self.action, self.goal_id, int(self.status), result)
+
+
+class StatusChanged(NamedTuple):
+    """All goals kept of one robot's action, in order of acceptance, after one of them changed."""
+
+    robot: str
+    action: str
+    goals: tuple[GoalEntry, ...]
+
+
+class FeedbackSent(NamedTuple):
+    """How a goal is doing.
+
+    Attributes:
+        robot: Its name.
+        action: The action's name.
+        goal_id: Whose feedback it is.
+        feedback: The action's feedback message, or the same in plain values.
+        last: Whether the goal ends right after it, so that it must not be thinned out.
+    """
+
+    robot: str
+    action: str
+    goal_id: str
+    feedback: Message | Mapping[str, Any]
+    last: bool = False
+
+
+class Sampled(NamedTuple):
+    """The latest of a topic that has one ROS message; *robot* is empty for the world's."""
+
+    topic: Topic
+    robot: str
+    message: Message
+
+
+@dataclass(frozen=True, slots=True)
+class RosterChanged:
+    """Robots have come or gone, or all of the world is another."""
+
+
+class PlanWanted(NamedTuple):
+    """A robot needs a path of the planner outside; answered by `PlanAnswered`.
+
+    Attributes:
+        request: Its number, which no other has.
+        robot: The robot's name.
+        goal: From where to where.
+    """
+
+    request: int
+    robot: str
+    goal: ComputePathToPose.Goal
+
+
+class Happened(NamedTuple):
+    """Something happened in the world.
+
+    Attributes:
+        stamp: When.
+        event: What.
+    """
+
+    stamp: int
+    event: WorldEvent
+
+    @property
+    def kind(self) -> str:
+        """What happened, by its kind."""
+        return self.event.kind
+
+    @property
+    def fields(self) -> dict[str, Any]:
+        """To whom and how; JSON values, though arrays may be tuples."""
+        return self.event.as_dict()
+
+
+class Granted(NamedTuple):
+    """Time has moved.
+
+    Attributes:
+        epoch: The next one.
+        now: The simulated time.
+        reason: ``event``, ``until``, ``idle`` or ``end``.
+        accepted: What came of each command, in order.
+        events: What happened of the kinds that were asked for, in order, each with its kind and its stamp.
+    """
+
+    epoch: int
+    now: float
+    reason: str
+    accepted: tuple[GoalResponse | CancelResponse | Refused, ...] = ()
+    events: tuple[tuple[str, int, GoalChanged | FeedbackSent], ...] = ()
+
+
+TimeAnswer = Joined | Granted | HasLeft | TimeState
+
+
+Published = StatusChanged | FeedbackSent | Sampled | Happened
+
+
+Event = (
+    Answered | GoalChanged | StatusChanged | FeedbackSent | Sampled | Happened | RosterChanged | PlanWanted | TimeState
+)

@@ -1,0 +1,40 @@
+"""What takes the outputs of a simulation, and the commands that it is given."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
+
+if TYPE_CHECKING:
+    from hmrsim.protocol.commands import Command
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.topics import Topic
+
+
+class Moment(NamedTuple):
+    """When a command came, as exactly as a replay needs it.
+
+    Attributes:
+        taken: The events that had been taken.
+        now: The simulated time, in seconds.
+    """
+
+    taken: int
+    now: float
+
+
+class Sink(Protocol):
+    """Where events go; called in the simulation's thread, which it must not block."""
+
+    def emit(self, event: Event) -> None:
+        """Take an event."""
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether anybody listens: what nobody wants is not computed."""
+
+
+@runtime_checkable
+class CommandSink(Sink, Protocol):
+    """A sink that is told of commands, too."""
+
+    def commanded(self, command: Command, by: str, moment: Moment) -> None:
+        """Take a command from outside, before it is applied; *by* is the participant that sent it, if one did."""

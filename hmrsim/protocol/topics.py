@@ -1,0 +1,21 @@
+"""The topics of robots and of the world: what sinks may want, so that nothing else is computed."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Topic(Enum):
+    """What is published, as far as interest in it is concerned."""
+
+    STATUS = "status"
+    FEEDBACK = "feedback"
+    ODOM = "odom"
+    BATTERY_STATE = "battery_state"
+    DETECTIONS = "detections"
+    CLOCK = "clock"
+    EVENTS = "events"
+    MOTION = "motion"
+    """Those of the events that no trace has (`hmrsim.events.Event.traced`)."""
+    TIME = "time/state"
+    """How time moves, and whom it waits for."""
