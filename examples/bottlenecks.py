@@ -5,8 +5,8 @@ It needs no simulator: run ``python examples/bottlenecks.py``. World files of yo
 
 import networkx as nx
 
+from hmrsim import load_world
 from hmrsim.topology import bottlenecks, concentration
-from hmrsim.world_checks import load_world
 
 
 def main(name: str = "hospital") -> None:

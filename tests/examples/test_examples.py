@@ -59,7 +59,7 @@ def test_it_prints_what_it_should(example):
 @pytest.mark.parametrize("example", ALONE, ids=[path.stem for path in ALONE])
 def test_an_example_that_needs_no_simulator(example):
     """It prints what it should, and loads nothing of the network."""
-    code = f"import runpy, sys; runpy.run_path({str(example)!r}); sys.exit('zenoh' in sys.modules)"
+    code = f"import runpy, sys; runpy.run_path({str(example)!r}, run_name='__main__'); sys.exit('zenoh' in sys.modules)"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=100, check=False
     )

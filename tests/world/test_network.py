@@ -123,7 +123,7 @@ def test_a_simulation_loads_no_networkx():
     program = (
         "import sys, hmrsim.cli.map, hmrsim_zenoh.host\n"
         "from hmrsim.simulation.simulator import Simulator\n"
-        "from hmrsim.world import load_world\n"
+        "from hmrsim import load_world\n"
         "Simulator(load_world('hospital').world)\n"
         "print('networkx' in sys.modules)\n"
     )
