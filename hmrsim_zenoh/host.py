@@ -239,7 +239,7 @@ class Host:
             self._settings,
             on_lag=_warn_of_lag,
             on_wait=on_wait,
-            preparations=chain(warm_up.of(simulator), preparations),
+            preparations=chain(warm_up.steps(simulator), preparations),
         )
 
     def _follow(self) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from bt_controller.behaviours.charging import BatteryGuard as BatteryGuardNode
 from bt_controller.core.port_values import connect
-from bt_controller.nodes.controls.battery_guard import BatteryGuard as BatteryGuardNode
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour

@@ -15,8 +15,8 @@ from bt_controller.imports import described
 from bt_controller.running.json_values import board_values
 from bt_controller.running.snapshot import Snapshot, nodes_of
 from hmrsim.errors import HmrsimError
+from hmrsim_zenoh.client.warm_up import for_client
 from hmrsim_zenoh.errors import NobodyThere, SimulatorGone
-from hmrsim_zenoh.server.warm_up import for_client
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

@@ -15,7 +15,7 @@ from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, Pickup
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from hmrsim.robots.items import Item
+    from hmrsim.items import Item
     from hmrsim.robots.robot import Robot
 
 

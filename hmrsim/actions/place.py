@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
     from hmrsim.geometry import Point
-    from hmrsim.robots.items import Item
+    from hmrsim.items import Item
     from hmrsim.robots.robot import Robot
 
 

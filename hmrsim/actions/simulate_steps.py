@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from hmrsim.actions import Action, Codes, Report
 from hmrsim.actions._inputs import Input
@@ -11,11 +11,24 @@ from hmrsim.interfaces.simulation_interfaces import Result, SimulateSteps
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from hmrsim.simulation.run_control import Gate
+    from simpy import Event
+
+
+class StepControl(Protocol):
+    """The control of a run's time, as far as steps need it."""
+
+    def open(self, steps: int) -> None:
+        """Let time move by so many steps."""
+
+    def step_end(self, number: int) -> Event:
+        """Return the event of the end of a step; *number* counts from 1."""
+
+    def shut(self) -> None:
+        """Let time move no further."""
 
 
 def _process(
-    gate: Gate, goal: SimulateSteps.Goal, report: Report[SimulateSteps.Feedback]
+    gate: StepControl, goal: SimulateSteps.Goal, report: Report[SimulateSteps.Feedback]
 ) -> Generator[Any, Any, SimulateSteps.Result]:
     gate.open(goal.steps)
     try:

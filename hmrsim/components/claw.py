@@ -12,7 +12,7 @@ from hmrsim.components import Component, Settings
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.robots.items import Item
+    from hmrsim.items import Item
 
 
 _REACH = {"m": 1.0, "px": 80.0}

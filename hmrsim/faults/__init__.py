@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from hmrsim.components.claw import Claw
     from hmrsim.events import Event
     from hmrsim.geometry import Pose
-    from hmrsim.robots.items import Item
+    from hmrsim.items import Item
     from hmrsim.robots.power import Energy
-    from hmrsim.simulation.entities import Roster
+    from hmrsim.traffic.admission import Passage
 
 _MAX = 1e9
 
@@ -125,6 +125,28 @@ class FaultTarget(Protocol):
         """Let an item fall where the robot is."""
 
 
+class FaultSite(Protocol):
+    """The entities of a world as faults see them."""
+
+    @property
+    def robots(self) -> Mapping[str, FaultTarget]:
+        """The robots, by name."""
+
+    @property
+    def fixtures(self) -> Mapping[str, Any]:
+        """Docks, doors and lifts, by name."""
+
+    @property
+    def passage(self) -> Passage:
+        """What admits robots to lanes, and knows which are closed."""
+
+    def connect(self, name: str, *, connected: bool) -> None:
+        """Connect a robot to the network, or disconnect it."""
+
+    def publish(self, make: Callable[[], Event]) -> None:
+        """Publish an event of this instant; it is made only if it is wanted."""
+
+
 @dataclass(frozen=True)
 class Case(Generic[S]):
     """One occurrence of a fault.
@@ -140,7 +162,7 @@ class Case(Generic[S]):
 
     name: str
     settings: S
-    roster: Roster
+    roster: FaultSite
     random: random.Random
     concurrent: Callable[[], Sequence[S]]
 

@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from hmrsim.errors import GoalAborted
     from hmrsim.events import Event as WorldEvent
     from hmrsim.geometry import Point
+    from hmrsim.items import Item
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.robots.docking import DockBay
-    from hmrsim.robots.items import Item
     from hmrsim.traffic.admission import Passage
     from hmrsim.world.model import RobotSpec, World
 

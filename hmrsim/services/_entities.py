@@ -20,7 +20,7 @@ from hmrsim.interfaces.simulation_interfaces import (
     TagsFilter,
 )
 from hmrsim.interfaces.std_msgs import Header
-from hmrsim.robots.items import Item
+from hmrsim.items import Item
 from hmrsim.robots.robot import Robot
 from hmrsim.services._pattern import PatternError, compiled
 from hmrsim.services._results import failed

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hmrsim.components._sensor import Sensor
 from hmrsim.geometry import Pose, distance, turn
 from hmrsim.interfaces.vision_msgs import Detection3DArray
+from hmrsim.items import Item
 from hmrsim.protocol.outputs import Sampled
 from hmrsim.protocol.topics import Topic
-from hmrsim.robots.items import Item
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping

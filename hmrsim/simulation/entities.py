@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from hmrsim.events.entities import Deleted, Spawned, Teleported
 from hmrsim.facilities import Fixture, Site, install_all
 from hmrsim.facilities.docks import DockBays
+from hmrsim.items import Item
 from hmrsim.protocol.outputs import RosterChanged
-from hmrsim.robots.items import Item
 from hmrsim.robots.robot import Robot
 from hmrsim.traffic.admission import Passage
 from hmrsim.world.model import RobotSpec

@@ -51,10 +51,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from hmrsim.actions import AnyAction
+    from hmrsim.items import Item
     from hmrsim.protocol.commands import Command
     from hmrsim.protocol.outputs import Event
     from hmrsim.protocol.sinks import Sink
-    from hmrsim.robots.items import Item
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 

@@ -1,4 +1,4 @@
-"""What takes its time when it is done first, done before somebody waits for it.
+"""Work of a server that takes long when it is done first, done before a client waits for it.
 
 pydantic builds what reads and writes a message when that is first used: a tenth of a second for MoveIt's large ones.
 """
@@ -12,7 +12,7 @@ from hmrsim.actions import registry as actions
 from hmrsim.errors import NoRoute
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.wire import encoding
-from hmrsim_zenoh.wire.envelopes import GetResultResponse, SendGoalRequest, SendGoalResponse, around, plain, read
+from hmrsim_zenoh.wire.envelopes import plain, read
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,17 +20,6 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
     from hmrsim.simulation.simulator import Simulator
-
-_ACCEPTED = b'{"accepted":true,"goal_id":"","stamp":{}}'
-_ENDED = b'{"status":0,"result":{}}'
-
-
-def for_client(action: AnyAction) -> None:
-    """Be ready to send goals of an action, and to read what comes of them."""
-    result: type[Message] = action.result
-    SendGoalRequest(goal_id="", goal=action.goal()).model_dump_json()
-    read(plain(SendGoalResponse), _ACCEPTED)
-    read(around(GetResultResponse, result), _ENDED)
 
 
 def for_server(action: AnyAction) -> None:
@@ -40,8 +29,8 @@ def for_server(action: AnyAction) -> None:
     encoding.message(action.result())
 
 
-def of(simulator: Simulator) -> Iterator[None]:
-    """Be ready for the actions that the robots of a simulation serve, and for ways to the places of its world.
+def steps(simulator: Simulator) -> Iterator[None]:
+    """Be ready for the actions that the robots of a simulation serve, and for routes to the places of its world.
 
     Yields after each step, of which none takes longer than a tenth of a second.
     """
@@ -62,5 +51,5 @@ def _find_ways(simulator: Simulator, goal: tuple[float, float], speed: float) ->
     try:
         simulator.graph.find_ways(goal, speed)
     except NoRoute:
-        # Whoever wants to go there is told so.
+        # A goal that leads there is aborted with this reason.
         return

@@ -1,0 +1,218 @@
+"""The control that interrupts a mission to charge, of which the leaf for Python and the node for XML are made."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+from py_trees.common import Status
+
+from bt_controller.behaviours.battery import is_charging, is_full
+from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient
+from bt_controller.core.node import EACH_PERIOD, Control, PortError
+from bt_controller.core.ports import SHARE, input_port
+from bt_controller.core.sim_time import now, reached, time_behind
+from bt_controller.core.suspension import finds_its_way, has_come_to_rest, repeat, suspend, verdicts
+from hmrsim.interfaces.geometry_msgs import PoseStamped
+from hmrsim.interfaces.nav2_msgs import NavigateToPose
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Sequence
+
+    from py_trees.behaviour import Behaviour
+
+    from bt_controller.core.topics import Topics
+    from hmrsim.interfaces.nav_msgs import Odometry
+    from hmrsim.interfaces.sensor_msgs import BatteryState
+
+
+_PATIENCE: Final = 3.0
+"""Simulated seconds in which a battery that is being charged says so."""
+
+
+_MAX_FAILURES: Final = 3
+"""So often a battery is charged without a goal of the mission having ended in between."""
+
+
+class _Phase(Enum):
+    """What a guard is at."""
+
+    MISSION = "mission"
+    STOPPING = "stopping"
+    CHARGE = "charge"
+    FILLING = "filling"
+    RETURN = "return"
+
+
+class _WayBack(NavToPoseActionClient):
+    """The drive that a guard makes by itself.
+
+    Attributes:
+        implied: That no file names the node.
+    """
+
+    implied: Final = True
+
+
+class BatteryGuard(Control):
+    """Interrupts its first child, the mission, to charge by its second when the battery is low; then goes on with it.
+
+    The mission stands still meanwhile, and so does its time. Its goals are canceled, and the battery is charged when
+    all of them have ended; steps that were done are not done again. The mission goes on when the second child has
+    succeeded and the battery was as full as it is to be; if it is not yet, but is charging, that is waited for. First
+    the robot drives back to where it was, unless the mission goes on with a drive to somewhere.
+
+    Succeeds when the mission does. Fails when the mission, the charging or the way back fails, and when the battery
+    was charged three times without a goal of the mission having ended in between: then a charge is not enough for one.
+    """
+
+    INPUTS: ClassVar = {
+        "below": input_port(SHARE, "Charge below this share of the capacity, from 0 to 1", default=0.2),
+        "until": input_port(SHARE, "Go on from this share", default=0.9),
+    }
+    least = most = 2
+    """How many the tree gives it; the way back is its own."""
+
+    def __init__(
+        self,
+        name: str,
+        children: Sequence[Behaviour] = (),
+        behaviour_class_name: str | None = None,
+        *,
+        robot: str | None = None,
+    ) -> None:
+        self._whose_battery = robot
+        back = _WayBack("Go back", lambda: self._where, robot=robot)
+        super().__init__(name, children=[*children, back], behaviour_class_name=behaviour_class_name)
+
+    def setup(self, **kwargs: Any) -> None:
+        """Be ready for the robot's battery.
+
+        Args:
+            **kwargs: *topics*, *robot* and *wake*; and what others want.
+
+        Raises:
+            PortError: What the file says makes no sense.
+            NotServed: The robot has no battery.
+        """
+        super().setup(**kwargs)
+        self._topics: Topics = kwargs["topics"]
+        self._robot: str = self._whose_battery or kwargs["robot"]
+        below, until = self.read("below"), self.read("until")
+        if not 0 <= below < until <= 1:
+            raise PortError(f"{self._whose('below')}: {below} and 'until' {until} are not as 0 <= below < until <= 1")
+        self._topics.watch(self._robot, "battery_state", kwargs.get("wake"))
+        # How often a battery was charged before says nothing of how full it is now.
+        for child in self.children[1:]:
+            repeat(child)
+
+    def initialise(self) -> None:
+        """Begin with the mission."""
+        self._phase = _Phase.MISSION
+        self._told: _Phase | None = None
+        self._ended = -1
+        self._in_vain = 0
+        self._where: NavigateToPose.Goal | None = None
+        self._filled = False
+        self._deadline = 0.0
+        self._stopped_at = 0.0
+        self._stood = 0.0
+
+    def advance(self) -> Generator[Behaviour, None, Status]:
+        """Tick the child whose turn it is."""
+        mission, _, back = self.children
+        battery: BatteryState = self._topics.latest(self._robot, "battery_state")
+        if self._phase in (_Phase.MISSION, _Phase.RETURN) and battery.percentage < self.read("below"):
+            if self._phase is _Phase.MISSION and not self._gets_on():
+                self.feedback_message = f"charged {_MAX_FAILURES} times, and no goal has ended in between"
+                return Status.FAILURE
+            self._stop()
+        if self._phase is _Phase.STOPPING and has_come_to_rest(mission) and has_come_to_rest(back):
+            self._begin_charge()
+        if self._phase in (_Phase.CHARGE, _Phase.FILLING) and not (yield from self._charge(battery)):
+            return Status.FAILURE
+        if self._phase is _Phase.RETURN and not (yield from self._return()):
+            return Status.FAILURE
+        if self._told is not self._phase:
+            self._told = self._phase
+            self.feedback_message = f"{self._phase.value}, battery {battery.percentage:.0%}"
+        if self._phase is not _Phase.MISSION:
+            return Status.RUNNING
+        with time_behind(self._stood):
+            yield from mission.tick()
+        return mission.status
+
+    def next_tick_time(self) -> float:
+        """Return that nobody tells how full the battery is where time stands while trees are ticked."""
+        told = self.status is Status.RUNNING and self._phase is not _Phase.FILLING and not self._topics.asks
+        return math.inf if told else EACH_PERIOD
+
+    def next_ticked(self) -> list[Behaviour]:
+        """Return the child whose turn it is."""
+        turns = {_Phase.MISSION: 0, _Phase.CHARGE: 1, _Phase.RETURN: 2}
+        turn = self.children[turns[self._phase]] if self._phase in turns else None
+        return [turn] if turn is not None and turn.status is Status.RUNNING else []
+
+    @property
+    def behind(self) -> float:
+        """By how many seconds the time of what is ticked next is behind."""
+        return self._stood if self._phase is _Phase.MISSION else 0.0
+
+    def _gets_on(self) -> bool:
+        """Return whether it makes sense to charge once more: goals have ended since, or it was not so often."""
+        ended = verdicts(self.children[0])
+        self._in_vain = self._in_vain + 1 if ended == self._ended else 0
+        self._ended = ended
+        return self._in_vain < _MAX_FAILURES
+
+    def _stop(self) -> None:
+        mission, _, back = self.children
+        if self._phase is _Phase.MISSION:
+            self._where = None
+            self._stopped_at = now()
+        self._phase = _Phase.STOPPING
+        self.halt(back)
+        suspend(mission)
+
+    def _begin_charge(self) -> None:
+        self._phase = _Phase.CHARGE
+        self._filled = False
+        self.reset(self.children[1])
+        if self._where is None:
+            odometry: Odometry = self._topics.ask(self._robot, "odom")
+            self._where = NavigateToPose.Goal(pose=PoseStamped(header=odometry.header, pose=odometry.pose.pose))
+
+    def _charge(self, battery: BatteryState) -> Generator[Behaviour, None, bool]:
+        """Let the second child charge the battery; return whether that may still be, or is, done."""
+        charge = self.children[1]
+        self._filled = self._filled or is_full(battery) or battery.percentage >= self.read("until")
+        if self._phase is _Phase.CHARGE:
+            yield from charge.tick()
+            if charge.status is Status.SUCCESS:
+                self._phase, self._deadline = _Phase.FILLING, now() + _PATIENCE
+            elif charge.status is not Status.RUNNING:
+                self.feedback_message = f"the battery is at {battery.percentage:.0%}, and charging it failed"
+                return False
+        if self._phase is _Phase.FILLING:
+            if not (self._filled or is_charging(battery)) and reached(self._deadline):
+                self.feedback_message = f"charged to {battery.percentage:.0%} only"
+                return False
+            if self._filled and has_come_to_rest(charge):
+                self._phase = _Phase.RETURN
+        return True
+
+    def _return(self) -> Generator[Behaviour, None, bool]:
+        """Bring the robot back to where the mission can go on; return whether that may still be, or is, done."""
+        mission, _, back = self.children
+        if not finds_its_way(mission):
+            yield from back.tick()
+            if back.status is Status.RUNNING:
+                return True
+            if back.status is not Status.SUCCESS:
+                self.feedback_message = f"charged, but can't get back: {back.feedback_message}"
+                return False
+            self.reset(back)
+        self._phase = _Phase.MISSION
+        self._stood += now() - self._stopped_at
+        return True
