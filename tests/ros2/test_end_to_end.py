@@ -13,7 +13,6 @@ from types import SimpleNamespace
 import pytest
 
 from hmrsim.actions import registry
-from hmrsim.cli.tracing import traced
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.interfaces.nav_msgs import Odometry
@@ -247,10 +246,7 @@ def hosting(**settings):
 
 def run_in_lockstep(path, send):
     """Serve the small world in lockstep, have goals sent while time stands, let it pass, and return the trace."""
-    with (
-        hosting(clock="lockstep", participants=("nurse",), seed=7) as host,
-        traced(path, host.simulator),
-    ):
+    with hosting(path, clock="lockstep", participants=("nurse",), seed=7) as host:
         host.start()
         there = SessionOptions(connect=host.endpoints)
         send(there)
