@@ -236,11 +236,16 @@ GOALS = {"wall_e": ("door", 5.0, 2.0), "eve": ("home", 1.0, 2.0), "cart": ("shel
 
 
 @contextlib.contextmanager
-def hosting(**settings):
-    """A host of the small world that has not been started."""
+def hosting(path=None, **settings):
+    """A host of the small world that has not been started, traced to a file if one is given."""
     loaded = SimpleNamespace(world=World.model_validate(SMALL_WORLD), hash="", warnings=(), path=None)
     options = SessionOptions(listen=("tcp/127.0.0.1:0",))
-    with Host(loaded, options, RunSettings(**settings), wires=(RmwZenoh(),)) as host:
+    chosen = RunSettings(**settings)
+    trace = TraceFile(path, loaded.world, chosen)
+    with (
+        Host(loaded, options, chosen, wires=(RmwZenoh(),), sinks=trace.sinks) as host,
+        trace.opened(host.simulator),
+    ):
         yield host
 
 
