@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import json
 
-import pytest
-
 from hmrsim.events import Event, texts
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
 from hmrsim.protocol.outputs import GoalChanged, Happened
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
 from tests.simulation import Log
-
-pytestmark = pytest.mark.browser
 
 _TOLD = """async (events) => {
   const { severityOf, subjectOf, textOf } = await import('/model/event_text.js');

@@ -11,8 +11,6 @@ import yaml
 
 from benchmarks._browser import shown, until
 
-pytestmark = pytest.mark.browser
-
 YELLOW = "#f5c400"
 HOME = [515, 80]
 _STATE = "(state) => document.documentElement.dataset.state === state"

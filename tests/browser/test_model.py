@@ -12,8 +12,6 @@ import pytest
 from hmrsim.world.model import World
 from hmrsim.world_checks.resolved import shown
 
-pytestmark = pytest.mark.browser
-
 _HERE = Path(__file__).parent
 _PAGE = _HERE.parents[1] / "hmrsim_zenoh" / "view" / "page"
 

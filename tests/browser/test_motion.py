@@ -6,13 +6,9 @@ import itertools
 import math
 import random
 
-import pytest
-
 from hmrsim.geometry import Pose, distance, turn
 from hmrsim.navigation.motion import drive
 from hmrsim.navigation.route import Leg
-
-pytestmark = pytest.mark.browser
 
 _POSES = """async (cases) => {
   const {Motion} = await import('/model/motion.js');

@@ -9,8 +9,6 @@ import pytest
 
 from benchmarks._browser import until
 
-pytestmark = pytest.mark.browser
-
 HOME, ROOM, FAR = [515, 80], [512, 215], [100, 215]
 _ENDED = "(status) => [...hmrsim.model.goals.values()].some((goal) => goal.status === status)"
 _HERE = "() => hmrsim.model.robots.get('wall_e').poseAt(hmrsim.clock.now()).slice(0, 2)"

@@ -9,8 +9,6 @@ from playwright.sync_api import expect
 
 from benchmarks._browser import until
 
-pytestmark = pytest.mark.browser
-
 SUCCEEDED, ABORTED = 4, 6
 
 

@@ -6,8 +6,6 @@ import pytest
 
 from benchmarks._browser import until
 
-pytestmark = pytest.mark.browser
-
 _AT = "() => hmrsim.model.robots.get('wall_e').poseAt(hmrsim.clock.now()).slice(0, 2)"
 _GOAL = {"pose": {"pose": {"position": {"x": 512, "y": 215}}}}
 

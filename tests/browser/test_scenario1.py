@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
-
 from benchmarks._browser import until
-
-pytestmark = pytest.mark.browser
 
 YELLOW, RED = "#f5c400", "#d6273a"
 HOME, ROOM, BED = [515, 80], [512, 215], [100, 180]

@@ -8,8 +8,6 @@ import time
 
 import pytest
 
-pytestmark = pytest.mark.system
-
 
 @pytest.fixture
 def follow_goal(start):

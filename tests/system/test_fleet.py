@@ -7,8 +7,6 @@ import signal
 
 import pytest
 
-pytestmark = pytest.mark.system
-
 DELIVER = "bt_controller.examples.deliveries:deliver"
 
 

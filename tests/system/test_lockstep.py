@@ -10,8 +10,6 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.system
-
 CONTROLLER = Path(__file__).with_name("controller.py")
 ROBOTS = ("wall_e", "eve", "burn_e", "m_o")
 NAMES = ("ann", "bob", "cyd")

@@ -19,8 +19,6 @@ from hmrsim_zenoh.client.client import Client
 from tests.paths import REFERENCES
 from tests.served_world import served_world
 
-pytestmark = pytest.mark.system
-
 NAV2 = "navigate_to_pose_w_replanning_and_recovery.xml"
 THEIRS = REFERENCES / "bt" / NAV2
 OURS = Path(__file__).with_name("navigate.xml")

@@ -8,8 +8,6 @@ from collections import Counter
 
 import pytest
 
-pytestmark = pytest.mark.system
-
 WORLD = {
     "name": "ward",
     "units": "m",

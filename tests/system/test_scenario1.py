@@ -10,8 +10,6 @@ import pytest
 from hmrsim_zenoh import Client, Commander, SessionOptions
 from tests.paths import REFERENCES
 
-pytestmark = pytest.mark.system
-
 DRAWING = REFERENCES / "drawio" / "place_with_walls.drawio"
 
 OURS = [

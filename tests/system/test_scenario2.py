@@ -6,8 +6,6 @@ import re
 
 import pytest
 
-pytestmark = pytest.mark.system
-
 
 @pytest.fixture
 def start_tree(start):

@@ -10,8 +10,6 @@ import pytest
 
 from tests.paths import ROOT
 
-pytestmark = pytest.mark.system
-
 
 def install(binaries, *arguments):
     """Install in the environment of these commands, by the pip of ours: one for each takes its time."""

@@ -1,0 +1,131 @@
+"""``hmrsim demo``: both processes."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import select
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hmrsim.cli import demo, main
+
+PATIENCE = 30.0
+
+
+@pytest.fixture(scope="module")
+def told():
+    """Return the objects that a demo writes for programs, its exit code, and its log."""
+    process = subprocess.run(
+        [sys.executable, "-m", "hmrsim.cli", "demo", "--real-time-factor", "100", "--json", "--log-level", "info"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return [json.loads(line) for line in process.stdout.splitlines()], process.returncode, process.stderr
+
+
+def test_demo(told):
+    """The whole fleet of eight does its work, and no goal fails; the sum is the last line."""
+    lines, code, _ = told
+    robots = lines[-1]["robots"]
+
+    moved = sorted(item for robot in robots.values() for item in robot["items_moved"])
+    assert (0, True) == (code, lines[-1]["succeeded"])
+    assert ["blood_samples", "defibrillator", "linen", "meal", "medicine"] == moved
+    assert [(name, 0) for name in robots] == [(name, robot["failed"]) for name, robot in robots.items()]
+    assert len(robots) == 8
+
+
+def test_demo_tells_cause_before_effect(told):
+    """What the tree and the world say of one robot is in order, and its times never go back."""
+    traffic = ("undocked ", "waits", "takes ", "moves ")
+    said = [line for line in told[0][:-1] if line["robot"] == "wall_e"]
+    lines = [line for line in said if not line["text"].startswith(traffic)]
+
+    assert [
+        "Go to pharmacy begun",
+        "navigate_to_pose accepted: (6, 18)",
+        "navigate_to_pose SUCCEEDED",
+        "Go to pharmacy done",
+        "Pick up medicine begun",
+        "pickup accepted: medicine",
+        "picks up medicine",
+        "pickup SUCCEEDED",
+        "Pick up medicine done",
+    ] == [line["text"] for line in lines[:9]]
+    times = [line["sim_time"] or 0.0 for line in lines]
+    assert sorted(times) == times
+
+
+def test_demo_logs_what_its_processes_log(told):
+    """As much as was asked for."""
+    log = told[2]
+
+    assert re.search(r"^\[INFO\] .* \| simulator: \[INFO\] .* wall_e navigate_to_pose accepted", log, re.MULTILINE)
+
+
+def test_demo_for_people(capsys):
+    """Without a terminal the demo is lines of text, and a table at the end."""
+    code = main(["demo", "--real-time-factor", "200"])
+
+    out = capsys.readouterr().out
+    assert 0 == code
+    assert " | world | wall_e   | picks up medicine\n" in out
+    assert " | tree  | wall_e   | Pick up medicine done\n" in out
+    assert "What the fleet did" in out
+    assert "the mission succeeded: " in out
+
+
+def test_demo_whose_simulator_does_not_start(monkeypatch, capsys):
+    """What the simulator says is told."""
+    monkeypatch.setattr(demo, "_WORLD", "nosuch")
+    code = main(["demo"])
+
+    assert 1 == code
+    assert re.search(r"the simulator does not start; it says:\n.*nosuch: no such file", capsys.readouterr().err)
+
+
+def test_demo_whose_page_has_no_port(capsys):
+    """It is told before anything begins."""
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        code = main(["demo", "--view", str(taken.getsockname()[1])])
+
+    assert (2, True) == (code, "is taken; name another with --view" in capsys.readouterr().err)
+
+
+def test_demo_whose_mission_fails(monkeypatch, capsys):
+    """The demo ends with 1 and tells what the controller says, which is where the fault is."""
+    monkeypatch.setattr(demo, "_TREE", "bt_controller.examples.hospital:nosuch")
+    code = main(["demo"])
+
+    out = capsys.readouterr().out
+    assert 1 == code
+    assert "the mission failed: " in out
+    assert re.search("the controller ended with 2; it says:\nbt-controller: .* has no 'nosuch'", out)
+    assert "the simulator ended" not in out
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_demo_ends_its_children(start, number, code):
+    """A signal ends the demo with its own code, and both its processes."""
+    process = start("demo")
+    for line in process.stdout:
+        if "accepted" in line:
+            break
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    descriptors = [os.pidfd_open(int(child)) for child in children]
+    process.send_signal(number)
+    _, complaints = process.communicate(timeout=PATIENCE)
+
+    assert (code, 2) == (process.returncode, len(children))
+    assert complaints == "interrupted; the simulator and the controller have ended\n"
+    assert descriptors == select.select(descriptors, [], [], 0)[0]
+    for descriptor in descriptors:
+        os.close(descriptor)

@@ -1,0 +1,126 @@
+"""``hmrsim run``: it begins, it ends."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from hmrsim.cli import main
+from hmrsim.timing.pacing import Pacing
+
+PATIENCE = 30.0
+PROMISE = 2.0
+FREE_PORT = ("--listen", "tcp/127.0.0.1:0")
+
+SIGNALLED = """
+import os, sys
+from hmrsim.cli import main
+
+_, module, number = sys.argv
+sys.addaudithook(lambda event, args: event == "import" and args[0] == module and os.kill(os.getpid(), int(number)))
+sys.exit(main(["run", "scenario1", "--listen", "tcp/127.0.0.1:0"]))
+"""
+"""Gets a signal when it begins to load a module."""
+
+
+def test_ready_line(capsys):
+    """The first line says where it listens and what it runs; the end of its time is a success."""
+    code = main(["run", "scenario1", "--duration", "0.1", *FREE_PORT])
+
+    words = capsys.readouterr().out.split(maxsplit=2)
+    assert 0 == code
+    assert "ready" == words[0]
+    assert words[1].startswith("tcp/127.0.0.1:")
+    assert "world='scenario 1' robots=1\n" == words[2]
+
+
+def test_ready_as_json(capsys):
+    """For programs it is one JSON object."""
+    code = main(["run", "scenario1", "--duration", "0.1", "--json", "--robot", "eve@230,80:fetcher", *FREE_PORT])
+
+    ready = json.loads(capsys.readouterr().out)
+    assert 0 == code
+    assert ready["ready"] is True
+    assert 1 == len(ready["endpoints"])
+    assert ["wall_e", "eve"] == ready["robots"]
+
+
+def test_a_simulation_that_dies_of_a_bug_is_1(monkeypatch, capsys):
+    """The traceback goes to stderr."""
+
+    def die(_pacing):
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr(Pacing, "run", die)
+    code = main(["run", "scenario1", *FREE_PORT])
+
+    assert 1 == code
+    assert capsys.readouterr().err.endswith("ZeroDivisionError: a bug\n")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("module", ["hmrsim.cli.entry", "hmrsim.world", "hmrsim_zenoh.host"])
+def test_a_signal_while_it_starts_ends_it_with_0(number, module):
+    """As one afterwards does, without a word, however little is loaded."""
+    done = subprocess.run(
+        [sys.executable, "-c", SIGNALLED, module, str(int(number))],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=PATIENCE,
+    )
+
+    assert (0, "", "") == (done.returncode, done.stdout, done.stderr)
+
+
+def test_a_duration_without_a_pace_is_explained(monkeypatch, capsys):
+    """As fast as possible, an idle simulator waits for goals, however short its time is."""
+    monkeypatch.setattr(Pacing, "run", lambda _pacing: None)
+    main(["run", "scenario1", "--real-time-factor", "0", "--duration", "5", *FREE_PORT])
+
+    first = capsys.readouterr().err.splitlines()[0]
+    assert "--duration 5: as fast as possible, time passes only while robots do something" == first
+
+
+def test_a_result_timeout_is_minus_1_or_no_less_than_0(capsys):
+    """No other negative number means for ever."""
+    code = main(["run", "scenario1", "--result-timeout", "-2"])
+
+    assert 2 == code
+    assert "argument --result-timeout: -2 is less than 0; -1 is for ever; see" in capsys.readouterr().err
+
+
+def test_prefix_that_is_no_key_is_2(capsys):
+    """A prefix with a wildcard is refused."""
+    code = main(["run", "scenario1", "--prefix", "a/*", *FREE_PORT])
+
+    assert 2 == code
+    assert "argument --prefix: prefix 'a/*' is not a plain key" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_at_once_though_nobody_reads_its_log(start, number):
+    """A simulator whose stderr is full still ends with 0 within two seconds."""
+    process = start("run", "scenario1", *FREE_PORT)
+    endpoint = process.stdout.readline().split()[1]
+    fill = "{target_name: " + "x" * 30_000 + "}"
+    for _ in range(4):
+        main(["action", "send-goal", "/wall_e/pickup", fill, "--connect", endpoint])
+    begun = time.monotonic()
+    process.send_signal(number)
+
+    assert 0 == process.wait(PATIENCE)
+    assert time.monotonic() - begun < PROMISE
+
+
+def test_a_trace_and_a_recording_need_two_files(tmp_path, capsys):
+    """By whatever names; nothing is written."""
+    code = main(["run", "scenario1", "--trace", str(tmp_path / "a"), "--record", str(tmp_path / "b" / ".." / "a")])
+
+    assert (2, True) == (code, "--trace and --record are both" in capsys.readouterr().err)
+    assert [] == list(tmp_path.iterdir())

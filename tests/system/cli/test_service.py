@@ -1,0 +1,170 @@
+"""``hmrsim service``, with a simulator."""
+
+from __future__ import annotations
+
+import json
+import signal
+
+import pytest
+import yaml
+
+from hmrsim.cli import main
+
+PATIENCE = 30.0
+GOAL_ID = "0123456789abcdef0123456789abcdef"
+LONG_WAIT = f"{{goal_id: {GOAL_ID}, goal: {{time: {{sec: 100000}}}}}}"
+SEND_GOAL = "/wall_e/wait/_action/send_goal"
+GET_RESULT = "/wall_e/wait/_action/get_result"
+CANCEL_GOAL = "/wall_e/wait/_action/cancel_goal"
+
+NO_TEXT = "request: goal_id: expected a string (quote it if it looks like a number)"
+
+
+@pytest.fixture
+def call(endpoint, capsys):
+    """Return the function that calls a service: exit code, output, errors."""
+
+    def run(*words):
+        code = main(["service", "call", *words, "--connect", endpoint])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+def test_services_are_listed_with_types(endpoint, capsys):
+    """One name a line; those that actions are made of are hidden, as in ROS 2."""
+    code = main(["service", "list", "-t", "--connect", endpoint])
+
+    lines = capsys.readouterr().out.splitlines()
+    assert 0 == code
+    assert "/_world/info [hmrsim/WorldInfo]" in lines
+    assert not any("/_action/" in line for line in lines)
+
+
+def test_hidden_services_as_json(endpoint, capsys):
+    """Asked for, the hidden ones are there, and marked."""
+    main(["service", "list", "--include-hidden-services", "--json", "--connect", endpoint])
+
+    assert {"name": SEND_GOAL, "type": "nav2_msgs/action/Wait_SendGoal", "hidden": True} in json.loads(
+        capsys.readouterr().out
+    )
+
+
+def test_an_answer_as_yaml(call):
+    """A person gets YAML."""
+    code, out, _ = call("/_world/info")
+
+    assert (0, "scenario 1") == (code, yaml.safe_load(out)["world"]["name"])
+
+
+def test_an_answer_as_json(call):
+    """A program gets one JSON value; the first slash may be left out."""
+    code, out, _ = call("_world/info", "--json")
+
+    assert (0, 1) == (code, json.loads(out)["contract"])
+
+
+def test_a_goal_from_sent_to_canceled(call):
+    """An action can be driven by its services: the result comes when the goal has ended."""
+    sent = json.loads(call(SEND_GOAL, LONG_WAIT, "--json")[1])
+    canceled = json.loads(call(CANCEL_GOAL, "--json")[1])
+    result = json.loads(call(GET_RESULT, f"{{goal_id: {GOAL_ID}}}", "--json")[1])
+
+    assert (True, [GOAL_ID], 5) == (
+        sent["accepted"],
+        [one["goal_id"] for one in canceled["goals_canceling"]],
+        result["status"],
+    )
+
+
+def test_a_goal_that_is_rejected_is_an_answer(call):
+    """The call itself went well, as in ROS 2."""
+    code, out, _ = call("/nobody/wait/_action/send_goal", "{goal: {time: {sec: 1}}}", "--json")
+
+    assert (0, "unknown_robot") == (code, json.loads(out)["reason"])
+
+
+def test_the_type_may_be_given(call):
+    """As `ros2 service call` wants it."""
+    code, out, _ = call(GET_RESULT, "nav2_msgs/action/Wait_GetResult", f"{{goal_id: {'a' * 32}}}", "--json")
+
+    assert (0, 0) == (code, json.loads(out)["status"])
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        ((GET_RESULT, "{goal_id: 3, x: 1}"), f"{NO_TEXT}, got 3\nrequest: x: unknown field; known fields: goal_id\n"),
+        ((GET_RESULT, "{goal_id: zz}"), "request: goal_id: goal id 'zz' is not a UUID"),
+        ((SEND_GOAL, "{}"), "request: goal: required field is missing\n"),
+        ((SEND_GOAL, "{goal: [1]}"), "request: goal: expected a mapping, got [1]\n"),
+        ((SEND_GOAL, "{goal: {time: {sec: 1.5}}}"), "request: goal.time.sec: expected an integer, got 1.5\n"),
+        ((SEND_GOAL, "{goal: {time: {s: 1}}}"), "request: goal.time.s: unknown field; known fields: sec, nanosec\n"),
+        ((CANCEL_GOAL, "{goal_info: {x: 1}}"), "request: goal_info.x: unknown field; known fields: goal_id, stamp\n"),
+        (("/_world/info", "{x: 3}"), "request: x: unknown field; remove it\n"),
+        ((GET_RESULT, "[1]"), "request: expected a mapping such as '{goal_id: …}', got [1]\n"),
+        ((GET_RESULT, "{a: 1, a: 2}"), "request: a: "),
+        ((GET_RESULT, "{a: .inf}"), "request: NaN and infinity are no JSON; expected finite numbers\n"),
+        ((GET_RESULT, "a/b/C", "{}"), f"{GET_RESULT} is a nav2_msgs/action/Wait_GetResult, not a a/b/C\n"),
+        (("/wall_e/*",), "'/wall_e/*' has a wildcard; expected the name of one service\n"),
+    ],
+)
+def test_requests_that_cannot_be_read_are_2(call, words, error):
+    """The field and what would do, a line a mistake."""
+    code, out, err = call(*words)
+
+    assert (2, "") == (code, out)
+    assert err.startswith(error)
+
+
+@pytest.mark.parametrize(
+    ("name", "error"),
+    [
+        ("/_world/inf", "hmrsim: no service '/_world/inf'; did you mean '/_world/info'?"),
+        ("/nobody", "hmrsim: no service '/nobody'; there are /_world/info, /_world/route_graph"),
+        ("/wally/wait/_action/send_goal", "hmrsim: no robot 'wally'; there are: wall_e\n"),
+        ("/nobody/wait/_action/get_result", "hmrsim: no robot 'nobody'; there are: wall_e\n"),
+        ("/wall_e/fly/_action/send_goal", "hmrsim: wall_e has no action 'fly'; it has: "),
+        ("/wall_e/wait/_action/get_resul", "hmrsim: no service '/wall_e/wait/_action/get_resul'; did you mean "),
+        ("/a//b", "hmrsim: no service '/a//b'; there are "),
+    ],
+)
+def test_unknown_services_are_1(call, name, error):
+    """Who asks for what isn't there is told what is."""
+    code, out, err = call(name)
+
+    assert (1, "") == (code, out)
+    assert err.startswith(error)
+
+
+def test_nobody_there_is_3(capsys):
+    """Where no simulator answers there is one line of advice."""
+    code = main(["service", "list", "--connect", "tcp/127.0.0.1:1", "--timeout", "0.3"])
+
+    assert 3 == code
+    assert "hmrsim run WORLD" in capsys.readouterr().err
+
+
+def test_ctrl_c_gives_up(call, endpoint, start):
+    """Who waits for a result that does not come can go."""
+    goal_id = "f" * 32
+    call(SEND_GOAL, LONG_WAIT.replace(GOAL_ID, goal_id))
+    waiting = start("service", "call", GET_RESULT, f"{{goal_id: {goal_id}}}", "--connect", endpoint, "--log-level=info")
+    waiting.stderr.readline()
+    waiting.send_signal(signal.SIGINT)
+
+    assert 130 == waiting.wait(PATIENCE)
+
+
+def test_a_simulator_that_dies_ends_the_wait(start):
+    """Whoever waits for the answer of a simulator that was killed ends with 3."""
+    simulator = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0")
+    endpoint = simulator.stdout.readline().split()[1]
+    main(["service", "call", SEND_GOAL, LONG_WAIT, "--connect", endpoint])
+    waiting = start("service", "call", GET_RESULT, f"{{goal_id: {GOAL_ID}}}", "--connect", endpoint, "--log-level=info")
+    waiting.stderr.readline()
+    simulator.kill()
+    waiting.communicate(timeout=PATIENCE)
+
+    assert 3 == waiting.returncode

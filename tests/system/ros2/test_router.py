@@ -1,0 +1,246 @@
+"""Who is there first does not matter: the simulator is the router that ROS looks for, or joins the one that is."""
+
+from __future__ import annotations
+
+import json
+import logging
+import socket
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager
+from types import SimpleNamespace
+
+import pytest
+import zenoh
+
+from hmrsim_zenoh.errors import PortTaken, PrefixTaken
+from hmrsim_zenoh.ros2.wires import RmwZenoh
+from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
+from tests.served_world import served_world
+from tests.system.ros2.processes import HMRSIM
+from tests.wire.ros2.client import SUCCEEDED, RosClient, goal_to, open_session, statuses
+
+PATIENCE = 30.0
+KEY = "0/wall_e/here"
+TOKEN = "@ros2_lv/0/here"
+
+ROUTER = """
+import json, sys, zenoh
+config = zenoh.Config()
+for key, value in json.loads(sys.argv[1]).items():
+    config.insert_json5(key, json.dumps(value))
+with zenoh.open(config):
+    print("ready", flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def options():
+    """Return options that say nothing, where simulators and tools meet elsewhere than usual."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return SessionOptions(default=f"tcp/127.0.0.1:{probe.getsockname()[1]}")
+
+
+@pytest.fixture
+def router(options):
+    """Have a router in another process, as rmw_zenohd is configured, where ROS looks for one."""
+    config = {
+        "mode": "router",
+        "listen/endpoints": [options.default],
+        "scouting/multicast/enabled": False,
+        "routing/router/peers_failover_brokering": False,
+        "timestamping/enabled": True,
+    }
+    command = [sys.executable, "-c", ROUTER, json.dumps(config)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert "ready\n" == process.stdout.readline()
+        yield
+        process.stdin.close()
+
+
+@contextmanager
+def simulator(options):
+    """Have what a simulator has on the network, as far as it matters here: a service and a token."""
+    session, endpoints = open_server(options, join=True)
+    handler = zenoh.handlers.Callback(lambda query: query.reply(KEY, b"here"), indirect=False)
+    with session:
+        service = session.declare_queryable("0/**", handler, complete=True)
+        token = session.liveliness().declare_token(TOKEN)
+        yield SimpleNamespace(session=session, endpoints=endpoints)
+        token.undeclare()
+        service.undeclare()
+
+
+def ros_node(options):
+    """Return a session as a ROS node opens it, which looks for its router by name."""
+    return open_session(options.default.replace("127.0.0.1", "localhost"))
+
+
+def answer(session):
+    """Return what a service client is told, once the simulator is there."""
+    there = threading.Event()
+    handler = zenoh.handlers.Callback(lambda _sample: there.set(), indirect=False)
+    watch = session.liveliness().declare_subscriber(TOKEN, handler, history=True)
+    assert there.wait(PATIENCE)
+    replies = session.get(KEY, target=zenoh.QueryTarget.ALL_COMPLETE, timeout=PATIENCE)
+    told = [reply.ok.payload.to_string() for reply in replies]
+    watch.undeclare()
+    return told
+
+
+def test_a_simulator_is_the_router_where_nobody_is(options):
+    """It listens where it would without ROS."""
+    with simulator(options) as there:
+        assert (options.default,) == there.endpoints
+
+
+def test_a_ros_node_finds_a_simulator_that_is_there(options):
+    """It gets an answer by the router that it looks for."""
+    with simulator(options), ros_node(options) as node:
+        assert ["here"] == answer(node)
+
+
+def test_a_ros_node_finds_a_simulator_that_comes_later(options):
+    """It looks for its router again and again."""
+    with ros_node(options) as node, simulator(options):
+        assert ["here"] == answer(node)
+
+
+def test_two_ros_nodes_find_each_other_by_the_simulator(options):
+    """As a router it tells peers of each other."""
+    router, _ = open_server(options, join=True)
+    with router, ros_node(options) as node, simulator(SessionOptions(connect=(options.default,), mode="peer")):
+        assert ["here"] == answer(node)
+
+
+@pytest.mark.usefixtures("router")
+def test_a_simulator_joins_a_router_that_is_there(options, caplog):
+    """It listens elsewhere, and says so on one line."""
+    with caplog.at_level(logging.INFO), simulator(options) as there:
+        (endpoint,) = there.endpoints
+
+    assert (
+        f"{options.default} is taken by another Zenoh, which we join; we ourselves listen on {endpoint}" in caplog.text
+    )
+
+
+@pytest.mark.usefixtures("router")
+def test_a_ros_node_finds_a_simulator_that_has_joined(options):
+    """They meet by what the router tells both."""
+    with simulator(options), ros_node(options) as node:
+        assert ["here"] == answer(node)
+
+
+@pytest.mark.usefixtures("router")
+def test_a_ros_node_finds_a_simulator_that_joins_later(options):
+    """Likewise."""
+    with ros_node(options) as node, simulator(options):
+        assert ["here"] == answer(node)
+
+
+@pytest.mark.usefixtures("router")
+def test_a_tool_finds_a_simulator_that_has_joined(options):
+    """It connects to the router as ever, as a client."""
+    with simulator(options), open_client(options) as tool:
+        assert ["here"] == answer(tool)
+
+
+def test_a_second_simulator_joins_the_first(options):
+    """The first is its router, and a ROS node finds the second, too."""
+    first, _ = open_server(options, join=True)
+    with first, simulator(options) as second, ros_node(options) as node:
+        assert [first.zid()] == second.session.info.routers_zid()
+        assert ["here"] == answer(node)
+
+
+@pytest.mark.usefixtures("router")
+def test_a_ros_client_drives_a_robot_of_a_simulator_that_has_joined(options):
+    """Actions work as ever, feedback and latched statuses, too."""
+    served = served_world(options=options, wires=(RmwZenoh(),), real_time_factor=0)
+    with served, RosClient(options.default) as client:
+        action = client.action("/wall_e/navigate_to_pose").wait()
+        goal = action.send(goal_to(5.0, 2.0))
+
+        assert (SUCCEEDED, 0) == (goal.result()[0], goal.result()[1]["error_code"])
+        assert (
+            0.0
+            == action.feedback.wait(lambda all_: all_ and not all_[-1]["feedback"]["distance_remaining"])[-1][
+                "feedback"
+            ]["distance_remaining"]
+        )
+        assert {goal.id: SUCCEEDED} == statuses(
+            action.status.wait(lambda all_: all_ and SUCCEEDED in statuses(all_[-1]).values())[-1]
+        )
+
+
+@pytest.mark.usefixtures("router")
+def test_the_command_line_finds_a_simulator_that_has_joined(options):
+    """It connects to the router, where it would without it."""
+    with served_world(options=options, wires=(RmwZenoh(),)):
+        listed = subprocess.run(
+            [HMRSIM, "action", "list", "--connect", options.default],
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+            check=True,
+        )
+
+    assert "/wall_e/navigate_to_pose" in listed.stdout.splitlines()
+
+
+def test_a_second_simulator_of_the_same_prefix_is_refused(options):
+    """With ROS it joins the first, sees that, and leaves."""
+    with (
+        served_world(options=options),
+        pytest.raises(PrefixTaken, match="a simulator serves prefix 'hmrsim' already"),
+        served_world(options=options, wires=(RmwZenoh(),)),
+    ):
+        pytest.fail("it was served")
+
+
+@pytest.mark.usefixtures("router")
+@pytest.mark.parametrize("named", ["listen", "mode", "join"])
+def test_who_names_an_endpoint_or_the_mode_of_a_router_joins_nobody(options, named):
+    """A taken port is an error, as without ROS."""
+    asked = {
+        "listen": SessionOptions(listen=(options.default,)),
+        "mode": SessionOptions(default=options.default, mode="router"),
+        "join": options,
+    }[named]
+
+    with pytest.raises(PortTaken, match=rf"{options.default} is taken; name another endpoint with --listen"):
+        open_server(asked, join=named != "join")
+
+
+@pytest.mark.parametrize("word", [b"", b"HTTP/1.0 400 Bad Request\r\n\r\n"])
+def test_a_port_of_something_else_is_taken(options, word):
+    """What is no Zenoh can't be joined, and that is said soon."""
+    host, port = "127.0.0.1", int(options.default.rpartition(":")[2])
+    began = time.monotonic()
+    with socket.create_server((host, port)) as other:
+        threading.Thread(target=_say, args=(other, word), daemon=True).start()
+        with pytest.raises(PortTaken, match=rf"{options.default} is taken"):
+            open_server(options, join=True)
+        other.shutdown(socket.SHUT_RDWR)
+
+    assert time.monotonic() - began < 10.0
+
+
+def _say(server, word):
+    """Say a word to whoever connects and hang up; without a word stay mute."""
+    guests = []
+    while True:
+        try:
+            guest, _ = server.accept()
+        except OSError:
+            break
+        guests.append(guest)
+        if word:
+            guest.sendall(word)
+            guest.close()
+    for guest in guests:
+        guest.close()

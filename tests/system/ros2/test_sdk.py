@@ -1,0 +1,110 @@
+"""A client of ROS 2's wire that none of us wrote, ``zenoh-ros2-sdk``, does scenario 1 and whatever can go otherwise."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from tests.paths import ROOT
+from tests.system.ros2.processes import simulator
+
+SCRIPT = Path(__file__).with_name("sdk_client.py")
+PATIENCE = 100.0
+SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory):
+    """What the SDK has found, by what it did: of one run, that all tests look at."""
+    world = yaml.safe_load((ROOT / "maps" / "scenario1.yaml").read_text())
+    world["robots"]["wall_e"]["components"]["battery"] = {"capacity": 1e6, "initial_charge": 5e5}
+    with simulator(world, "--real-time-factor", 10) as running:
+        words = [sys.executable, SCRIPT, running.port]
+        client = subprocess.run(
+            words, capture_output=True, text=True, timeout=PATIENCE, check=False, cwd=tmp_path_factory.mktemp("sdk")
+        )
+        assert 0 == client.returncode, (client.stdout, client.stderr, running.log.read_text())
+        assert 0 == running.end()
+    lines = [json.loads(line) for line in client.stdout.splitlines()]
+    return {line.pop("what"): line for line in lines}
+
+
+def test_services_are_found(told):
+    """By their liveliness tokens, with their types."""
+    action = "nav2_msgs/action/NavigateToPose"
+    name = "/wall_e/navigate_to_pose/_action"
+
+    assert [
+        [f"{name}/cancel_goal", "action_msgs/srv/CancelGoal"],
+        [f"{name}/get_result", f"{action}_GetResult"],
+        [f"{name}/send_goal", f"{action}_SendGoal"],
+    ] == told["services"]["found"]
+
+
+@pytest.mark.parametrize(("step", "code"), [("to the medicine", 0), ("grab", 1), ("to the patient", 0), ("drop", 1)])
+def test_each_step_succeeds(told, step, code):
+    """Accepted with the time, and ended well; a pickup and a place with MoveIt's code."""
+    assert {"accepted": True, "stamped": True, "status": SUCCEEDED, "error_code": code} == told[step]
+
+
+def test_feedback_falls_to_nothing(told):
+    """As what remains of the way does."""
+    distances = told["feedback"]["distances"]
+
+    assert sorted(distances, reverse=True) == distances
+    assert 0.0 == distances[-1] < distances[0]
+
+
+def test_status_is_told(told):
+    """Executing, then succeeded; acceptance may be missed, for ROS need not tell it."""
+    assert told["status"]["of_the_drive"] in ([2, SUCCEEDED], [1, 2, SUCCEEDED])
+
+
+def test_battery_is_told(told):
+    """Of a robot that has one."""
+    assert {"percentage": 0.5, "present": True, "whose": "wall_e"} == told["battery"]
+
+
+@pytest.mark.parametrize("goal", ["a goal without an id", "a goal with the id of another"])
+def test_goal_is_rejected(told, goal):
+    """Which id is wrong, ROS has no words for."""
+    assert {"accepted": False} == told[goal]
+
+
+def test_cancel_ends_a_goal(told):
+    """The reply has its id, and its result says so."""
+    assert {"code": 0, "its_own": True, "status": CANCELED} == told["a cancel"]
+
+
+@pytest.mark.parametrize(
+    ("cancel", "code"),
+    [
+        ("a cancel that can't be read", 1),
+        ("a cancel of one that nobody knows", 2),
+        ("a cancel of one that is over", 3),
+    ],
+)
+def test_cancel_ends_nothing(told, cancel, code):
+    """The code says why."""
+    assert {"code": code, "goals": 0} == told[cancel]
+
+
+@pytest.mark.parametrize(("goal", "code"), [("to nowhere", 208), ("drop nothing", -19)])
+def test_goal_is_aborted(told, goal, code):
+    """It was accepted, and the result says why it can't be reached."""
+    assert {"accepted": True, "stamped": True, "status": ABORTED, "error_code": code} == told[goal]
+
+
+def test_result_of_an_unknown_goal(told):
+    """Is of no status, and comes at once."""
+    assert {"status": 0} == told["no such goal"]
+
+
+def test_result_is_held(told):
+    """Until the goal has ended, for whoever waits so long, and with what he asked under."""
+    assert {"status": SUCCEEDED, "sequence": 7, "its_own": True} == told["a held result"]

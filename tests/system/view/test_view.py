@@ -1,0 +1,127 @@
+"""``hmrsim view`` and ``hmrsim run --view``, as processes."""
+
+from __future__ import annotations
+
+import json
+import signal
+import socket
+
+import pytest
+
+from hmrsim.cli import main
+from tests import processes
+from tests.wire.view.pages import PATIENCE, fetched, opened
+
+
+@pytest.fixture
+def start():
+    """Return the function that starts hmrsim as a process; what still runs at the end of the test is killed."""
+    started = []
+
+    def run(*arguments):
+        started.append(processes.start("hmrsim", *arguments))
+        return started[-1]
+
+    yield run
+    for process in started:
+        with process:
+            process.kill()
+
+
+@pytest.fixture
+def taken():
+    """A port that somebody has."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        yield str(server.getsockname()[1])
+
+
+def test_nobody_there_is_3(capsys):
+    """Where no simulator answers there is one line of advice, and no page."""
+    code = main(["view", "--port", "0", "--connect", "tcp/127.0.0.1:1", "--timeout", "0.3"])
+
+    assert 3 == code
+    assert "hmrsim run WORLD" in capsys.readouterr().err
+
+
+def test_a_simulator_of_another_prefix_is_3(simulator, capsys):
+    """Somebody answers, but not for that prefix."""
+    code = main(["view", "--port", "0", "--connect", *simulator.connect, "--prefix", "other", "--timeout", "0.3"])
+
+    assert 3 == code
+    assert "'other/_world/alive'" in capsys.readouterr().err
+
+
+def test_a_taken_port_is_2(simulator, taken, capsys):
+    """One line that names the port and the option."""
+    code = main(["view", "--port", taken, "--connect", *simulator.connect])
+
+    assert 2 == code
+    assert (
+        f"hmrsim: 127.0.0.1:{taken} is taken; name another with --port, 0 for a free one\n" == capsys.readouterr().err
+    )
+
+
+def test_what_is_no_port_is_2(capsys):
+    """The text says what would do."""
+    code = main(["view", "--port", "70000"])
+
+    assert 2 == code
+    assert "'70000' is no port; a whole number from 0 to 65535 is" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("content", [None, b"", b"no recording\n"])
+def test_what_is_no_recording_is_2(tmp_path, content, capsys):
+    """One line that names the file."""
+    path = tmp_path / "shift.mcap"
+    if content is not None:
+        path.write_bytes(content)
+    code = main(["view", str(path), "--port", "0"])
+
+    complaint = capsys.readouterr().err
+    assert 2 == code
+    assert (1, True) == (len(complaint.splitlines()), str(path) in complaint)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_well(start, simulator, number):
+    """With a page open, too: exit code 0 and not a word."""
+    process = start("view", "--port", "0", "--connect", *simulator.connect)
+    word, url = process.stdout.readline().split()
+    with opened(url) as page:
+        page.get("_world/info")
+        process.send_signal(number)
+        out, err = process.communicate(timeout=PATIENCE)
+
+    assert ("ready", 0, "", "") == (word, process.returncode, out, err)
+
+
+def test_ready_as_json(start, simulator):
+    """One object, for programs."""
+    process = start("view", "--port", "0", "--json", "--connect", *simulator.connect)
+    ready = json.loads(process.stdout.readline())
+
+    assert ready["ready"] is True
+    assert 200 == fetched(ready["url"], "/source")[0]
+
+
+def test_a_run_with_a_view(start):
+    """Its page is up when it is ready, and ends with it."""
+    process = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0", "--view", "0", "--json")
+    url = json.loads(process.stdout.readline())["view"]
+    with opened(url) as page:
+        seen = page.get("_world/info")["replies"][0][1]["world"]["name"]
+        process.terminate()
+        _, err = process.communicate(timeout=PATIENCE)
+
+    assert ("scenario 1", 0, True) == (seen, process.returncode, url in err)
+    with pytest.raises(OSError, match="refused"):
+        fetched(url, "/source")
+
+
+def test_a_run_whose_view_has_no_port_is_2(start, taken):
+    """It says so at once, in words of its own option."""
+    process = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0", "--view", taken, "--log-level", "error")
+    out, err = process.communicate(timeout=PATIENCE)
+
+    assert (2, "") == (process.returncode, out)
+    assert f"hmrsim: --view: 127.0.0.1:{taken} is taken; name another with --view, 0 for a free one\n" == err

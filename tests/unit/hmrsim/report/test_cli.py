@@ -1,0 +1,234 @@
+"""``hmrsim report``."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import jsonschema
+import pytest
+
+from hmrsim.cli import main
+from hmrsim.report import Report
+from tests.unit.hmrsim.report.worlds import ALONE, FAULTY, MEETING
+
+
+@pytest.fixture
+def file(tmp_path, trace):
+    """Return the function that writes the trace of a world to a file."""
+
+    def write(world, **run):
+        path = tmp_path / "run.jsonl"
+        path.write_text("".join(trace(world, **run)))
+        return path
+
+    return write
+
+
+def _table(path):
+    with path.open(encoding="utf-8", newline="") as lines:
+        return list(csv.DictReader(lines))
+
+
+def test_a_summary_is_printed(file, capsys):
+    """Of the whole, and of each robot."""
+    code = main(["report", str(file(MEETING))])
+    out = capsys.readouterr().out
+
+    assert 0 == code
+    assert out.startswith("meeting: 2 robots, 9.000 simulated seconds, seed 0\n")
+    assert "goals: 3 SUCCEEDED (100 % of those that ended succeeded)" in out
+    assert "late" in out
+
+
+def test_failed_goals_are_no_failure_of_the_report(file, capsys):
+    """Exit 0, and the error is among what is printed."""
+    code = main(["report", str(file(FAULTY, until=4.0))])
+
+    assert (0, True) == (code, "has broken down" in capsys.readouterr().out)
+
+
+def test_json_is_one_value_of_the_schema(file, capsys):
+    """Nothing else is on standard output."""
+    main(["report", str(file(MEETING)), "--json"])
+    told = json.loads(capsys.readouterr().out)
+
+    jsonschema.validate(told, Report.model_json_schema(mode="serialization"))
+    assert (1, 3) == (told["report"], len(told["goals"]))
+
+
+def test_tables_are_read_back(file, tmp_path):
+    """A row a goal, with plain numbers, and nothing where nothing is known."""
+    code = main(["report", str(file(ALONE)), "--csv", str(tmp_path / "tables")])
+    goals = _table(tmp_path / "tables" / "goals.csv")
+
+    assert 0 == code
+    assert [
+        ("navigate_to_pose", 4.0, "SUCCEEDED", ""),
+        ("wait", 2.0, "SUCCEEDED", ""),
+        ("navigate_to_pose", 4.0, "SUCCEEDED", ""),
+    ] == [(goal["action"], float(goal["duration"]), goal["status"], goal["error_msg"]) for goal in goals]
+    assert ["4.0", "", "0.0"] == [goal["target_x"] for goal in goals]
+
+
+def test_each_robot_has_a_row_with_its_states(file, tmp_path):
+    """Seconds, which are what robots.csv has them in."""
+    main(["report", str(file(ALONE)), "--csv", str(tmp_path)])
+    (robot,) = _table(tmp_path / "robots.csv")
+
+    assert ("8.0", "2.0", "8.0") == (robot["driving"], robot["busy"], robot["distance"])
+
+
+def test_a_page_and_tables_at_once(file, tmp_path, capsys):
+    """Nothing is printed then."""
+    page = tmp_path / "report.html"
+    main(["report", str(file(ALONE)), "-o", str(page), "--csv", str(tmp_path)])
+
+    assert page.read_text(encoding="utf-8").startswith("<!doctype html>")
+    assert "" == capsys.readouterr().out
+
+
+def test_a_page_on_standard_output(file, capsys):
+    """With -o -."""
+    main(["report", str(file(ALONE)), "-o", "-"])
+
+    assert capsys.readouterr().out.startswith("<!doctype html>")
+
+
+@pytest.mark.parametrize("text", ["", "hello\n", "[" * 100_000 + "\n", '{"kind":"header"}\n', "\x89MCAQ\n"])
+@pytest.mark.parametrize("name", ["run.jsonl", "run.mcap"])
+def test_what_is_neither_a_trace_nor_a_recording(tmp_path, capsys, text, name):
+    """One line that names both, whatever the file is called; exit 2."""
+    path = tmp_path / name
+    path.write_text(text)
+    code = main(["report", str(path)])
+
+    error = "line 1: no header of a trace, and no MCAP; expected a file that was written with --trace or --record"
+    assert (2, f"hmrsim: {path}: {error}\n") == (code, capsys.readouterr().err)
+
+
+def test_what_is_no_text_and_no_recording(tmp_path, capsys):
+    """One line that names both; exit 2."""
+    path = tmp_path / "run.mcap"
+    path.write_bytes(b"\xff\xfe\n")
+    code = main(["report", str(path)])
+
+    error = "neither a trace, which is text, nor a recording, which is MCAP"
+    assert (2, f"hmrsim: {path}: {error}\n") == (code, capsys.readouterr().err)
+
+
+@pytest.mark.parametrize("line", ["NaN", '{"kind":"status","stamp":{"sec":NaN,"nanosec":0}}', "[" * 100_000, "{", "7"])
+def test_lines_that_are_no_json_object(file, capsys, line):
+    """One line that names the place, exit 2."""
+    path = file(ALONE)
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([*lines[:3], line, *lines[3:]]) + "\n")
+    code = main(["report", str(path)])
+    err = capsys.readouterr().err
+
+    assert (2, 1) == (code, err.count("\n"))
+    assert err.startswith(f"hmrsim: {path}: line 4: ")
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        {"kind": "status", "robot": 7, "action": "wait", "goal_id": "", "status": 1},
+        {"kind": "status", "robot": "wall_e", "action": "wait", "goal_id": "", "status": 77},
+        {"kind": "status", "robot": "wall_e", "action": "wait", "goal_id": "", "status": 0},
+        {"kind": "waiting", "robot": "wall_e", "at": [1e999, None], "for": "all"},
+        {"kind": "deadlock", "robots": {}, "lanes": 7},
+        {"kind": "fault_began", "name": [], "fault": {}},
+        {"kind": "motion", "robot": "wall_e", "from": [0, 0], "to": [1, 1], "duration": -1},
+        {"kind": "dock_docked", "robot": "wall_e", "dock": None},
+        {"kind": "battery_low", "robot": "wall_e", "percentage": "much"},
+    ],
+)
+def test_events_that_make_no_sense_are_left_out(file, capsys, event):
+    """And counted; the rest is reported."""
+    path = file(ALONE)
+    lines = path.read_text().splitlines()
+    text = json.dumps({**event, "stamp": {"sec": 2, "nanosec": 0}}).replace("Infinity", "1e999")
+    path.write_text("\n".join([*lines[:3], text, *lines[3:]]) + "\n")
+    code = main(["report", str(path), "--json"])
+    told = json.loads(capsys.readouterr().out)
+
+    assert (0, 3) == (code, len([goal for goal in told["goals"] if goal["status"] == "SUCCEEDED"]))
+    assert any("Left out" in note for note in told["source"]["notes"])
+
+
+def test_a_trace_that_was_cut_short(file, capsys):
+    """A warning, and a report."""
+    path = file(ALONE)
+    path.write_text(path.read_text()[:-50])
+    code = main(["report", str(path)])
+    told = capsys.readouterr()
+
+    assert (0, f"{path}: The trace was cut short: what came later is not known.\n") == (code, told.err)
+    assert told.out.startswith("alone: 1 robot")
+
+
+def test_a_file_that_is_not_there(tmp_path, capsys):
+    """One line, exit 2."""
+    code = main(["report", str(tmp_path / "none")])
+
+    assert (2, f"hmrsim: {tmp_path}/none: can't be read: no such file or directory\n") == (
+        code,
+        capsys.readouterr().err,
+    )
+
+
+@pytest.mark.parametrize("option", ["-o", "--csv"])
+def test_where_nothing_can_be_written_is_known_first(tmp_path, capsys, option):
+    """Before anything is read, which may take long."""
+    there = tmp_path / "file"
+    there.touch()
+    main(["report", str(tmp_path / "none"), option, str(there / "x")])
+
+    assert f"hmrsim report: {option} {there}/x: can't be written: not a directory\n" == capsys.readouterr().err
+
+
+def test_a_page_over_what_it_is_of(file, capsys):
+    """It is refused, and the trace is as it was."""
+    path = file(ALONE)
+    before = path.read_bytes()
+    code = main(["report", str(path), "-o", str(path)])
+
+    assert (2, f"hmrsim report: -o {path}: is what the report is of\n") == (code, capsys.readouterr().err)
+    assert before == path.read_bytes()
+
+
+def test_nothing_is_left_behind_where_there_is_no_report(tmp_path):
+    """Neither a page nor a folder."""
+    code = main(["report", str(tmp_path / "none"), "-o", str(tmp_path / "page"), "--csv", str(tmp_path / "tables")])
+
+    assert (2, []) == (code, list(tmp_path.iterdir()))
+
+
+def test_tables_into_no_folder(file, tmp_path, monkeypatch, capsys):
+    """An empty name, as of a variable of the shell that is not set, is not the folder that one is in."""
+    path = file(ALONE)
+    monkeypatch.chdir(tmp_path)
+    code = main(["report", str(path), "--csv", ""])
+
+    assert (2, True) == (code, "--csv: empty; expected a folder" in capsys.readouterr().err)
+    assert [path] == list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("option", ["-o", "--csv"])
+def test_where_nothing_can_be_written(file, capsys, option):
+    """One line that names the option, exit 2."""
+    path = file(ALONE)
+    code = main(["report", str(path), option, str(path / "x")])
+
+    assert (2, f"hmrsim report: {option} {path}/x: can't be written: not a directory\n") == (
+        code,
+        capsys.readouterr().err,
+    )
+
+
+def test_two_that_want_the_standard_output(file, capsys):
+    """A page and JSON can't both be printed."""
+    code = main(["report", str(file(ALONE)), "-o", "-", "--json"])
+
+    assert (2, True) == (code, "both want the standard output" in capsys.readouterr().err)

@@ -1,0 +1,148 @@
+"""The page of a report."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from hmrsim.report import of_trace, report_of
+from hmrsim.report.page import page_of
+from hmrsim.report.timeline import timeline_of
+from tests.unit.hmrsim.report.worlds import ALONE, FAULTY, MEETING
+
+EVIL = "</style></title><script>alert(1)</script>"
+
+
+class _Elements(HTMLParser):
+    """Collects the elements of a page."""
+
+    def __init__(self):
+        super().__init__()
+        self.found = []
+
+    def handle_starttag(self, tag, attrs):
+        """Keep an element with its attributes."""
+        self.found.append((tag, dict(attrs)))
+
+
+def _elements(page):
+    parser = _Elements()
+    parser.feed(page)
+    return parser.found
+
+
+@pytest.fixture
+def page(told):
+    """Return the function that runs a world and returns its page."""
+
+    def make(world, **run):
+        found = told(world, **run)
+        return page_of(report_of(found), found.definition)
+
+    return make
+
+
+def test_it_asks_nobody_for_anything(page):
+    """No element loads anything, and the policy forbids it."""
+    found = _elements(page(MEETING))
+    links = [value for _, attrs in found for name, value in attrs.items() if name in ("src", "href", "data", "action")]
+
+    assert all(link.startswith("#") for link in links)
+    assert "default-src 'none'" in next(attrs["content"] for tag, attrs in found if "http-equiv" in attrs)
+    assert "url(" not in page(MEETING)
+
+
+def test_the_timeline_has_a_bar_a_goal(page):
+    """And one for each wait."""
+    found = _elements(page(MEETING))
+    classes = [attrs.get("class", "") for tag, attrs in found if tag == "rect"]
+
+    assert (3, 1) == (classes.count("g succeeded") - _throughput_bars(found), classes.count("w way"))
+
+
+def _throughput_bars(found):
+    """Return how many bars stand for goals that ended at a time, which look like goals."""
+    heights = [attrs for tag, attrs in found if tag == "rect" and attrs.get("class") == "g succeeded"]
+    return sum(attrs["height"] not in ("11", "5") for attrs in heights)
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_names_and_errors_are_text(trace, changed, exact):
+    """Whatever stands in a world's name, an item, a fault or an error of a trace is shown, and not done."""
+    world = FAULTY | {
+        "name": EVIL,
+        "places": {EVIL: {"at": [2, 0]}},
+        "items": {EVIL[:90]: {"at": [1, 1]}},
+        "faults": [FAULTY["faults"][0] | {"name": "flat_tyre"}],
+    }
+    lines = trace(world, until=4.0)
+    if not exact:
+        lines = [
+            line.replace("wall_e has broken", "<img src=x onerror=alert(2)> has broken") for line in changed(lines)
+        ]
+        lines = [line.replace('"robot":"wall_e"', '"robot":"<script>alert(3)</script>"') for line in lines]
+    told = of_trace(lambda: lines)
+    page = page_of(report_of(told), told.definition)
+    found = _elements(page)
+
+    assert ["script"] == [tag for tag, _ in found if tag in ("script", "img")]
+    assert "alert(1)" in page
+    assert not [name for _, attrs in found for name in attrs if name.startswith("on")]
+    assert exact or "&lt;img src=x onerror=alert(2)&gt;" in page
+
+
+def test_it_is_the_same_each_time(page):
+    """Byte for byte."""
+    assert page(MEETING) == page(MEETING)
+
+
+def test_tables_have_captions_and_headings(page):
+    """So that who hears the page knows what it says."""
+    text = page(FAULTY, until=4.0)
+
+    assert text.count("<table>") == text.count("<caption") == text.count("<thead>")
+    assert re.search(r'<th scope="row">wall_e', text)
+
+
+def test_a_world_without_lanes_has_a_map(page):
+    """Of the ways that were driven."""
+    world = {"name": "open", "robots": {"wall_e": {"type": "carrier", "at": [0, 0], "script": ["Wait 1"]}}}
+
+    assert 'class="map"' in page(world)
+
+
+def test_an_empty_run_has_a_page(page):
+    """Nobody there, nothing done."""
+    text = page({"name": "empty"})
+
+    assert "Nobody waited for anything." in text
+    assert "No goal was aborted or rejected." in text
+
+
+def test_what_is_missing_is_said(trace, changed):
+    """At the top of the page."""
+    lines = changed(trace(ALONE))
+    told = of_trace(lambda: lines)
+
+    assert '<p class="warning">The trace could not be run again exactly' in page_of(report_of(told), told.definition)
+
+
+def test_goals_that_are_too_many_are_drawn_together(told):
+    """With a note; no row has more bars than anybody can tell apart."""
+    found = report_of(told(ALONE))
+    (goal, *_) = found.goals
+    many = [goal.model_copy(update={"accepted": i / 2500, "ended": (i + 1) / 2500}) for i in range(25_000)]
+    timeline = timeline_of(found.model_copy(update={"goals": tuple(many)}))
+
+    assert timeline.together > 0
+    assert timeline.rows[0].svg.count('class="g ') <= 20_000
+
+
+def test_a_name_is_no_markup_in_the_map(page):
+    """A place of that name is text there."""
+    text = page(ALONE | {"places": {"<b>here</b>": {"at": [1, 1]}}})
+
+    assert "<b>here" not in text
+    assert "&lt;b&gt;here&lt;/b&gt;" in text

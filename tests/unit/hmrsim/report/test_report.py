@@ -1,0 +1,236 @@
+"""What a report says of small worlds, in numbers that can be reckoned by hand."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hmrsim.report import of_trace, report_of
+from tests.profiles import examples
+from tests.unit.hmrsim.report.worlds import ALONE, CHARGING, FAULTY, MEETING, goal_to, traced
+
+
+def test_distance_is_what_was_driven(report):
+    """Four metres there and four back."""
+    (robot,) = report(ALONE).robots
+
+    assert 8.0 == robot.distance
+
+
+def test_time_is_shared_between_states(report):
+    """4 s of driving, 2 s of waiting by a goal, 4 s of driving."""
+    (robot,) = report(ALONE).robots
+
+    assert {"driving": 8.0, "busy": 2.0} == {state: time for state, time in robot.seconds.items() if time}
+    assert {"driving": 0.8, "busy": 0.2} == {state: share for state, share in robot.share.items() if share}
+
+
+def test_spans_follow_each_other(report):
+    """What a robot did when."""
+    spans = [(span.state, span.began, span.ended) for span in report(ALONE).states]
+
+    assert [("driving", 0.0, 4.0), ("busy", 4.0, 6.0), ("driving", 6.0, 10.0)] == spans
+
+
+def test_each_goal_is_one_entry(report):
+    """With what it was, when, how long and how far."""
+    goals = [(goal.action, goal.accepted, goal.ended, goal.distance, goal.target) for goal in report(ALONE).goals]
+
+    assert [
+        ("navigate_to_pose", 0.0, 4.0, 4.0, "(4, 0)"),
+        ("wait", 4.0, 6.0, 0.0, "2 s"),
+        ("navigate_to_pose", 6.0, 10.0, 4.0, "(0, 0)"),
+    ] == goals
+
+
+def test_a_wait_says_for_whom_and_how_long(report):
+    """The second robot waits until the first one has left the crossing; both go on."""
+    found = report(MEETING)
+
+    assert [("late", ("early",), 1.0, "went_on")] == [(w.robot, w.robots, w.duration, w.until) for w in found.waits]
+    assert {"early": 1.0} == {r.name: r.waited_for for r in found.robots}["late"]
+    assert 1.0 == sum(goal.waited for goal in found.goals)
+
+
+def test_lanes_count_drives_and_waits(report):
+    """One lane there and one back; each is a direction of its own."""
+    lanes = {(lane.begin, lane.end): (lane.drives, lane.distance, lane.seconds) for lane in report(ALONE).lanes}
+
+    assert {("home", "door"): (1, 4.0, 4.0), ("door", "home"): (1, 4.0, 4.0)} == lanes
+
+
+def test_energy_is_what_the_batteries_lost_and_gained(report):
+    """12 s at 2 W out of 100 J, then the charger gives back 10 W until it is full."""
+    (robot,) = report(CHARGING).robots
+
+    assert (24.0, 24.0, 1.0) == (robot.energy_used, robot.energy_charged, robot.battery)
+    assert 0.76 == robot.lowest_battery
+
+
+def test_docks_are_used(report):
+    """Once, by one robot."""
+    (dock,) = [fixture for fixture in report(CHARGING).fixtures if fixture.kind == "dock"]
+
+    assert ("charger", 1, 1, 0) == (dock.name, dock.uses, dock.robots, dock.waits)
+
+
+def test_a_goal_that_is_canceled_half_way(report, send, cancel):
+    """It was driven 1.5 m of it, at 1.5 s."""
+    found = report(
+        ALONE | {"robots": {"wall_e": {"type": "cart", "at": "home"}}},
+        commands=[
+            (0.0, send("wall_e", "navigate_to_pose", goal_to(4, 0), "a" * 32)),
+            (1.5, cancel("wall_e", "navigate_to_pose", "a" * 32)),
+        ],
+        until=3.0,
+    )
+    (goal,), (robot,) = found.goals, found.robots
+
+    assert ("CANCELED", 1.5, 1.5) == (goal.status, goal.ended, goal.distance)
+    assert {"driving": 1.5, "idle": 1.5} == {state: time for state, time in robot.seconds.items() if time}
+
+
+def test_a_goal_that_still_runs_has_no_end(report, send):
+    """And what was driven of it counts."""
+    found = report(
+        ALONE | {"robots": {"wall_e": {"type": "cart", "at": "home"}}},
+        commands=[(0.0, send("wall_e", "navigate_to_pose", goal_to(4, 0)))],
+        until=2.5,
+    )
+    (goal,) = found.goals
+
+    assert ("EXECUTING", None, None, 2.5) == (goal.status, goal.ended, goal.duration, goal.distance)
+    assert found.summary.success_rate is None
+
+
+def test_acceleration_is_reckoned_with(report, send):
+    """With 1 m/s² half a metre has been driven after the first second."""
+    world = ALONE | {
+        "robot_types": {"cart": {"base": {"speed": 1, "acceleration": 1}}},
+        "robots": {"wall_e": {"type": "cart", "at": "home"}},
+    }
+    found = report(world, commands=[(0.0, send("wall_e", "navigate_to_pose", goal_to(4, 0)))], until=1.0)
+
+    assert 0.5 == found.robots[0].distance
+
+
+def test_an_error_says_its_cause(report):
+    """A robot that breaks down while it drives: the code, the text, and the fault."""
+    (error, *_) = report(FAULTY).errors
+
+    assert (2.0, "wall_e", "ABORTED", ("flat_tyre",)) == (error.at, error.robot, error.status, error.faults)
+    assert "has broken down" in error.error_msg
+
+
+def test_a_robot_that_has_broken_down_is_stopped(report):
+    """As long as the fault lasts, which is to the end."""
+    found = report(FAULTY, until=5.0)
+
+    assert [("driving", 0.0, 2.0), ("stopped", 2.0, 5.0)] == [(s.state, s.began, s.ended) for s in found.states]
+    assert [("flat_tyre", 2.0, None)] == [(f.name, f.began, f.ended) for f in found.faults]
+
+
+def test_rejected_goals_are_errors_and_no_goals(report, send):
+    """With the reason for programs as the error's name."""
+    found = report(
+        ALONE | {"robots": {"wall_e": {"type": "cart", "at": "home"}}},
+        commands=[(1.0, send("nobody", "wait", {"time": {"sec": 1}}))],
+        until=2.0,
+    )
+
+    assert [("nobody", "REJECTED", "unknown_robot")] == [(e.robot, e.status, e.error_name) for e in found.errors]
+    assert (0, 1) == (len(found.goals), found.summary.rejected)
+
+
+def test_throughput_counts_each_goal_once(report):
+    """In buckets that cover the whole time."""
+    found = report(ALONE)
+
+    assert 3 == sum(bucket.succeeded for bucket in found.throughput)
+    assert (0.0, 10.0) == (found.throughput[0].began, found.throughput[-1].ended)
+
+
+def test_a_run_without_motions_says_what_is_missing(trace, changed):
+    """A trace of another version: goals and waits, but no distance, and it says so."""
+    lines = changed(trace(ALONE))
+    found = report_of(of_trace(lambda: lines))
+
+    assert (False, None, 3) == (found.source.exact, found.summary.distance, len(found.goals))
+    assert "Missing therefore: distances" in found.source.notes[0]
+
+
+def test_what_was_asked_for_is_known_of_commands(trace, changed, send):
+    """Also where it can't be run again."""
+    world = ALONE | {"robots": {"wall_e": {"type": "cart", "at": "home"}}}
+    lines = changed(trace(world, commands=[(0.0, send("wall_e", "navigate_to_pose", goal_to(4, 0)))], until=5.0))
+    (goal,) = report_of(of_trace(lambda: lines)).goals
+
+    assert ("(4, 0)", 4.0, 0.0) == (goal.target, goal.target_x, goal.target_y)
+
+
+def test_waits_are_the_same_without_motions(report, trace, changed):
+    """The trace itself has them."""
+    lines = changed(trace(MEETING))
+    found = report_of(of_trace(lambda: lines))
+
+    assert report(MEETING).waits[0].model_dump(exclude={"until"}) == found.waits[0].model_dump(exclude={"until"})
+
+
+def test_a_trace_that_was_cut_short_is_exact_so_far(trace):
+    """And says that it was."""
+    lines = trace(ALONE)
+    found = report_of(of_trace(lambda: [*lines[:4], lines[4][:20]]))
+
+    assert (True, False) == (found.source.exact, found.source.complete)
+    assert ("The trace was cut short: what came later is not known.",) == found.source.notes
+
+
+def test_the_same_trace_has_the_same_report(trace):
+    """Byte for byte."""
+    lines = trace(MEETING)
+    one, other = (report_of(of_trace(lambda: lines)).model_dump_json() for _ in range(2))
+
+    assert one == other
+
+
+@pytest.mark.parametrize("exact", [True, False])
+@examples(25)
+@given(data=st.data())
+def test_what_always_holds(data, exact):
+    """Shares sum to 1 and seconds to the whole time; waits are within it; each robot's spans follow each other."""
+    orders = st.lists(st.sampled_from(["Go west", "Go east", "Go middle", "Go bay", "Wait 1.5"]), max_size=5)
+    robots = {
+        name: {"at": at, "script": data.draw(orders)} for name, at in (("a", "west"), ("b", "east"), ("c", "bay"))
+    }
+    world = {
+        "waypoints": {"west": [0, 0], "middle": [10, 0], "east": [20, 0], "bay": [10, 4]},
+        "lanes": [["west", "middle"], ["middle", "east"], ["middle", "bay"]],
+        "robot_types": {
+            "cart": {
+                "base": {"speed": 1, "radius": 0.4, "acceleration": data.draw(st.sampled_from([0.0, 0.7])) or None}
+            }
+        },
+        "robots": {name: robot | {"type": "cart"} for name, robot in robots.items()},
+        "traffic": {"policy": data.draw(st.sampled_from(["free", "reserve", "priority"])), "patience": 20},
+    }
+    lines = traced(world)
+    if not exact:
+        lines = [lines[0].replace('"contract":1', '"contract":9'), *lines[1:]]
+    found = report_of(of_trace(lambda: lines))
+
+    whole = found.summary.sim_time
+    for robot in found.robots:
+        spans = [(span.began, span.ended) for span in found.states if span.robot == robot.name]
+        assert math.isclose(1.0, sum(robot.share.values()))
+        assert math.isclose(whole, sum(robot.seconds.values()), abs_tol=1e-6)
+        assert all(a[1] == b[0] for a, b in pairwise(spans))
+        assert math.isclose(robot.waited, robot.seconds["waiting"], abs_tol=1e-6)
+    accepted = {line.split('"goal_id":"')[1][:32] for line in lines if '"status":1}' in line}
+    assert sorted(accepted) == sorted(goal.goal_id for goal in found.goals)
+    assert 0 == sum(1 for note in found.source.notes if note.startswith("Left out"))
+    if exact:
+        assert math.isclose(sum(lane.distance for lane in found.lanes), found.summary.distance, abs_tol=1e-6)

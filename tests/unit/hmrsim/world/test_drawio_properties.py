@@ -1,0 +1,110 @@
+"""What is true of every drawing."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hmrsim.errors import WorldError
+from hmrsim.world.formats.drawio import FORMAT
+from hmrsim.world.options import AS_IT_IS
+from tests.profiles import examples
+from tests.unit.hmrsim.world.drawings import (
+    CORNER,
+    ROOM,
+    WALL,
+    WALL_U,
+    diagram,
+    drawing,
+    file,
+    model,
+    packed,
+    road,
+    shape,
+    typed,
+)
+
+numbers = st.integers(-400, 4000).map(lambda n: n / 4)
+sizes = st.integers(0, 800).map(lambda n: n / 4)
+turns = st.integers(-360, 360)
+labels = st.text(st.characters(codec="utf-8", exclude_categories=["Cs", "Cc"]), max_size=10)
+styles = st.sampled_from(
+    [WALL, WALL_U, CORNER, ROOM, "rounded=0", "ellipse", "text", f"{CORNER};direction=north", f"{WALL_U};flipV=1"]
+)
+
+
+@st.composite
+def shapes(draw):
+    """Return cells: bare shapes, named points and roads, as functions of where and in what they are."""
+    kind = draw(st.sampled_from(["shape", "POI", "road"]))
+    identifier = f"c{draw(st.integers(0, 10**9))}"
+    x, y, width, height = draw(numbers), draw(numbers), draw(sizes), draw(sizes)
+    if kind == "POI":
+        label = draw(labels)
+        return lambda dx, dy, parent: typed(
+            "POI", x + dx, y + dy, width, height, tag=identifier, id=identifier, label=label, parent=parent
+        )
+    if kind == "road":
+        return lambda dx, dy, parent: road(
+            (x + dx, y + dy), (x + width + dx, y + height + dy), identifier=identifier, parent=parent
+        )
+    style = f"{draw(styles)};rotation={draw(turns)}"
+    return lambda dx, dy, parent: shape(style, x + dx, y + dy, width, height, id=identifier, parent=parent)
+
+
+drawings = st.lists(shapes(), max_size=6)
+
+
+def read(text: str) -> dict:
+    """Return what a file brings."""
+    return FORMAT.read(text, "map.drawio", AS_IT_IS).data
+
+
+@given(drawings)
+@examples(60)
+def test_compressed_is_plain(cells):
+    """A drawing is the same either way."""
+    content = model(*(cell(0, 0, "1") for cell in cells))
+
+    assert read(file(diagram(content))) == read(file(diagram(packed(content))))
+
+
+@given(styles, numbers, numbers, sizes, sizes, turns)
+@examples(60)
+def test_full_turn_is_none(style, x, y, width, height, turn):
+    """360 degrees more are the same."""
+    once, again = (
+        read(drawing(shape(f"{style};rotation={degrees}", x, y, width, height))) for degrees in (turn, turn + 360)
+    )
+
+    assert once == again
+
+
+@given(drawings, numbers, numbers, turns)
+@examples(60)
+def test_group_is_its_children_moved(cells, x, y, turn):
+    """Quarters of a pixel add up exactly; how the group is turned is in its children already."""
+    group = shape(f"group;rotation={turn}", x, y, 50, 50, id="g")
+    grouped = read(drawing(group, *(cell(0, 0, "g") for cell in cells)))
+
+    assert grouped == read(drawing(*(cell(x, y, "1") for cell in cells)))
+
+
+@given(st.text(max_size=100) | st.binary(max_size=100).map(packed))
+@examples(200)
+def test_any_text_is_read_or_refused(text):
+    """No text makes anything but a document or a WorldError."""
+    for whole in (text, file(diagram(text)), f"<mxGraphModel><root>{text}</root></mxGraphModel>"):
+        try:
+            assert FORMAT.read(whole, "x", AS_IT_IS).pages
+        except WorldError as error:
+            assert error.problems  # noqa: PT017  # either will do
+
+
+@given(st.dictionaries(st.sampled_from(["type", "id", "name", "battery", "speed", "component_Script"]), labels))
+@examples(100)
+def test_any_attribute_is_read_or_told(attributes):
+    """No attribute makes anything but a document."""
+    cell = typed("robot", 1, 1, **attributes)
+
+    assert isinstance(FORMAT.read(drawing(cell), "x", AS_IT_IS).data["robots"], dict)

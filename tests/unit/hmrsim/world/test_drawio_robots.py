@@ -1,0 +1,214 @@
+"""The robots of a drawing: components, scripts, and the ways that they follow by themselves."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hmrsim.world.formats.drawio import FORMAT
+from hmrsim.world.options import AS_IT_IS
+from tests.unit.hmrsim.world.drawings import drawing, line, robot, shape, typed
+
+SCRIPT = '[["Go bed", "Wait 2"], 0]'
+
+
+def read(*cells: str) -> dict:
+    """Return the robots of a drawing, before anybody checks their orders."""
+    document = FORMAT.read(drawing(*cells), "map.drawio", AS_IT_IS)
+    assert document.findings == ()
+    return document.data["robots"]
+
+
+def test_script_becomes_orders():
+    """The second element, a number, counts for nothing."""
+    assert read(robot(component_Script=SCRIPT))["eve"]["script"] == ["Go bed", "Wait 2"]
+
+
+@pytest.mark.parametrize("script", ["[]", "[[], 5]", "[[]]"])
+def test_script_without_orders_is_none(script):
+    """Nothing is done."""
+    assert read(robot(component_Script=script))["eve"]["script"] == []
+
+
+def test_way_is_followed_before_the_script():
+    """From the first point that is drawn, not from the robot; to the centre of the shape where it ends."""
+    way = line("path", (110.5, 100), (200, 0.125), (200, 150), source="eve", target="bed")
+    bed = typed("POI", 245, 145, 10, 10, tag="bed", id="bed")
+
+    assert read(way, robot(component_Script=SCRIPT), bed)["eve"]["script"] == [
+        "Follow 110.5 100 200 0.125 200 150 250 150",
+        "Go bed",
+        "Wait 2",
+    ]
+
+
+def test_several_ways_are_followed_in_the_order_of_the_file():
+    """One order each; every robot has its own."""
+    ways = [
+        line("path", (i, 0), (i, 9), source=name, identifier=f"p{i}")
+        for i, name in enumerate(["eve", "wall_e", "eve"])
+    ]  # fmt: skip
+    robots = read(*ways, robot(), typed("robot", 200, 200, name="wall_e", id="wall_e"))
+
+    assert robots["eve"]["script"] == ["Follow 0 0 0 9", "Follow 2 0 2 9"]
+    assert robots["wall_e"]["script"] == ["Follow 1 0 1 9"]
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        ("", "has no source; draw it from the robot that is to follow it"),
+        ("bed", "has the source 'bed', which is no robot; draw it from the robot that is to follow it"),
+        ("x", "has the source 'x', which is no shape on this page"),
+    ],
+)
+def test_way_of_nobody_is_an_error(wrong, source, message):
+    """The cell is named."""
+    cells = (line("path", (0, 0), (9, 9), source=source, identifier="p"), typed("POI", 9, 9, tag="bed", id="bed"))
+
+    assert wrong(*cells) == [f"1: path cell 'p': {message}"]
+
+
+def test_way_of_a_bad_robot_is_not_spoken_of(wrong):
+    """One error, not two."""
+    cells = (line("path", (0, 0), (9, 9), source="eve", identifier="p"), robot(component_Claw="80"))
+
+    assert wrong(*cells) == ["1: robot cell 'eve': component_Claw is 80; expected a JSON list such as [80, 1]"]
+
+
+@pytest.mark.parametrize(
+    ("attributes", "components"),
+    [
+        ({"component_Claw": "[60, 2]"}, {"claw": {"reach": 60, "max_weight": 2}}),
+        ({"component_Claw": "[60]"}, {"claw": {"reach": 60}}),
+        ({"component_Claw": "[]"}, {"claw": {}}),
+        ({"component_Battery": "[7200.5, 1, {}]"}, {"battery": {"capacity": 7200.5}}),
+        ({"component_Battery": '["x", 5]'}, {"battery": {"capacity": 5}}),
+        ({"component_Battery": "[]"}, {"battery": {}}),
+        (
+            {"battery": '{"initialCharge":5000,"lookupTable":{"default":1,"still":0.5,"moving":2}}'},
+            {
+                "battery": {
+                    "capacity": 5000,
+                    "initial_charge": 5000,
+                    "drain": {"default": 1, "still": 0.5, "moving": 2},
+                }
+            },
+        ),
+        ({"battery": "{}"}, {"battery": {}}),
+        (
+            {"battery": '{"initialCharge":5}', "component_Battery": "[9]"},
+            {"battery": {"capacity": 9, "initial_charge": 5}},
+        ),
+        ({"collision_tag": "stopEvent", "movable": "true"}, {}),
+    ],
+)
+def test_components_are_settings_of_ours(draw, attributes, components):
+    """Arguments become settings by their places, batteries of old maps by their names."""
+    assert draw(robot(**attributes)).robots["eve"].components == components
+
+
+def test_speed_of_old_maps_is_a_frame(draw):
+    """5 px a frame at 60 frames a second; the footprint is what is drawn."""
+    base = draw(robot(speed="5")).robots["eve"].base
+
+    assert (base.speed, base.radius) == (300, 15)
+
+
+def test_all_errors_of_a_robot_are_told_at_once(wrong):
+    """Each attribute by itself, and where it is."""
+    bad = robot(
+        component_Claw="[80",
+        component_Script="[[1], 0]",
+        component_Battery='["full"]',
+        speed="fast",
+    ).replace('x="85"', 'x="left"')
+
+    assert wrong(bad) == [
+        f"1: robot cell 'eve': {message}"
+        for message in (
+            "x is 'left'; expected a number of at most 1e+07",
+            "speed is 'fast'; expected a number of at most 1e+07",
+            'component_Script is [[1], 0]; expected [["Go place", …], 0]',
+            "component_Claw is '[80'; expected JSON such as [80, 1]",
+            "component_Battery is ['full']; expected its capacity, such as [3600]",
+        )
+    ]
+
+
+@pytest.mark.parametrize(
+    ("attribute", "text", "message"),
+    [
+        ("component_Script", '"Go"', "is 'Go'; expected a JSON list such as [[\"Go place\"], 0]"),
+        ("component_Script", '["Go bed", 0]', "is ['Go bed', 0]; expected [[\"Go place\", …], 0]"),
+        ("component_Script", '[["Go bed"], "x"]', "has ['x'] after its orders; expected a number"),
+        ("component_Script", "[" * 100_000, "is '[["),
+        ("component_Claw", "[NaN]", "is '[NaN]'; expected JSON such as [80, 1]"),
+        ("component_Claw", "[1, 2, 3]", "has 3 arguments; expected at most 2: reach, max_weight"),
+        ("battery", "5000", 'is 5000; expected JSON such as {"initialCharge": 5000'),
+        ("battery", '{"lookupTable": 5}', "is a mapping; expected JSON such as"),
+        ("battery", "{", "is '{'; expected JSON such as {"),
+    ],
+)
+def test_attribute_that_makes_no_sense_is_an_error(wrong, attribute, text, message):
+    """Its value, and what would do."""
+    (error,) = wrong(robot(**{attribute: text}))
+
+    assert error.startswith(f"1: robot cell 'eve': {attribute} {message}")
+
+
+@pytest.mark.parametrize(
+    ("attributes", "error"),
+    [
+        ({"component_Claw": "[-80, 1]"}, "robots.eve.components.claw.reach: must be greater than 0, got -80"),
+        ({"speed": "-5"}, "robot cell 'eve': speed is '-5'; expected a number above 0, in px a frame"),
+        (
+            {"battery": '{"lookupTable": {"still": "much"}}'},
+            "robots.eve.components.battery.drain.still: expected a number, got 'much'",
+        ),
+    ],
+)
+def test_settings_are_checked_as_in_any_world(wrong, attributes, error):
+    """At the robot's line."""
+    assert wrong(robot(**attributes)) == [f"1: {error}"]
+
+
+def test_charge_above_the_capacity_is_an_error(wrong):
+    """Nothing holds more than it holds."""
+    (error,) = wrong(robot(battery='{"initialCharge":9}', component_Battery="[5]"))
+
+    assert "initial_charge 9 is more than the capacity 5" in error
+
+
+def test_what_is_left_out_is_a_warning(warned):
+    """A component that we don't know, a robot that can't move, a way without points."""
+    way = line("path", (0, 0), (1, 1), source="eve", identifier="p")
+    empty = way[: way.index("<mxPoint")] + way[way.index("</mxGeometry>") :]
+
+    assert warned(robot(component_Laser="[1]", movable="false", label="&lt;b&gt;Eve&lt;/b&gt;"), empty) == [
+        "robot cell 'eve' (Eve): component_Laser is not known here and left out",
+        "robot cell 'eve' (Eve): movable is 'false'; robots can always move here",
+        "path cell 'p': has no points, so there is nothing to follow",
+    ]
+
+
+def test_robots_without_a_name_are_numbered(draw):
+    """From 1, in the order of the file, past names that are taken."""
+    world = draw(*(typed("robot", x, 50, id=f"r{x}", name=name) for x, name in ((10, ""), (60, "robot_2"), (110, ""))))
+
+    assert {name: robot.at[0] for name, robot in world.robots.items()} == {"robot_1": 25, "robot_2": 75, "robot_3": 125}
+
+
+def test_illegal_name_is_told_where_it_is(wrong):
+    """As in any world."""
+    (error,) = wrong(robot("wall e"))
+
+    assert error.startswith("1: robots.wall e: ")
+
+
+def test_attributes_are_written_as_the_editor_writes_them():
+    """Line feeds and quotes in attributes are escaped."""
+    cell = robot(component_Script=json.dumps([["Go bed"], 0], indent=1)).replace("\n", "&#10;")
+
+    assert read(cell, shape("text", 1, 1, 1, 1))["eve"]["script"] == ["Go bed"]

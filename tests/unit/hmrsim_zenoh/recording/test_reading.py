@@ -1,0 +1,250 @@
+"""Recordings that end in the middle, are damaged, made by others, or meant to do harm."""
+
+from __future__ import annotations
+
+import io
+import json
+import random
+from collections import Counter
+
+import pytest
+import zstandard
+from mcap.records import Chunk
+from mcap.stream_reader import StreamReader
+from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
+
+from hmrsim.errors import RecordingError
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.protocol.commands import SendGoal
+from hmrsim_zenoh.recording import open_recording
+from hmrsim_zenoh.recording.chunks import MAX_UNPACKED, records, unpacked
+from tests.simulation import SMALL_WORLD
+from tests.unit.hmrsim_zenoh.recording.conftest import record_to
+
+
+def wait(at):
+    """Return a command and its time: a goal that takes one second."""
+    return at, SendGoal("wall_e", "wait", Wait.Goal.model_validate({"time": {"sec": 1}}), None)
+
+
+@pytest.fixture(scope="module")
+def minute(tmp_path_factory):
+    """Return the bytes of a recording of a minute, with a goal every 2 s."""
+    path = tmp_path_factory.mktemp("minute") / "run.mcap"
+    return record_to(path, *(wait(float(at)) for at in range(0, 60, 2)), until=60.0).read_bytes()
+
+
+@pytest.fixture
+def path(minute, tmp_path):
+    """Return a recording of a minute, with a goal every 2 s."""
+    path = tmp_path / "run.mcap"
+    path.write_bytes(minute)
+    return path
+
+
+def chunks(path):
+    """Return the chunks of a file."""
+    return [
+        one for one in StreamReader(io.BytesIO(path.read_bytes()), emit_chunks=True).records if isinstance(one, Chunk)
+    ]
+
+
+def written(path, topics, **options):
+    """Write a recording as somebody else might: a message a topic, at 7 ns."""
+    with path.open("wb") as file:
+        writer = Writer(file, **options)
+        writer.start()
+        schema = writer.register_schema("any", "jsonschema", b"{}")
+        for topic, data in topics.items():
+            writer.add_message(writer.register_channel(topic, "json", schema), 7, data, 7)
+        writer.finish()
+    return path
+
+
+def test_a_complete_recording_says_so(path):
+    """And from when to when it goes."""
+    recording = open_recording(path)
+
+    assert (1, 60_000_000_000, False) == (recording.begin, recording.end, recording.truncated)
+
+
+def test_the_world_is_as_in_its_file(path):
+    """The native definition, and what the simulator says of itself."""
+    recording = open_recording(path)
+
+    assert SMALL_WORLD["lanes"][0] == recording.world["lanes"][0]
+    assert "small" == recording.info["world"]["name"]
+
+
+def test_events_come_in_order(path):
+    """All of them: a goal, and accepted, executing, succeeded of each."""
+    kinds = Counter(event["kind"] for event in open_recording(path).events())
+
+    assert {"goal": 30, "status": 90} == kinds
+
+
+def test_samples_are_what_the_page_needs(path):
+    """By their keys, below the prefix."""
+    samples = list(open_recording(path).samples())
+
+    assert ["_world/world", "_world/info", "_world/scene", "_world/events"] == [key for _, key, _ in samples[:4]]
+    assert [time for time, _, _ in samples] == sorted(time for time, _, _ in samples)
+
+
+def test_batteries_are_among_the_samples(record):
+    """Decoded, as on the wire."""
+    world = {**SMALL_WORLD, "robot_types": {"nurse": {"components": {"battery": {"capacity": 100.0}}}}}
+    samples = open_recording(record(until=1.0, world=world)).samples()
+    (level,) = (state["percentage"] for _, key, state in samples if key == "eve/battery_state")
+
+    assert pytest.approx(0.99) == level
+
+
+def test_what_was_cut_off_can_be_read_up_to_there(path):
+    """All that is in complete chunks."""
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+    recording = open_recording(path)
+
+    assert recording.truncated
+    assert 60 < sum(1 for _ in recording.events()) < 120
+
+
+def test_a_damaged_chunk_costs_its_own_messages(path):
+    """What comes after it is there."""
+    data, damaged = path.read_bytes(), chunks(path)[5].data
+    path.write_bytes(data.replace(damaged, bytes(len(damaged))))
+    recording = open_recording(path)
+    times = [event["stamp"]["sec"] for event in recording.events()]
+
+    assert recording.truncated
+    assert (0, 59) == (times[0], times[-1])
+
+
+def test_a_text_is_no_recording(tmp_path):
+    """The error says what it is not."""
+    path = tmp_path / "notes.mcap"
+    path.write_text("not much")
+
+    with pytest.raises(RecordingError, match=r"notes\.mcap: no recording: it is no MCAP file"):
+        open_recording(path)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path):
+    """One line, with the reason."""
+    with pytest.raises(RecordingError, match=r"none\.mcap: can't be read: no such file or directory"):
+        open_recording(tmp_path / "none.mcap")
+
+
+def test_others_recordings_lack_our_events(tmp_path):
+    """The error says what would do."""
+    path = written(tmp_path / "other.mcap", {"/chatter": b"{}"})
+
+    with pytest.raises(RecordingError, match=r"nothing is on /_world/events; make one with `hmrsim run"):
+        open_recording(path)
+
+
+def test_a_recording_without_a_world_says_so(tmp_path):
+    """As when somebody has kept the events only."""
+    path = written(tmp_path / "events.mcap", {"/_world/events": b"{}"})
+
+    with pytest.raises(RecordingError, match="nothing is on /_world/world"):
+        open_recording(path)
+
+
+@pytest.mark.parametrize("compression", CompressionType)
+def test_it_may_have_been_packed_anew(tmp_path, compression):
+    """By the tool `mcap`, say: without our metadata, and with another compression."""
+    event = {"kind": "reset", "stamp": {"sec": 0, "nanosec": 7}}
+    topics = {"/_world/world": b"{}", "/_world/info": b"{}", "/_world/events": json.dumps(event).encode()}
+    path = written(tmp_path / "again.mcap", topics, compression=compression)
+
+    assert [event] == list(open_recording(path).events())
+
+
+def test_it_may_have_no_chunks(tmp_path):
+    """Messages one by one."""
+    topics = {
+        "/_world/world": b"{}",
+        "/_world/info": b"{}",
+        "/_world/events": b'{"kind":"a","stamp":{"sec":0,"nanosec":7}}',
+    }
+    path = written(tmp_path / "plain.mcap", topics, use_chunking=False)
+
+    assert ["a"] == [event["kind"] for event in open_recording(path).events()]
+
+
+@pytest.mark.parametrize("data", [b"[1]", b"{", b"[" * 100_000, b'{"kind":"a"}'])
+def test_an_event_that_is_none_is_named(tmp_path, data):
+    """By the place where it is."""
+    path = written(tmp_path / "bad.mcap", {"/_world/world": b"{}", "/_world/info": b"{}", "/_world/events": data})
+
+    with pytest.raises(RecordingError, match=r"bad\.mcap: /_world/events at 0\.000 s: no "):
+        list(open_recording(path).events())
+
+
+@pytest.mark.parametrize("claimed", [10, 1 << 27, 1 << 60])
+def test_a_bomb_is_not_unpacked(claimed):
+    """128 MiB of zeros, whatever size the chunk claims."""
+    packer = zstandard.ZstdCompressor().compressobj(size=1 << 27)
+    data = b"".join(packer.compress(bytes(1 << 20)) for _ in range(1 << 7)) + packer.flush()
+
+    with pytest.raises(ValueError, match="chunk of"):
+        list(unpacked(Chunk("zstd", data, 0, 0, 0, claimed)))
+
+
+class _Small(io.BytesIO):
+    """A file on a machine with a mebibyte of memory."""
+
+    def read(self, size=-1, /):
+        """Read, or run out of memory, whatever there is to be read."""
+        if size > 1 << 20:
+            raise MemoryError
+        return super().read(size)
+
+
+def test_a_text_that_claims_four_gigabytes_ends_the_file():
+    """It is not waited for memory that is not there; what was read before counts."""
+    header = b"\1" + (8).to_bytes(8, "little") + bytes(8)
+    schema = b"\3" + (8).to_bytes(8, "little") + bytes(2) + b"\xff\xff\xff\xff" + bytes(2)
+
+    assert ["Header"] == [type(one).__name__ for one in records(_Small(MCAP0_MAGIC + header + schema), 1 << 20)]
+
+
+def test_a_record_longer_than_its_chunk_is_none():
+    """It ends the chunk, and is not waited for."""
+    data = b"\5" + (1 << 62).to_bytes(8, "little")
+
+    with pytest.raises(ValueError, match="longer than its chunk"):
+        list(unpacked(Chunk("", data, 0, 0, 0, len(data))))
+
+
+def test_our_chunks_are_far_from_the_limit(path):
+    """A mebibyte, and what its last message had."""
+    assert max(chunk.uncompressed_size for chunk in chunks(path)) < MAX_UNPACKED // 8
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_noise_is_read_or_refused(path, seed):
+    """Bytes that have changed, are missing or too many lead to an answer or to our own error."""
+    rng = random.Random(seed)
+    data = bytearray(path.read_bytes())
+    for _ in range(rng.randrange(1, 40)):
+        at = rng.randrange(len(data))
+        match rng.randrange(3):
+            case 0:
+                data[at] = rng.randrange(256)
+            case 1:
+                del data[at : at + rng.randrange(30)]
+            case _:
+                data[at:at] = rng.randbytes(rng.randrange(30))
+    path.write_bytes(data)
+    recording = refusal = None
+    try:
+        recording = open_recording(path)
+        read = sum(1 for _ in recording.samples())
+    except RecordingError as error:
+        refusal, read = str(error), 0
+
+    assert read <= 123
+    assert recording or refusal.startswith(str(path))

@@ -1,0 +1,288 @@
+"""ROS 2 clients of all distributions, alone, together, and beside clients of the JSON wire, drive simulated robots."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from hmrsim.actions import registry
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.interfaces.nav_msgs import Odometry
+from hmrsim.interfaces.rosgraph_msgs import Clock
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.services import registry as services
+from hmrsim.settings.run import RunSettings
+from hmrsim.world import World
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.host import Host
+from hmrsim_zenoh.ros2.codec.types import message_type, service_type
+from hmrsim_zenoh.ros2.wires import RmwZenoh
+from hmrsim_zenoh.wire.keys import Verb
+from hmrsim_zenoh.wire.session import SessionOptions
+from tests.simulation import SMALL_WORLD
+from tests.wire.ros2.client import (
+    ABORTED,
+    CANCELED,
+    EXECUTING,
+    PATIENCE,
+    SUCCEEDED,
+    RosClient,
+    Unanswered,
+    get_state,
+    goal_to,
+    statuses,
+)
+
+FEEDBACK_HASHES = {
+    "jazzy": "RIHS01_9d1f6fa2eb975ce733b419ac2e97b134d8ff92b6478b6559feed9a50bdfd82b3",
+    "kilted": "RIHS01_9d1f6fa2eb975ce733b419ac2e97b134d8ff92b6478b6559feed9a50bdfd82b3",
+    "lyrical": "RIHS01_2c1b4ec1a0e3a53c9aa326aabe717670eeef0ff3d4c3351ff940613b2011728a",
+}
+LONG = {"time": {"sec": 100_000, "nanosec": 0}}
+
+
+# --- distributions -----------------------------------------------------------------------------------------------
+
+
+def test_three_distributions_drive_at_once(fast, ros):
+    """Each its own robot, on one simulator."""
+    robots = {"jazzy": "wall_e", "kilted": "eve", "lyrical": "cart"}
+    drives = [ros(fast, distro).action(f"/{robot}/navigate_to_pose").wait() for distro, robot in robots.items()]
+    goals = [drive.send(goal_to(5, 2)) for drive in drives]
+
+    assert [SUCCEEDED] * 3 == [goal.result()[0] for goal in goals]
+
+
+def test_feedback_is_there_for_each_distribution(fast, ros):
+    """Of one goal, in the layout of each that listens, on a key with the hash of each."""
+    drives = {distro: ros(fast, distro).action("/wall_e/navigate_to_pose").wait() for distro in FEEDBACK_HASHES}
+    goal = drives["jazzy"].send(goal_to(5, 2))
+    last = {distro: drive.wait_for_last_feedback(goal.id) for distro, drive in drives.items()}
+
+    assert dict.fromkeys(drives, 0.0) == {distro: one["distance_remaining"] for distro, one in last.items()}
+    assert FEEDBACK_HASHES == {
+        distro: drive.feedback.items[-1].key.rpartition("/")[2] for distro, drive in drives.items()
+    }
+
+
+@pytest.mark.parametrize("distro", FEEDBACK_HASHES)
+def test_goals_that_distributions_have_differently(fast, ros, distro):
+    """Each gets there by its own layouts of goal, feedback and result: no two have the same of all three."""
+    drive = ros(fast, distro).action("/wall_e/navigate_through_poses").wait()
+    poses = [goal_to(x, 2)["pose"] for x in (5, 9)]
+    goal = drive.send({"poses": {"goals": poses}})
+    status, result = goal.result()
+
+    assert (SUCCEEDED, 0) == (status, result["error_code"])
+    assert 0 == drive.wait_for_last_feedback(goal.id)["number_of_recoveries"]
+
+
+def test_other_distribution_is_refused(serve, ros):
+    """It would wait for ever for a goal that nobody understands: it is told that the goal is not accepted."""
+    options = serve(wires=(RmwZenoh(distros=("jazzy",)),))
+    drive = ros(options, "lyrical").action("/wall_e/navigate_through_poses").wait()
+    understood = ros(options, "jazzy").action("/wall_e/navigate_through_poses").wait()
+    goal = {"poses": {"goals": [goal_to(5, 2)["pose"]]}}
+
+    assert (False, True) == (drive.send(goal).accepted, understood.send(goal).accepted)
+
+
+def test_other_domain(serve, ros):
+    """Is served on its own keys; nothing of it is in another."""
+    options = serve(wires=(RmwZenoh(domain=42),), real_time_factor=0)
+    status, _ = ros(options, domain=42).action("/wall_e/wait").wait().do({})
+    elsewhere = ros(options)
+
+    assert SUCCEEDED == status
+    with pytest.raises(Unanswered):
+        elsewhere.service("/wall_e/amcl/get_state", get_state()).call(b"\0\1\0\0\0")
+
+
+def test_topics_and_services_of_the_world(live, ros):
+    """The clock goes, robots are somewhere, and the simulator tells of its entities."""
+    node = ros(live)
+    clock = node.subscribe("/clock", message_type(Clock, "jazzy"))
+    odom = node.subscribe("/eve/odom", message_type(Odometry, "jazzy"))
+    found = services()["get_entities"]
+    entities = node.service("/get_entities", service_type(found.ros_type, found.request, found.response, "jazzy"))
+
+    earlier, later = (one["clock"] for one in clock.wait(lambda messages: len(messages) > 1)[:2])
+
+    assert (earlier["sec"], earlier["nanosec"]) < (later["sec"], later["nanosec"])
+    assert 9.0 == odom.next()["pose"]["pose"]["position"]["x"]
+    assert {"wall_e", "eve", "cart"} <= set(entities.wait().call(found.request().model_dump())["entities"])
+
+
+# --- beside JSON -------------------------------------------------------------------------------------------------
+
+
+def cancel_over_json(client, action, goal_id):
+    """Cancel a goal of wall_e by its id; return the answer."""
+    key = client.keys.action("wall_e", action, Verb.CANCEL_GOAL)
+    return json.loads(client.get(key, payload=json.dumps({"goal_info": {"goal_id": goal_id.hex()}}).encode()))
+
+
+def test_goal_of_ros_is_canceled_over_json(live, ros):
+    """By its id, and ROS's result says so."""
+    goal = ros(live).action("/wall_e/wait").wait().send(LONG)
+    result = goal.begin_result()
+    with Client(live) as client:
+        answer = cancel_over_json(client, "wait", goal.id)
+
+    assert (0, goal.id.hex()) == (answer["return_code"], answer["goals_canceling"][0]["goal_id"])
+    assert CANCELED == result.result(PATIENCE)["status"]
+
+
+def test_goal_of_json_is_watched_and_canceled_by_ros(live, ros):
+    """It is in ROS's status, and a cancel of it is obeyed."""
+    wait = ros(live).action("/wall_e/wait").wait()
+    with Client(live) as client:
+        goal = client.action_client("wall_e", registry()["wait"]).send_goal(Wait.Goal(time=Duration(sec=100_000)))
+        goal_id = bytes.fromhex(goal.goal_id)
+        wait.wait_for_status(goal_id, EXECUTING)
+        answer = wait.cancel(goal_id)
+        goal.result(PATIENCE)
+
+        assert (0, [goal_id]) == answer
+        assert GoalStatus.CANCELED == goal.status
+    wait.wait_for_status(goal_id, CANCELED)
+
+
+def test_goal_of_the_command_line_is_canceled_by_ros(live, ros):
+    """The command says that it was canceled."""
+    wait = ros(live).action("/wall_e/wait").wait()
+    words = ("action", "send-goal", "/wall_e/wait", "{time: {sec: 100000}}", "--connect", live.connect[0])
+    command = subprocess.Popen(
+        [Path(sys.executable).with_name("hmrsim"), *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    wait.status.wait(lambda messages: any(EXECUTING in statuses(one).values() for one in messages))
+    code, ended = wait.cancel()
+    out, err = command.communicate(timeout=PATIENCE)
+
+    assert (0, 1) == (code, len(ended))
+    assert f"ID: {ended[0].hex()}" in out.replace("-", ""), err
+    assert "Goal finished with status: CANCELED" in out
+    assert 1 == command.returncode
+
+
+def test_goal_of_json_takes_the_robot_from_ros(serve, ros):
+    """The older goal ends, as if both had been sent the same way."""
+    options = serve(clock="lockstep", participants=("nobody",))
+    drive = ros(options).action("/wall_e/navigate_to_pose").wait()
+    older = drive.send(goal_to(9, 2))
+    with Client(options, clock="realtime") as client:
+        key = client.keys.action("wall_e", "navigate_to_pose", Verb.SEND_GOAL)
+        newer = json.loads(client.get(key, payload=b'{"goal": {"pose": {"pose": {"position": {"x": 5, "y": 2}}}}}'))
+    status, result = older.result()
+
+    assert newer["accepted"]
+    assert (ABORTED, NavigateToPose.Result.UNKNOWN) == (status, result["error_code"])
+    drive.wait_for_status(bytes.fromhex(newer["goal_id"]), EXECUTING)
+
+
+def test_goal_of_ros_takes_the_robot_from_json(live, ros):
+    """And the other way around."""
+    with Client(live) as client:
+        older = client.action_client("wall_e", registry()["wait"]).send_goal(Wait.Goal(time=Duration(sec=100_000)))
+        older.wait_accepted(PATIENCE)
+        newer = ros(live).action("/wall_e/navigate_to_pose").wait().send(goal_to(1, 2))
+        older.result(PATIENCE)
+
+        assert newer.accepted
+        assert GoalStatus.ABORTED == older.status
+
+
+def test_late_joiner_has_the_last_status(live, ros):
+    """Whoever subscribes after the last change gets it nevertheless."""
+    goal = ros(live).action("/wall_e/wait").wait().send(LONG)
+    late = ros(live, "lyrical", node="late").action("/wall_e/wait").wait()
+
+    assert {goal.id: EXECUTING} == statuses(late.status.next())
+
+
+def test_nobody_waits_for_a_client_that_has_gone(monkeypatch):
+    """Its request for a result is taken out, so that those of many clients don't heap up."""
+    with hosting() as host:
+        withdraw, withdrawn = host.simulator.dispatcher.withdraw, threading.Event()
+
+        def told(command):
+            withdraw(command)
+            withdrawn.set()
+
+        monkeypatch.setattr(host.simulator.dispatcher, "withdraw", told)
+        host.start()
+        with RosClient(host.endpoints[0]) as ros:
+            goal = ros.action("/wall_e/wait").wait().send(LONG)
+            goal.begin_result()
+            # What is sent behind it is answered after it was read.
+            goal.client.cancel(bytes(range(16)))
+
+        assert withdrawn.wait(PATIENCE)
+        assert not host.simulator.dispatcher.servers.goal("wall_e", "wait", goal.id.hex()).waiting
+
+
+# --- commands and time -------------------------------------------------------------------------------------------
+
+
+GOALS = {"wall_e": ("door", 5.0, 2.0), "eve": ("home", 1.0, 2.0), "cart": ("shelf", 9.0, 2.0)}
+
+
+@contextlib.contextmanager
+def hosting(path=None, **settings):
+    """A host of the small world that has not been started, traced to a file if one is given."""
+    loaded = SimpleNamespace(world=World.model_validate(SMALL_WORLD), hash="", warnings=(), path=None)
+    options = SessionOptions(listen=("tcp/127.0.0.1:0",))
+    chosen = RunSettings(**settings)
+    trace = TraceFile(path, loaded.world, chosen)
+    with (
+        Host(loaded, options, chosen, wires=(RmwZenoh(),), sinks=trace.sinks) as host,
+        trace.opened(host.simulator),
+    ):
+        yield host
+
+
+def run_in_lockstep(path, send):
+    """Serve the small world in lockstep, have goals sent while time stands, let it pass, and return the trace."""
+    with hosting(path, clock="lockstep", participants=("nurse",), seed=7) as host:
+        host.start()
+        there = SessionOptions(connect=host.endpoints)
+        send(there)
+        with Client(there, name="nurse", clock="lockstep") as nurse:
+            nurse.sleep(60.0)
+        host.stop()
+    return path.read_text()
+
+
+def send_by_ros(options):
+    """Send a goal to each robot, of a distribution each."""
+    for distro, (robot, (_, x, y)) in zip(FEEDBACK_HASHES, GOALS.items(), strict=True):
+        with RosClient(options.connect[0], distro) as ros:
+            drive = ros.action(f"/{robot}/navigate_to_pose").wait()
+            assert drive.send(goal_to(x, y), goal_id=robot.encode().ljust(16)).accepted
+
+
+def send_by_json(options):
+    """Send the same goals."""
+    with Client(options, clock="realtime") as client:
+        for robot, (_, x, y) in GOALS.items():
+            goal = NavigateToPose.Goal.model_validate_json(json.dumps(goal_to(x, y)))
+            drive = client.action_client(robot, registry()["navigate_to_pose"])
+            drive.send_goal(goal, goal_id=robot.encode().ljust(16).hex()).wait_accepted(PATIENCE)
+
+
+def test_commands_of_ros_can_be_repeated(tmp_path):
+    """Equal commands while time stands give equal traces, whichever wire they come by."""
+    first, second = (run_in_lockstep(tmp_path / name, send_by_ros) for name in ("first", "second"))
+    third = run_in_lockstep(tmp_path / "third", send_by_json)
+
+    assert 3 == first.count('"status":4')
+    assert first == second
+    assert first == third

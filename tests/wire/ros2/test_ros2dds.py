@@ -1,0 +1,318 @@
+"""A client that speaks as Open-RMF's free_fleet does to robots behind zenoh-bridge-ros2dds drives simulated robots."""
+
+from __future__ import annotations
+
+import threading
+import uuid
+from contextlib import contextmanager
+
+import pytest
+import zenoh
+
+from hmrsim.interfaces.sensor_msgs import BatteryState
+from hmrsim.interfaces.tf2_msgs import TFMessage
+from hmrsim_zenoh.errors import BadOptions
+from hmrsim_zenoh.ros2.codec.types import message_type
+from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
+from hmrsim_zenoh.wire.session import open_client
+from tests.served_world import served_world
+from tests.simulation import SMALL_WORLD
+from tests.wire.ros2.client import (
+    ABORTED,
+    CANCELED,
+    CDR,
+    EXECUTING,
+    PATIENCE,
+    SUCCEEDED,
+    UNKNOWN,
+    RosClient,
+    get_state,
+    goal_to,
+    ros_action,
+)
+
+WORLD = {
+    **SMALL_WORLD,
+    "robot_types": {
+        **SMALL_WORLD["robot_types"],
+        "courier": {"components": {"battery": {"capacity": 1000.0, "initial_charge": 250.0}}},
+    },
+    "robots": {**SMALL_WORLD["robots"], "tb3": {"type": "courier", "at": "home", "yaw": 1.5}},
+}
+SOON = 0.3
+"""Wall seconds after which free_fleet gives up asking for a result, to ask again later."""
+
+
+class FreeFleet:
+    """What free_fleet's adapter of one robot sends and subscribes to, with a session as plain as its own.
+
+    Args:
+        options: Where the simulator is.
+        robot: The robot.
+    """
+
+    def __init__(self, options, robot="tb3"):
+        self.options = options
+        self.session = open_client(options)
+        self.robot = robot
+        self._changed = threading.Condition()
+        self.heard = {}
+        self._watch("tf", message_type(TFMessage, "jazzy"))
+        self._watch("battery_state", message_type(BatteryState, "jazzy"))
+        self._watch("navigate_to_pose/_action/feedback", ros_action("navigate_to_pose").feedback)
+
+    def __enter__(self):
+        """Return it."""
+        return self
+
+    def __exit__(self, *_error):
+        """Leave."""
+        self.session.close()
+
+    def _watch(self, topic, type_):
+        def take(sample):
+            with self._changed:
+                self.heard.setdefault(topic, []).append(type_.decode(sample.payload.to_bytes()))
+                self._changed.notify_all()
+
+        self.session.declare_subscriber(f"{self.robot}/{topic}", zenoh.handlers.Callback(take, indirect=False))
+
+    def wait(self, topic, until=bool):
+        """Return all messages of a topic, once *until* holds for them."""
+        with self._changed:
+            assert self._changed.wait_for(lambda: until(self.heard.get(topic, [])), PATIENCE), topic
+            return list(self.heard[topic])
+
+    def ask(self, service, payload, **options):
+        """Return the payload of the one reply, None if it does not come in time; free_fleet can't stand errors."""
+        replies = list(self.session.get(f"{self.robot}/{service}", payload=payload, **options))
+        errors = [reply.err.payload.to_string() for reply in replies if not reply.ok]
+        assert set(errors) <= {"Timeout"}
+        found = [reply.ok.payload.to_bytes() for reply in replies if reply.ok]
+        assert len(found) <= 1
+        return found[0] if found else None
+
+    def send(self, action, goal, goal_id):
+        """Return whether a goal is accepted."""
+        service = ros_action(action).send_goal
+        payload = service.request.encode({"goal_id": {"uuid": list(goal_id)}, "goal": goal})
+        answer = self.ask(f"{action}/_action/send_goal", payload)
+        return service.response.decode(answer)["accepted"]
+
+    def navigate(self, x, y):
+        """Send the robot somewhere; return the goal's id."""
+        goal_id = uuid.uuid4().bytes
+        assert self.send("navigate_to_pose", goal_to(x, y), goal_id)
+        return goal_id
+
+    def status(self, goal_id, action="navigate_to_pose", **options):
+        """Return what get_result says of a goal; of the reply free_fleet reads no more than the status."""
+        answer = self.ask(f"{action}/_action/get_result", CDR + goal_id, **options)
+        return answer and answer[4]
+
+    def cancel_all(self):
+        """Cancel all goals; return the code, and how many are canceling."""
+        service = ros_action("navigate_to_pose").cancel_goal
+        answer = service.response.decode(self.ask("navigate_to_pose/_action/cancel_goal", CDR + bytes(24)))
+        return answer["return_code"], len(answer["goals_canceling"])
+
+
+@contextmanager
+def serving(**settings):
+    """Have a robot that free_fleet can drive; as its adapter does, wait for a transform before anything else."""
+    with served_world(WORLD, wires=(Ros2Dds(),), **settings) as options, FreeFleet(options) as client:
+        client.wait("tf")
+        yield client
+
+
+@pytest.fixture
+def fleet():
+    """Have one in real time."""
+    with serving() as client:
+        yield client
+
+
+@pytest.fixture
+def fast():
+    """Have one whose goals take little wall time."""
+    with serving(real_time_factor=20) as client:
+        yield client
+
+
+def test_a_goal_is_what_pycdr2_makes_of_it():
+    """The bytes are those that free_fleet's own types have, by pycdr2 1.0."""
+    goal = goal_to(1.5, -2.25)
+    goal["pose"]["header"]["stamp"] = {"sec": 1, "nanosec": 2}
+
+    encoded = ros_action("navigate_to_pose").send_goal.request.encode(
+        {"goal_id": {"uuid": list(range(16))}, "goal": goal}
+    )
+
+    assert encoded.hex() == (
+        "00010000000102030405060708090a0b0c0d0e0f0100000002000000040000006d61700000000000"
+        "0000f83f00000000000002c0000000000000000000000000000000000000000000000000"
+        "0000000000000000000000000000f03f0100000000"
+    )
+
+
+def test_a_goal_is_reached(fast):
+    """It is accepted and SUCCEEDED, and the robot is there by its own transforms."""
+    assert SUCCEEDED == fast.status(fast.navigate(5.0, 2.0))
+
+    assert fast.wait("tf", lambda all_: all_ and 5.0 == place(all_[-1])["x"])
+
+
+def test_a_goal_that_was_sent_before_is_rejected(fast):
+    """The reply says so; there is no error."""
+    goal_id = fast.navigate(5.0, 2.0)
+
+    assert not fast.send("navigate_to_pose", goal_to(1.0, 2.0), goal_id)
+
+
+def test_a_goal_that_can_not_be_reached_is_aborted(fast):
+    """What free_fleet replans for."""
+    assert ABORTED == fast.status(fast.navigate(100.0, 2.0))
+
+
+def test_an_unknown_goal_has_no_status(fast):
+    """As in ROS."""
+    assert UNKNOWN == fast.status(bytes(range(16)))
+
+
+def test_feedback_tells_what_is_left(fast):
+    """It is the goal's, and falls to nothing."""
+    goal_id = fast.navigate(5.0, 2.0)
+
+    told = fast.wait(
+        "navigate_to_pose/_action/feedback", lambda all_: all_ and not all_[-1]["feedback"]["distance_remaining"]
+    )
+
+    assert {goal_id} == {bytes(one["goal_id"]["uuid"]) for one in told}
+    assert {"sec": 0, "nanosec": 0} == told[-1]["feedback"]["estimated_time_remaining"]
+
+
+def test_a_result_can_be_asked_for_again_and_again(fleet):
+    """Whoever gives up and asks anew, over and over, waits until the goal has ended."""
+    goal_id = fleet.navigate(5.0, 2.0)
+
+    early = [fleet.status(goal_id, timeout=SOON) for _ in range(3)]
+
+    assert [None, None, None] == early
+    assert SUCCEEDED == fleet.status(goal_id, timeout=PATIENCE)
+
+
+def test_all_goals_are_canceled(fleet):
+    """By an id and a stamp of zero, as free_fleet stops a robot."""
+    goal_id = fleet.navigate(5.0, 2.0)
+
+    assert (0, 1) == fleet.cancel_all()
+
+    assert CANCELED == fleet.status(goal_id)
+
+
+def test_there_is_nothing_to_cancel(fleet):
+    """That is no error."""
+    assert (0, 0) == fleet.cancel_all()
+
+
+def test_transforms_come_though_the_robot_stands_still(fleet):
+    """Frames have no namespace, as free_fleet adds it: the map, the footprint and the base."""
+    (footprint, base) = fleet.wait("tf")[0]["transforms"]
+
+    assert ("map", "base_footprint") == (footprint["header"]["frame_id"], footprint["child_frame_id"])
+    assert ("base_footprint", "base_link") == (base["header"]["frame_id"], base["child_frame_id"])
+    assert {"x": 1.0, "y": 2.0, "z": 0.0} == footprint["transform"]["translation"]
+    assert {"x": 0.0, "y": 0.0, "z": 0.0} == base["transform"]["translation"]
+
+
+def test_a_battery_tells_its_charge(fleet):
+    """As a part of 1."""
+    assert 0.25 == pytest.approx(fleet.wait("battery_state")[0]["percentage"], abs=0.01)
+
+
+def test_a_robot_docks_as_free_fleet_asks(fast):
+    """A goal of the real layout is read; there is no such dock."""
+    goal = {
+        "use_dock_id": True,
+        "dock_id": "nowhere",
+        "dock_pose": goal_to(0.0, 0.0)["pose"],
+        "dock_type": "",
+        "max_staging_time": 1000.0,
+        "navigate_to_staging_pose": True,
+    }
+    goal_id = uuid.uuid4().bytes
+
+    assert fast.send("dock_robot", goal, goal_id)
+    assert ABORTED == fast.status(goal_id, "dock_robot")
+
+
+@pytest.mark.parametrize("attached", [b"", b"rqh", bytes(33)])
+def test_what_bridges_attach_makes_no_difference(fast, attached):
+    """They have ids of DDS's, which say nothing here."""
+    answer = fast.ask("navigate_to_pose/_action/get_result", CDR + bytes(range(16)), attachment=attached)
+
+    assert UNKNOWN == answer[4]
+
+
+@pytest.mark.parametrize(
+    ("verb", "refused"), [("send_goal", b"\0"), ("cancel_goal", b"\1"), ("get_result", bytes([UNKNOWN]))]
+)
+@pytest.mark.parametrize("payload", [b"", b"\0", CDR, CDR + bytes(3), b"\xff" * 400])
+def test_what_can_not_be_read_is_refused(fast, verb, refused, payload):
+    """By a reply that can be read, and never by an error."""
+    answer = fast.ask(f"navigate_to_pose/_action/{verb}", payload)
+
+    assert CDR + refused == answer[:5]
+
+
+def test_a_node_is_active(fleet):
+    """A lifecycle node tells it by the mapping, too."""
+    answer = fleet.ask("bt_navigator/get_state", CDR + b"\0")
+
+    assert {"current_state": {"id": 3, "label": "active"}} == get_state().response.decode(answer)
+
+
+def test_a_real_robot_behind_a_bridge_is_left_alone(fast):
+    """Who has another name answers for itself, as if we were not there."""
+    bridge = open_client(fast.options)
+    handler = zenoh.handlers.Callback(lambda query: query.reply(query.key_expr, b"real"), indirect=False)
+    with bridge:
+        service = bridge.declare_queryable("real/navigate_to_pose/_action/send_goal", handler)
+        real = FreeFleet(fast.options, "real")
+        with real:
+            told = real.ask("navigate_to_pose/_action/send_goal", CDR)
+        service.undeclare()
+
+    assert b"real" == told
+
+
+def test_both_wires_share_goals():
+    """A goal that free_fleet sent is watched and canceled by a ROS node."""
+    with (
+        served_world(WORLD, wires=(RmwZenoh(), Ros2Dds())) as options,
+        FreeFleet(options) as client,
+        RosClient(options.connect[0]) as node,
+    ):
+        client.wait("tf")
+        goal_id = client.navigate(5.0, 2.0)
+        action = node.action("/tb3/navigate_to_pose").wait()
+        action.status.wait(lambda told: told and [EXECUTING] == [one["status"] for one in told[-1]["status_list"]])
+
+        assert (0, [goal_id]) == action.cancel(goal_id)
+        assert CANCELED == client.status(goal_id)
+
+
+def test_a_robot_that_is_called_as_the_prefix_is_refused():
+    """Its keys would be those of the JSON wire."""
+    world = {**SMALL_WORLD, "robots": {"hmrsim": {"type": "nurse", "at": "home"}}, "remap": {}}
+
+    with (
+        pytest.raises(BadOptions, match="--prefix 'hmrsim' begins as the keys of robot 'hmrsim' do; name another"),
+        served_world(world, wires=(Ros2Dds(),)),
+    ):
+        pytest.fail("it was served")
+
+
+def place(message):
+    """Return where a robot is by its transforms."""
+    return message["transforms"][0]["transform"]["translation"]

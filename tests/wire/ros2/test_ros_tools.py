@@ -1,0 +1,133 @@
+"""What ROS's tools do on the wire, as they do it: nav2_simple_commander and py_trees_ros."""
+
+from __future__ import annotations
+
+from concurrent.futures import TimeoutError as NotYet
+
+import pytest
+
+from hmrsim.interfaces.geometry_msgs import PoseWithCovarianceStamped
+from hmrsim_zenoh.ros2.codec.types import message_type
+from tests.wire.ros2.client import CANCELED, PATIENCE, SUCCEEDED, get_state, goal_to
+
+ACTIVE = {"id": 3, "label": "active"}
+
+
+class BasicNavigator:
+    """What nav2_simple_commander's does, in its order, with its waits."""
+
+    def __init__(self, ros, namespace):
+        self._ros, self._namespace = ros, namespace
+        self._pose = ros.subscribe(
+            f"/{namespace}/amcl_pose", message_type(PoseWithCovarianceStamped, ros.distro), latched=True
+        )
+        self._drive = ros.action(f"/{namespace}/navigate_to_pose")
+        self.backup = ros.action(f"/{namespace}/backup", "back_up")
+
+    def wait_until_nav2_active(self):
+        """Wait for localization, for the initial pose, and for the navigator; return states and pose."""
+        localization = self._state_of("amcl")
+        pose = self._pose.next()
+        return localization, pose, self._state_of("bt_navigator")
+
+    def _state_of(self, node):
+        service = self._ros.service(f"/{self._namespace}/{node}/get_state", get_state(self._ros.distro))
+        return service.wait().call(b"\0\1\0\0\0")["current_state"]
+
+    def go_to_pose(self, x, y):
+        """Send the goal, and ask for its result at once."""
+        self.goal = self._drive.wait().send(goal_to(x, y))
+        self._result = self.goal.begin_result()
+        return self.goal.accepted
+
+    def is_task_complete(self):
+        """Wait a tenth of a second for the result."""
+        try:
+            self._result.result(0.1)
+        except NotYet:
+            return False
+        return True
+
+    @property
+    def feedback(self):
+        """The latest."""
+        return self._drive.feedback_of(self.goal.id)[-1:]
+
+    @property
+    def status(self):
+        """Of the result."""
+        return self._result.result(0)["status"]
+
+
+@pytest.fixture(params=["jazzy", "kilted", "lyrical"])
+def navigator(request, serve, ros):
+    """Nav2's client of one robot, of each distribution; a lane takes half a second there."""
+    return BasicNavigator(ros(serve(real_time_factor=8.0), request.param), "wall_e")
+
+
+def test_nav2_is_active(navigator):
+    """Localization and navigator say so, and the robot's pose is known though it does not move."""
+    localization, pose, navigation = navigator.wait_until_nav2_active()
+
+    assert (ACTIVE, ACTIVE) == (localization, navigation)
+    assert ("map", 1.0, 2.0) == (
+        pose["header"]["frame_id"],
+        pose["pose"]["pose"]["position"]["x"],
+        pose["pose"]["pose"]["position"]["y"],
+    )
+
+
+def test_nav2_s_client_drives(navigator):
+    """It asks again and again whether the robot is there, and hears how far it is."""
+    assert navigator.go_to_pose(9, 2)
+    looks = 0
+    while not navigator.is_task_complete():
+        looks += 1
+    assert 0 < looks
+    assert SUCCEEDED == navigator.status
+    assert 0 < len(navigator.feedback)
+
+
+def test_nav2_s_client_cancels(navigator):
+    """The robot stops on its way."""
+    navigator.go_to_pose(9, 2)
+    navigator.goal.client.wait_for_feedback(navigator.goal.id)
+    code, ended = navigator.goal.cancel()
+    while not navigator.is_task_complete():
+        pass
+
+    assert (0, [navigator.goal.id]) == (code, ended)
+    assert CANCELED == navigator.status
+
+
+def test_nav2_s_name_for_backing_up(navigator):
+    """It is not the name of the type."""
+    status, _ = navigator.backup.wait().do({"target": {"x": -0.5}, "speed": 0.5})
+
+    assert SUCCEEDED == status
+
+
+def test_behaviour_tree_of_ros_drives(serve, ros):
+    """py_trees_ros waits for the server, sends, and looks at each tick whether result or feedback have come."""
+    drive = ros(serve(real_time_factor=8.0)).action("/wall_e/navigate_to_pose").wait()
+    goal = drive.send(goal_to(9, 2))
+    result = goal.begin_result()
+    remaining = [round(drive.wait_for_feedback(goal.id)["distance_remaining"], 3)]
+    result.result(PATIENCE)
+    remaining += [round(one["distance_remaining"], 3) for one in drive.feedback_of(goal.id)]
+
+    assert goal.accepted
+    assert SUCCEEDED == result.result(PATIENCE)["status"]
+    assert 0 < remaining[0] < 8
+    assert sorted(remaining, reverse=True) == remaining
+
+
+def test_behaviour_tree_of_ros_is_interrupted(serve, ros):
+    """It cancels by the goal's id and the time of its acceptance, and sends the next goal without waiting."""
+    drive = ros(serve(real_time_factor=1.0)).action("/wall_e/navigate_to_pose").wait()
+    first = drive.send(goal_to(9, 2))
+    code, ended = drive.cancel(first.id, (0, 0))
+    second = drive.send(goal_to(1, 2))
+
+    assert (0, [first.id], True) == (code, ended, second.accepted)
+    assert (CANCELED, SUCCEEDED) == (first.result()[0], second.result()[0])

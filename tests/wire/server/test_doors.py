@@ -1,0 +1,100 @@
+"""Doors and lifts over Zenoh: what they are asked, what they tell, and what planners outside see of them."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.wire.server.conftest import to
+
+WORLD = {
+    "waypoints": {"west": [0, 0], "east": [10, 0], "upstairs": [100, 0]},
+    "lanes": [["west", "east"]],
+    "doors": {"gate": {"at": [[5, -1], [5, 1]]}},
+    "lifts": {"lift": {"stops": ["east", "upstairs"]}},
+    "robots": {"eve": {"at": "west"}},
+}
+OK = {"result": 1, "error_message": ""}
+
+
+@pytest.fixture
+def tester(serve):
+    """A client of a world with a door and a lift, at the greatest speed."""
+    return serve(WORLD, real_time_factor=0)
+
+
+def ways(graph):
+    """Return the ways of a route graph, by the names of their ends, with what is said of them."""
+    names = {
+        feature["properties"]["id"]: feature["properties"]["metadata"]["name"]
+        for feature in graph["features"]
+        if feature["geometry"]["type"] == "Point"
+    }
+    edges = [feature["properties"] for feature in graph["features"] if "startid" in feature["properties"]]
+    return {(names[edge["startid"]], names[edge["endid"]]): edge["metadata"] for edge in edges}
+
+
+def without_stamps(bodies, *kinds):
+    """Return the events of these kinds without their times."""
+    return [{key: value for key, value in body.items() if key != "stamp"} for body in bodies if body["kind"] in kinds]
+
+
+def test_a_robot_drives_through_a_door_and_takes_a_lift(tester):
+    """And the events tell of it, in order."""
+    heard = tester.hear("_world/events")
+    ended = tester.do("eve/navigate_to_pose", to(100.0, 0.0))
+    bodies = heard.wait(lambda bodies: any(body["kind"] == "lift_arrived" for body in bodies))
+
+    assert 4 == ended["status"]
+    assert [
+        {"kind": "door_opening", "door": "gate", "by": "eve"},
+        {"kind": "door_opened", "door": "gate", "by": "eve"},
+        {"kind": "lift_departed", "lift": "lift", "from": "east", "to": "upstairs", "robots": ["eve"]},
+        {"kind": "lift_arrived", "lift": "lift", "stop": "upstairs", "robots": ["eve"]},
+    ] == without_stamps(bodies, "door_opening", "door_opened", "lift_departed", "lift_arrived")
+
+
+def test_a_door_is_locked_and_seen_to_be(tester):
+    """The answer has its type, and the entity its tags."""
+    (reply,) = tester.ask("_world/set_door_state", {"name": "gate", "state": "locked"})
+    info = tester.one("_world/get_entity_info", {"entity": "gate"})
+
+    assert ({"result": OK}, "application/json;hmrsim_msgs/srv/SetDoorState_Response") == (reply.body, reply.encoding)
+    assert ["door", "closed", "locked"] == info["info"]["tags"]
+
+
+def test_what_is_not_there_is_answered(tester):
+    """In the result, as with all services of the world."""
+    assert {"result": {"result": 2, "error_message": "no door 'gat'; did you mean 'gate'?"}} == tester.one(
+        "_world/set_door_state", {"name": "gat", "state": "open"}
+    )
+    assert {"result": {"result": 2, "error_message": "no lift 'gate'; there are lift"}} == tester.one(
+        "_world/call_lift", {"name": "gate", "stop": "east"}
+    )
+
+
+def test_the_route_graph_follows_doors(tester):
+    """Who listens gets it anew: without the lane that nobody gets through, and then with it again."""
+    heard = tester.hear("_world/route_graph")
+    before = tester.one("_world/route_graph")
+    for state in ("locked", "closed"):
+        tester.one("_world/set_door_state", {"name": "gate", "state": state})
+    graphs = heard.wait(lambda bodies: len(bodies) >= 2)
+
+    rides = {("east", "upstairs"), ("upstairs", "east")}
+    lanes = {("west", "east"), ("east", "west")}
+    assert [lanes | rides, rides, lanes | rides] == [set(ways(graph)) for graph in (before, *graphs)]
+
+
+def test_the_route_graph_tells_of_rides(tester):
+    """How long they take, and in which lift; they are no distance."""
+    ride = ways(tester.one("_world/route_graph"))["east", "upstairs"]
+
+    assert {"length": 0.0, "lift": "lift", "ride": 9.0} == ride
+
+
+def test_all_that_is_there_has_a_state(tester):
+    """Doors and lifts are entities as robots and items are."""
+    states = tester.one("_world/get_entities_states")
+
+    assert ["eve", "gate", "lift"] == states["entities"]
+    assert [0.0, 5.0, 10.0] == [state["pose"]["position"]["x"] for state in states["states"]]

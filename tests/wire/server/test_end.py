@@ -1,0 +1,180 @@
+"""The end of a simulation, wanted or not: every goal gets its verdict, and whoever waits an answer."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import replace
+
+import pytest
+
+from hmrsim.actions import registry
+from tests.wire.server.conftest import Heard
+
+A, B = "a" * 32, "b" * 32
+WAIT = "wall_e/wait"
+
+
+def _raise(*_arguments):
+    raise ZeroDivisionError("one of ours")
+
+
+def _process_raises(robot, _goal, _report):
+    yield from robot.hold(1.0)
+    _raise()
+
+
+def _feedback_raises(robot, _goal, report):
+    yield from robot.hold(1.0)
+    report.sample(_raise)
+    yield from robot.hold(1000.0)
+
+
+def _no_result(robot, _goal, _report):
+    yield from robot.hold(1.0)
+
+
+@pytest.fixture
+def broken(serve, monkeypatch):
+    """Serve the small world with another process of ``wait``; return a client."""
+
+    def make(process, **settings):
+        actions = {**registry(), "wait": replace(registry()["wait"], process=process)}
+        monkeypatch.setattr("hmrsim.simulation.simulator.all_actions", lambda: actions)
+        return serve(**{"real_time_factor": 10.0} | settings)
+
+    return make
+
+
+def test_goals_that_run_are_aborted_at_the_end(live, serve, wait):
+    """Who waits for the result gets it, and the last status says so, too."""
+    live.send(WAIT, wait(1000), A)
+    heard = live.hear(f"{WAIT}/_action/status")
+    held = [live.begin(f"{WAIT}/_action/get_result", {"goal_id": A}) for _ in range(2)]
+    live.status(WAIT)  # answered after the requests before it were taken
+
+    serve.hosts[0].stop()
+
+    answers = [pending.one() for pending in held]
+    assert [(6, 740, "the simulator was stopped")] * 2 == [
+        (answer["status"], answer["result"]["error_code"], answer["result"]["error_msg"]) for answer in answers
+    ]
+    heard.wait_for_status(A, 6)
+
+
+@pytest.mark.parametrize("factor", [0, 1.0])
+def test_it_ends_soon_and_leaves_no_thread(serve, go, factor):
+    """Within two seconds, with robots on their way, requests held and subscribers there."""
+    before = set(threading.enumerate())
+    tester = serve(real_time_factor=factor)
+    tester.hear("**")
+    for robot in ("wall_e", "cart"):
+        assert tester.send(f"{robot}/navigate_to_pose", go(9, 2))["accepted"]
+    tester.begin("wall_e/navigate_to_pose/_action/get_result", {"goal_id": A})
+    began = time.monotonic()
+
+    serve.hosts[0].stop()
+
+    assert time.monotonic() - began < 2.0
+    tester.close()
+    for thread in set(threading.enumerate()) - before:
+        thread.join(5.0)
+    assert before >= set(threading.enumerate())
+
+
+def test_it_can_be_stopped_twice_and_before_it_has_begun(serve):
+    """The second time there is nothing to do."""
+    host = serve.host()
+
+    host.stop()
+    host.stop()
+
+    assert host.error is None
+
+
+def test_who_asks_after_the_end_knows_at_once(live, serve, wait):
+    """Nobody answers."""
+    serve.hosts[0]._server.inbox.close()
+    serve.hosts[0].wait(20.0)
+
+    assert [] == live.ask(f"{WAIT}/_action/send_goal", {"goal": wait(1)})
+
+
+def test_what_waits_at_the_end_is_still_answered(serve, monkeypatch, wait):
+    """A goal is not accepted, a result is told, a status is sent; each request has its one reply."""
+    entered, leave = threading.Event(), threading.Event()
+
+    def stall(*_arguments):
+        entered.set()
+        assert leave.wait(20.0)
+        yield from ()
+
+    actions = {**registry(), "wait": replace(registry()["wait"], process=stall)}
+    monkeypatch.setattr("hmrsim.simulation.simulator.all_actions", lambda: actions)
+    tester = serve(real_time_factor=0)
+    tester.send(WAIT, wait(1), A)
+    assert entered.wait(20.0)
+    late = [
+        tester.begin(f"{WAIT}/_action/send_goal", {"goal_id": B, "goal": wait(1)}),
+        tester.begin(f"{WAIT}/_action/get_result", {"goal_id": A}),
+        tester.begin(f"{WAIT}/_action/status"),
+        tester.begin(f"{WAIT}/_action/cancel_goal", {}),
+    ]
+    assert [] == list(tester.session.get("nobody/there"))  # comes back when those before it are with the server
+    serve.hosts[0]._server.inbox.close()
+    leave.set()
+
+    goal, result, status, cancel = [pending.one() for pending in late]
+
+    assert (False, "not_ready", "the simulation has ended") == (goal["accepted"], goal["reason"], goal["error_msg"])
+    assert result["status"] in (4, 6)
+    assert 1 == len(status["status_list"])
+    assert [] == cancel["goals_canceling"]
+
+
+@pytest.mark.parametrize("process", [_process_raises, _feedback_raises, _no_result])
+def test_a_bug_in_an_action_ends_the_simulation_with_every_goal_aborted(broken, serve, wait, go, process):
+    """Who waits learns of it, for this goal and for another robot's; the host has the error."""
+    tester = broken(process)
+    heard = tester.hear("**")
+    tester.send("eve/navigate_to_pose", go(1, 2), B)
+    tester.send(WAIT, wait(1000), A)
+    held = [tester.begin(f"{name}/_action/get_result", {"goal_id": goal_id}) for name, goal_id in _BOTH.items()]
+
+    answers = [pending.one() for pending in held]
+
+    assert [6, 6] == [answer["status"] for answer in answers]
+    assert all(answer["result"]["error_msg"] for answer in answers)
+    host = serve.hosts[0]
+    assert host.wait(20.0)
+    assert isinstance(host.error, (ZeroDivisionError, TypeError))
+    assert heard.items
+
+
+_BOTH = {WAIT: A, "eve/navigate_to_pose": B}
+
+
+def test_a_simulation_that_has_died_is_seen_to_be_gone(broken, serve, wait):
+    """Its tokens disappear, and requests are not left hanging, although nobody has closed it yet."""
+    tester = broken(_process_raises)
+    heard = Heard()
+    tester.send(WAIT, wait(1000), A)
+
+    assert serve.hosts[0].wait(20.0)
+
+    assert [] == list(tester.session.liveliness().get("hmrsim/**"))
+    assert [] == tester.ask(f"{WAIT}/_action/send_goal", {"goal": {}})
+    assert not heard.items
+
+
+def test_the_run_ends_after_its_duration(serve, wait):
+    """Goals that run then are aborted at that time."""
+    tester = serve(real_time_factor=50.0, duration=50.0)
+    events = tester.hear("_world/events")
+    tester.begin(f"{WAIT}/_action/send_goal", {"goal_id": A, "goal": wait(1000)})
+
+    answer = tester.result(WAIT, A)
+
+    assert (6, "the simulation has ended") == (answer["status"], answer["result"]["error_msg"])
+    assert serve.hosts[0].wait(20.0)
+    assert {"sec": 50, "nanosec": 0} == events.wait(lambda bodies: bodies and "result" in bodies[-1])[-1]["stamp"]

@@ -1,0 +1,132 @@
+"""Faults and sensors over Zenoh: what a client sees of a robot that can't be reached, and of one that sees."""
+
+from __future__ import annotations
+
+import pytest
+import zenoh
+
+from tests.simulation import SMALL_WORLD
+from tests.wire.server.conftest import Heard
+
+GOAL = "a" * 32
+OK = {"result": 1, "error_message": ""}
+LOST = "no connection to wall_e; it is lost for a while"
+
+
+@pytest.fixture
+def lost(live):
+    """Return a client of the small world in which wall_e can't be reached."""
+    assert OK == live.one("_world/inject_fault", {"type": "messages_lost", "robot": "wall_e"})["result"]
+    return live
+
+
+def test_a_fault_is_injected_and_cleared(live):
+    """With the keys of a world file, by the name that the answer gives."""
+    events = live.hear("_world/events")
+    injected = live.one("_world/inject_fault", {"type": "lane_closed", "lane": ["home", "door"]})
+    known = live.one("_world/get_faults")["faults"]
+    ways = [one for one in live.one("_world/route_graph")["features"] if one["geometry"]["type"] != "Point"]
+    cleared = live.one("_world/clear_fault", {"name": "lane_closed_1"})
+    told = events.wait(lambda bodies: any(body["kind"] == "fault_ended" for body in bodies))
+
+    assert {"result": OK, "name": "lane_closed_1"} == injected
+    assert [("lane_closed_1", "lane_closed", True)] == [(one["name"], one["type"], one["active"]) for one in known]
+    assert 4 == len(ways)
+    assert {"result": OK, "names": ["lane_closed_1"]} == cleared
+    began = next(body for body in told if body["kind"] == "fault_began")
+    assert ("lane_closed", "lane_closed_1", ["home", "door"]) == (began["fault"], began["name"], began["lane"])
+
+
+def test_what_makes_no_sense_is_answered_with_what_would_do(live):
+    """Readable, but not to be served: the result says why."""
+    result = live.one("_world/inject_fault", {"type": "slip", "robot": "wally", "factor": 0.5})["result"]
+
+    assert {"result": 2, "error_message": "robot: no robot 'wally'; did you mean 'wall_e'?"} == result
+
+
+def test_a_goal_is_rejected_without_connection(lost, go):
+    """As not_ready; others can be reached."""
+    answer = lost.send("wall_e/navigate_to_pose", go(9.0, 2.0))
+
+    assert (False, "not_ready", 1, LOST) == (
+        answer["accepted"],
+        answer["reason"],
+        answer["error_code"],
+        answer["error_msg"],
+    )
+    assert lost.send("eve/navigate_to_pose", go(1.0, 2.0))["accepted"]
+
+
+@pytest.mark.parametrize("key", ["wall_e/odom", "wall_e/wait/_action/status"])
+def test_nothing_is_read_without_connection(lost, key):
+    """The error reply says why."""
+    (reply,) = lost.ask(key)
+
+    assert (False, LOST) == (reply.ok, reply.body["error"])
+
+
+def test_the_token_goes_and_comes_back(live):
+    """So that a controller knows."""
+    heard = Heard()
+    handler = zenoh.handlers.Callback(heard.on_sample, indirect=False)
+    key = live.key("wall_e/alive")
+    live._subscribers.append(live.session.liveliness().declare_subscriber(key, handler, history=True))
+    live.one("_world/inject_fault", {"type": "messages_lost", "robot": "wall_e"})
+    heard.wait(lambda bodies: len(bodies) == 2)
+    live.one("_world/clear_fault")
+    heard.wait(lambda bodies: len(bodies) == 3)
+
+    assert [True, False, True] == [item.ok for item in heard.items]
+
+
+def test_a_result_is_held_until_the_connection_is_back(live, wait):
+    """The robot went on all the while."""
+    live.send("wall_e/wait", wait(0), GOAL)
+    live.one("_world/inject_fault", {"type": "messages_lost", "robot": "wall_e"})
+    pending = live.begin("wall_e/wait/_action/get_result", {"goal_id": GOAL})
+    live.one("_world/clear_fault")
+
+    assert 4 == pending.one()["status"]
+
+
+WATCHED = {
+    **SMALL_WORLD,
+    "robots": {**SMALL_WORLD["robots"], "wall_e": {"at": "home", "yaw": 0.0, "components": {"camera": {}}}},
+    "remap": {},
+}
+
+
+def test_what_a_robot_sees_is_latched(serve):
+    """As a vision_msgs/Detection3DArray, in order of name."""
+    (reply,) = serve(WATCHED).ask("wall_e/detections")
+
+    assert "application/json;vision_msgs/msg/Detection3DArray" == reply.encoding
+    assert ["anvil", "cart", "eve", "parcel"] == [one["id"] for one in reply.body["detections"]]
+
+
+def test_who_has_no_sensor_is_left_out_of_what_all_see(serve):
+    """Who asks for the detections of all robots gets those of one."""
+    replies = serve(WATCHED).ask("*/detections")
+
+    assert ["hmrsim/wall_e/detections"] == [reply.key for reply in replies]
+
+
+def test_detections_are_published_when_they_change(serve, go):
+    """Somebody who comes into view is told to who subscribes."""
+    tester = serve(WATCHED, real_time_factor=0)
+    heard = tester.hear("wall_e/detections")
+    tester.do("wall_e/navigate_to_pose", go(9.0, 2.0))
+
+    heard.wait(lambda bodies: any("cart" not in {one["id"] for one in body["detections"]} for body in bodies))
+
+
+def test_a_robot_is_asked_what_it_sees(serve):
+    """By the camera, 8 m ahead."""
+    answer = serve(WATCHED).one("_world/is_detected", {"robot": "wall_e", "entity": "eve"})
+
+    assert (OK, True, ["camera"], 9.0) == (
+        answer["result"],
+        answer["detected"],
+        answer["by"],
+        answer["pose"]["pose"]["position"]["x"],
+    )

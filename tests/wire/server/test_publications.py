@@ -1,0 +1,374 @@
+"""What is published: status, feedback, odometry, the clock and events; in which order, and under which names."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import time
+
+import pytest
+import zenoh
+
+from tests.wire.server.conftest import Heard, statuses
+
+A, B = "a" * 32, "b" * 32
+NAVIGATE = "wall_e/navigate_to_pose"
+ALIAS = "navigate_to_pose/wall_e"
+WAIT = "wall_e/wait"
+STATUS = "wall_e/navigate_to_pose/_action/status"
+FEEDBACK = "wall_e/navigate_to_pose/_action/feedback"
+
+
+def nanoseconds(stamp):
+    """Return a time or duration as one number."""
+    return stamp["sec"] * 1_000_000_000 + stamp["nanosec"]
+
+
+class TestStatus:
+    """All goals kept, in order of acceptance, on each transition."""
+
+    def test_each_transition_is_published(self, fast, go):
+        """Whoever subscribes and then sends a goal sees all of it, however fast it is over."""
+        heard = fast.hear(STATUS)
+
+        fast.send(NAVIGATE, go(9, 2), A)
+
+        assert [[(A, 1)], [(A, 2)], [(A, 4)]] == [statuses(body) for body in heard.wait_for_status(A, 4)]
+
+    def test_a_canceled_goal_passes_canceling(self, live, wait):
+        """EXECUTING, CANCELING, CANCELED."""
+        heard = live.hear(f"{WAIT}/_action/status")
+        live.send(WAIT, wait(1000), A)
+
+        live.cancel(WAIT, A)
+
+        assert [1, 2, 3, 5] == [statuses(body)[0][1] for body in heard.wait_for_status(A, 5)]
+
+    def test_the_list_has_ended_goals_in_order_of_acceptance(self, fast, wait):
+        """With their stamps."""
+        stamps = []
+        for goal_id in (B, A):
+            stamps.append(fast.send(WAIT, wait(3), goal_id)["stamp"])
+            fast.result(WAIT, goal_id)
+        heard = fast.hear(f"{WAIT}/_action/status")
+
+        fast.send(WAIT, wait(3), "c" * 32)
+
+        last = heard.wait_for_status("c" * 32, 4)[-1]
+        assert [(B, 4), (A, 4), ("c" * 32, 4)] == statuses(last)
+        assert stamps == [item["goal_info"]["stamp"] for item in last["status_list"][:2]]
+
+    def test_only_legal_transitions_are_seen(self, live, wait):
+        """Of a goal that preempts another, and of the one that is preempted."""
+        heard = live.hear(f"{WAIT}/_action/status")
+        for goal_id in (A, B):
+            live.send(WAIT, wait(1000), goal_id)
+
+        live.cancel(WAIT, B)
+
+        bodies = heard.wait_for_status(B, 5)
+        seen = {goal_id: [dict(statuses(body)).get(goal_id, 0) for body in bodies] for goal_id in (A, B)}
+        assert [0, 1, 2, 3, 5] == [status for status, _ in itertools.groupby(seen[B])]
+        assert [1, 2, 6] == [status for status, _ in itertools.groupby(seen[A])]
+
+    def test_the_first_status_of_a_first_subscriber_is_never_lost(self, serve, wait):
+        """Many clients that each subscribe and send a goal at once."""
+        owner = serve(real_time_factor=0)
+        seen = []
+        for number in range(1, 61):
+            client = serve.tester(serve.hosts[0])
+            heard = client.hear(f"{WAIT}/_action/status")
+            goal_id = f"{number:032x}"
+            client.send(WAIT, wait(1), goal_id)
+            bodies = heard.wait_for_status(goal_id, 4)
+            seen.append([dict(statuses(body))[goal_id] for body in bodies])
+            client.close()
+
+        assert [[1, 2, 4]] * 60 == seen
+        assert 60 == len(owner.status(WAIT))
+
+
+class TestFeedback:
+    """How a goal is doing, at 10 Hz of simulated time."""
+
+    def test_it_comes_ten_times_a_simulated_second_and_at_the_end(self, serve, go):
+        """Half a metre and a bit at 1 m/s: at 0.1, 0.2, … and at arrival, where nothing remains."""
+        tester = serve(real_time_factor=0.5)
+        heard = tester.hear(FEEDBACK)
+        tester.send(NAVIGATE, go(1.55, 2), A)
+
+        bodies = heard.wait(lambda bodies: bodies and bodies[-1]["feedback"]["distance_remaining"] == 0)
+
+        feedback = [body["feedback"] for body in bodies]
+        tenths = [100_000_000 * number for number in range(1, 6)]
+        assert {A} == {body["goal_id"] for body in bodies}
+        assert [*tenths, 550_000_000] == [nanoseconds(item["navigation_time"]) for item in feedback]
+        assert [0.45, 0.35, 0.25, 0.15, 0.05, 0] == pytest.approx([item["distance_remaining"] for item in feedback])
+        assert 0 == feedback[-1]["distance_remaining"]
+
+    def test_it_has_the_fields_of_the_ros_type(self, serve, go):
+        """Kilted's: no tracking errors."""
+        tester = serve(real_time_factor=0.5)
+        heard = tester.hear(FEEDBACK)
+        tester.send(NAVIGATE, go(1.25, 2), A)
+
+        feedback = heard.wait(lambda bodies: bodies)[0]["feedback"]
+
+        assert {
+            "current_pose",
+            "navigation_time",
+            "estimated_time_remaining",
+            "number_of_recoveries",
+            "distance_remaining",
+        } == set(feedback)
+        assert "map" == feedback["current_pose"]["header"]["frame_id"]
+        assert 1.1 == pytest.approx(feedback["current_pose"]["pose"]["position"]["x"])
+        assert 150_000_000 == nanoseconds(feedback["estimated_time_remaining"])
+        assert 0 == feedback["number_of_recoveries"]
+
+    def test_the_last_one_comes_before_the_terminal_status_and_none_after(self, serve, go):
+        """All that one client gets of a goal, in order: reply, EXECUTING, feedback, terminal status, result."""
+        tester = serve(real_time_factor=1.0)
+        heard = tester.hear(STATUS, FEEDBACK)
+        for verb, payload in {"send_goal": {"goal_id": A, "goal": go(1.25, 2)}, "get_result": {"goal_id": A}}.items():
+            tester.session.get(
+                tester.key(f"{NAVIGATE}/_action/{verb}"),
+                zenoh.handlers.Callback(heard.on_reply, indirect=False),
+                payload=json.dumps(payload),
+                # By default Zenoh hands out a reply only after all replies have come, which may be a little later.
+                consolidation=zenoh.ConsolidationMode.NONE,
+            )
+
+        heard.wait(lambda bodies: any("result" in body for body in bodies))
+        tester.one("_world/clock")  # whatever was sent before this is here now
+
+        order = [_told(body) for body in heard.bodies]
+        assert ["accepted", 1, 2, "feedback", 4, "result"] == [told for told, _ in itertools.groupby(order)]
+
+    def test_a_quick_goal_sends_its_last_feedback(self, fast, go):
+        """At the greatest speed, too, the last one is there, with nothing remaining."""
+        heard = fast.hear(STATUS, FEEDBACK)
+
+        fast.send(NAVIGATE, go(9, 2), A)
+
+        bodies = heard.wait(lambda bodies: any("status_list" in body and (A, 4) in statuses(body) for body in bodies))
+        assert 0 == bodies[-2]["feedback"]["distance_remaining"]
+        assert 8_000_000_000 == nanoseconds(bodies[-2]["feedback"]["navigation_time"])
+
+    def test_there_are_at_most_twenty_a_wall_second(self, serve, wait):
+        """A wait of 100 s, at a factor of 200, has 1,000 samples in half a wall second."""
+        tester = serve(real_time_factor=200.0)
+        heard = tester.hear(f"{WAIT}/_action/feedback")
+        began = time.monotonic()
+
+        tester.do(WAIT, wait(100))
+
+        took = time.monotonic() - began
+        assert 3 <= len(heard.items) <= 2 + 20 * took
+
+    def test_waits_feedback_counts_down(self, fast, wait):
+        """Its last one is zero."""
+        heard = fast.hear(f"{WAIT}/_action/feedback")
+
+        fast.do(WAIT, wait(3))
+
+        left = [nanoseconds(body["feedback"]["time_left"]) for body in heard.bodies]
+        assert (sorted(left, reverse=True), 0) == (left, left[-1])
+
+    def test_a_pickup_tells_its_states(self, fast):
+        """MoveIt's, and each of them, as they are few."""
+        heard = fast.hear("wall_e/pickup/_action/feedback")
+
+        fast.do("wall_e/pickup", {"target_name": "letter"})
+
+        assert ["PLANNING", "MONITOR", "IDLE"] == [body["feedback"]["state"] for body in heard.bodies]
+
+    def test_others_coming_and_going_do_not_change_its_times(self, serve, go):
+        """Somebody subscribes to the clock and leaves again, a hundred times in the course of a goal."""
+        tester = serve(real_time_factor=0.5)
+        heard = tester.hear(FEEDBACK)
+        tester.send(NAVIGATE, go(1.55, 2), A)
+
+        for _ in range(100):
+            tester.session.declare_subscriber("hmrsim/_world/clock").undeclare()
+
+        bodies = heard.wait(lambda bodies: bodies and bodies[-1]["feedback"]["distance_remaining"] == 0)
+        times = [nanoseconds(body["feedback"]["navigation_time"]) // 1_000_000 for body in bodies]
+        assert [100, 200, 300, 400, 500, 550] == times
+
+
+def _told(body):
+    """Return what a message of the order test is."""
+    if "status_list" in body:
+        return statuses(body)[0][1]
+    return next(name for name in ("accepted", "feedback", "result") if name in body)
+
+
+class TestAliases:
+    """Further names of an action, from the world's remap table."""
+
+    def test_a_goal_sent_by_alias_can_be_canceled_by_its_real_name(self, live, go):
+        """It is one goal of one action."""
+        live.send(ALIAS, go(9, 2), A)
+
+        assert [A] == [goal["goal_id"] for goal in live.cancel(NAVIGATE, A)["goals_canceling"]]
+
+    def test_a_goal_sent_by_its_real_name_can_be_canceled_by_alias(self, live, go):
+        """And its result asked for by either."""
+        live.send(NAVIGATE, go(9, 2), A)
+
+        assert 0 == live.cancel(ALIAS, A)["return_code"]
+        assert [5, 5] == [live.result(name, A)["status"] for name in (NAVIGATE, ALIAS)]
+
+    @pytest.mark.parametrize("name", [NAVIGATE, ALIAS])
+    def test_feedback_and_status_appear_under_both_names(self, serve, go, name):
+        """The same messages, whichever name the goal was sent by."""
+        tester = serve(real_time_factor=1.0)
+        real = tester.hear(STATUS, FEEDBACK)
+        alias = tester.hear(f"{ALIAS}/_action/status", f"{ALIAS}/_action/feedback")
+
+        tester.send(name, go(1.25, 2), A)
+
+        for heard in (real, alias):
+            heard.wait(lambda bodies: any("status_list" in body and (A, 4) in statuses(body) for body in bodies))
+        assert real.bodies == alias.bodies
+        assert any("feedback" in body for body in real.bodies)
+
+    def test_the_status_can_be_got_by_alias(self, fast, go):
+        """The reply has the key that was asked for."""
+        fast.send(NAVIGATE, go(9, 2), A)
+        fast.result(NAVIGATE, A)
+
+        (reply,) = fast.ask(f"{ALIAS}/_action/status")
+
+        assert ("hmrsim/navigate_to_pose/wall_e/_action/status", [(A, 4)]) == (reply.key, statuses(reply.body))
+
+    def test_an_alias_of_another_action_is_that_action(self, fast):
+        """``wall_e/grab`` picks up; the answer has pickup's encoding."""
+        (reply,) = fast.ask("wall_e/grab/_action/send_goal", {"goal_id": A, "goal": {"target_name": "letter"}})
+
+        assert (True, "application/json;moveit_msgs/action/Pickup_SendGoal_Response") == (
+            reply.body["accepted"],
+            reply.encoding,
+        )
+        assert 1 == fast.result("wall_e/pickup", A)["result"]["error_code"]["val"]
+
+
+class TestWorld:
+    """The world's own topics."""
+
+    def test_the_clock_ticks_ten_times_a_simulated_second(self, live):
+        """For a subscriber that comes while nothing goes on."""
+        live.one("_world/clock")
+        heard = live.hear("_world/clock")
+
+        bodies = heard.wait(lambda bodies: len(bodies) >= 4)
+
+        times = [nanoseconds(body["clock"]) for body in bodies]
+        assert {100_000_000} == {after - before for before, after in itertools.pairwise(times)}
+        assert {0} == {at % 100_000_000 for at in times}
+
+    def test_the_clock_ticks_again_for_who_comes_later(self, live):
+        """After the last subscriber has left and another one has come."""
+        first = live.session.declare_subscriber("hmrsim/_world/clock")
+        first.recv()
+        first.undeclare()
+
+        heard = live.hear("_world/clock")
+
+        assert heard.wait(lambda bodies: len(bodies) >= 2)
+
+    def test_the_clock_runs_at_the_greatest_speed_as_long_as_there_is_something_to_do(self, fast, wait):
+        """Each tenth of a second, and the time at which everything stands still."""
+        heard = fast.hear("_world/clock")
+
+        fast.send(WAIT, wait(2), A)
+
+        bodies = heard.wait(lambda bodies: bodies and nanoseconds(bodies[-1]["clock"]) == 2_000_000_000)
+        times = [nanoseconds(body["clock"]) for body in bodies]
+        assert sorted(set(times)) == times
+        assert set(range(100_000_000, 2_000_000_001, 100_000_000)) <= set(times)
+
+    def test_odometry_tells_where_a_robot_is_and_how_fast(self, serve, go):
+        """On its way at 1 m/s, then at rest."""
+        tester = serve(real_time_factor=5.0)
+        heard = tester.hear("wall_e/odom")
+        tester.do(NAVIGATE, go(3, 2))
+
+        bodies = heard.wait(lambda bodies: bodies and bodies[-1]["pose"]["pose"]["position"]["x"] == 3)
+
+        speeds = [body["twist"]["twist"]["linear"]["x"] for body in bodies]
+        assert "wall_e/base_link" == bodies[0]["child_frame_id"]
+        assert {0.0, 1.0} == set(speeds)
+        assert 0.0 == speeds[-1]
+
+    def test_events_tell_what_happens(self, fast, go):
+        """Goals' statuses, motion, items picked and placed, each with its simulated time."""
+        heard = fast.hear("_world/events")
+        fast.send(NAVIGATE, go(5, 2), A)
+        fast.result(NAVIGATE, A)
+        fast.do("eve/pickup", {"target_name": "parcel"})
+        fast.send("eve/place", {"attached_object_name": "parcel"}, B)
+
+        bodies = heard.wait(lambda bodies: any(body.get("goal_id") == B and "result" in body for body in bodies))
+
+        first = [{key: value for key, value in body.items() if key != "result"} for body in bodies[:6]]
+        status = {"kind": "status", "robot": "wall_e", "action": "navigate_to_pose", "goal_id": A}
+        start, end = {"sec": 0, "nanosec": 1}, {"sec": 4, "nanosec": 0}
+        motion = {"robot": "wall_e", "from": [1, 2, 0], "to": [5, 2, 0], "duration": 4.0, "lane": ["home", "door"]}
+        asked = first.pop(0)
+        assert ("goal", A, {"x": 5.0, "y": 2.0}) == (
+            asked["kind"],
+            asked["goal_id"],
+            asked["goal"]["pose"]["pose"]["position"],
+        )
+        assert first == [
+            status | {"stamp": start, "status": 1},
+            status | {"stamp": start, "status": 2},
+            {"kind": "route", "stamp": start, "robot": "wall_e", "points": [[5, 2]]},
+            {"kind": "motion", "stamp": start} | motion,
+            status | {"stamp": end, "status": 4},
+        ]
+        assert [{"stamp": end, "kind": "picked", "robot": "eve", "item": "parcel"}] == [
+            body for body in bodies if body["kind"] == "picked"
+        ]
+        assert [{"stamp": end, "kind": "placed", "robot": "eve", "item": "parcel", "at": [9, 2]}] == [
+            body for body in bodies if body["kind"] == "placed"
+        ]
+
+
+def test_the_log_has_what_people_read(fast, go):
+    """What happens, without what is told to watchers only; who listens to it alone has no motion computed."""
+    heard = fast.hear("_world/log")
+
+    fast.send(NAVIGATE, go(9, 2), A)
+    fast.result(NAVIGATE, A)
+
+    bodies = heard.wait(lambda bodies: any(body.get("status") == 4 for body in bodies))
+    assert ["status", "status", "status"] == [body["kind"] for body in bodies]
+
+
+def test_encodings_name_the_ros_type(fast, go):
+    """On every reply and publication."""
+    heard = fast.hear("**")
+    replies = Heard()
+    requests = {"send_goal": {"goal_id": A, "goal": go(5, 2)}, "get_result": {"goal_id": A}, "cancel_goal": {}}
+    for verb, body in requests.items():
+        for reply in fast.ask(f"{NAVIGATE}/_action/{verb}", body):
+            replies.add(reply)
+    fast.one("_world/clock")
+
+    encodings = {item.key.removeprefix("hmrsim/").rpartition("/")[2]: item.encoding for item in heard.items}
+    encodings |= {item.key.rpartition("/")[2]: item.encoding for item in replies.items}
+    assert encodings == {
+        "send_goal": "application/json;nav2_msgs/action/NavigateToPose_SendGoal_Response",
+        "get_result": "application/json;nav2_msgs/action/NavigateToPose_GetResult_Response",
+        "cancel_goal": "application/json;action_msgs/srv/CancelGoal_Response",
+        "status": "application/json;action_msgs/msg/GoalStatusArray",
+        "feedback": "application/json;nav2_msgs/action/NavigateToPose_FeedbackMessage",
+        "odom": "application/json;nav_msgs/msg/Odometry",
+        "clock": "application/json;rosgraph_msgs/msg/Clock",
+        "events": "application/json;hmrsim/Event",
+        "log": "application/json;hmrsim/Event",
+        "state": "application/json;hmrsim/TimeState",
+    }

@@ -1,0 +1,198 @@
+"""The world's services over Zenoh: plain JSON in and out, from outside."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+import zenoh
+
+from tests.wire.server.conftest import Heard
+
+GOAL = "a" * 32
+OK = {"result": 1, "error_message": ""}
+PAUSED, PLAYING = {"state": {"state": 2}}, {"state": {"state": 1}}
+
+
+@pytest.fixture
+def bob():
+    """Return the request that spawns a robot."""
+    pose = {"pose": {"position": {"x": 3.0, "y": 2.0}}}
+    return {"name": "bob", "uri": "robot_type:fetcher", "initial_pose": pose}
+
+
+def tokens(tester, robot):
+    """Subscribe to a robot's liveliness token; return what is heard of it."""
+    heard = Heard()
+    handler = zenoh.handlers.Callback(heard.on_sample, indirect=False)
+    key = tester.key(f"{robot}/alive")
+    tester._subscribers.append(tester.session.liveliness().declare_subscriber(key, handler, history=True))
+    return heard
+
+
+def test_an_answer_has_its_type(shared):
+    """The encoding names it, as with everything else."""
+    (reply,) = shared.ask("_world/get_simulation_state", {})
+
+    assert ({"state": {"state": 1}, "result": OK}, True) == (reply.body, reply.ok)
+    assert "application/json;simulation_interfaces/srv/GetSimulationState_Response" == reply.encoding
+
+
+def test_nothing_is_an_empty_request(shared):
+    """Curl-like scripting needs no payload."""
+    assert ["wall_e", "eve", "cart", "parcel", "anvil", "letter"] == shared.one("_world/get_entities")["entities"]
+
+
+@pytest.mark.parametrize(
+    ("payload", "field"),
+    [
+        ({"entity": 1}, "entity"),
+        ({"entity": "eve", "colour": "red"}, "colour"),
+        ({"entity": "eve", "state": {"pose": {"position": {"x": "far"}}}}, "state.pose.position.x"),
+        (b'{"state": {"pose": {"position": {"x": NaN}}}}', "state.pose.position.x"),
+        (b"[1", ""),
+    ],
+)
+def test_what_can_not_be_read_is_refused(shared, payload, field):
+    """With Zenoh's error reply, which names the field."""
+    (reply,) = shared.ask("_world/set_entity_state", payload)
+
+    assert (False, field) == (reply.ok, reply.body["details"][0]["field"])
+
+
+def test_info_lists_the_services_and_the_world_s_action(shared):
+    """Whoever looks finds them, with their types."""
+    info = shared.one("_world/info")
+    types = {service["name"]: service["type"] for service in info["services"]}
+
+    assert "simulation_interfaces/srv/SpawnEntity" == types["_world/spawn_entity"]
+    assert ["simulate_steps"] == info["actions"]
+
+
+def test_time_stands_while_paused(live):
+    """And every question is answered; a goal is accepted."""
+    assert {"result": OK} == live.one("_world/set_simulation_state", PAUSED)
+    before = live.one("_world/clock")
+    answer = live.send("wall_e/navigate_to_pose", {"pose": {"pose": {"position": {"x": 9.0, "y": 2.0}}}}, GOAL)
+
+    assert answer["accepted"]
+    assert (1.0, 2.0) == live.where("wall_e")
+    assert before == live.one("_world/clock")
+
+
+def test_steps_are_answered_when_they_are_made(live):
+    """Ten thousand of them: as fast as the machine can, not with the wall."""
+    live.one("_world/set_simulation_state", PAUSED)
+    now = live.one("_world/time/state")["now"]
+
+    assert {"result": OK} == live.one("_world/step_simulation", {"steps": 10_000})
+    assert now + 1000.0 == pytest.approx(live.one("_world/time/state")["now"])
+
+
+def test_the_world_makes_steps_as_an_action(live):
+    """With feedback for each, on its key."""
+    live.one("_world/set_simulation_state", PAUSED)
+    heard = live.hear("_world/simulate_steps/_action/feedback")
+    done = live.do("_world/simulate_steps", {"steps": 3})
+
+    assert (4, {"result": OK}) == (done["status"], done["result"])
+    assert {"completed_steps": 3, "remaining_steps": 0} == heard.wait(bool)[-1]["feedback"]
+    assert [4] == [status for _, status in live.status("_world/simulate_steps")]
+
+
+def test_a_cancel_halts_the_steps(live):
+    """As with any action."""
+    live.one("_world/set_simulation_state", PAUSED)
+    live.send("_world/simulate_steps", {"steps": 10**15}, GOAL)
+    answer = live.cancel("_world/simulate_steps", GOAL)
+
+    assert 0 == answer["return_code"]
+    assert 5 == live.result("_world/simulate_steps", GOAL)["status"]
+
+
+def test_a_spawned_robot_is_served_at_once(fast, bob):
+    """Its keys, its odometry, its place in the handshake; and it drives."""
+    spawned = fast.one("_world/spawn_entity", bob)
+    names = [robot["name"] for robot in fast.one("_world/info")["robots"]]
+    done = fast.do("bob/navigate_to_pose", {"pose": {"pose": {"position": {"x": 9.0, "y": 2.0}}}})
+
+    assert ({"result": OK, "entity_name": "bob"}, 4) == (spawned, done["status"])
+    assert (9.0, 2.0) == fast.where("bob")
+    assert ["wall_e", "eve", "cart", "bob"] == names
+
+
+def test_its_token_comes_and_goes(fast, bob):
+    """So the network knows that it is there."""
+    heard = tokens(fast, "bob")
+    fast.one("_world/spawn_entity", bob)
+    heard.wait(lambda bodies: len(bodies) == 1)
+    fast.one("_world/delete_entity", {"entity": "bob"})
+    heard.wait(lambda bodies: len(bodies) == 2)
+
+    assert [True, False] == [item.ok for item in heard.items]
+
+
+def test_a_deleted_robot_is_unknown(live):
+    """Its goals have ended, who waits is told, and its keys say that it isn't there."""
+    live.send("wall_e/wait", {"time": {"sec": 1000}}, GOAL)
+    waiting = live.begin("wall_e/wait/_action/get_result", {"goal_id": GOAL})
+    live.one("_world/delete_entity", {"entity": "wall_e"})
+    result = waiting.one()
+    (odom,) = live.ask("wall_e/odom")
+
+    assert (6, "the robot was deleted") == (result["status"], result["result"]["error_msg"])
+    assert "unknown_robot" == live.send("wall_e/wait", {"time": {"sec": 1}})["reason"]
+    assert (False, "no robot 'wall_e'; there are: eve, cart") == (odom.ok, odom.body["error"])
+
+
+def test_who_listens_to_the_handshake_hears_of_robots(fast, bob):
+    """It is published anew."""
+    heard = fast.hear("_world/info")
+    fast.one("_world/spawn_entity", bob)
+    (info,) = heard.wait(bool)
+
+    assert ["wall_e", "eve", "cart", "bob"] == [robot["name"] for robot in info["robots"]]
+
+
+def test_another_world_is_served(live):
+    """Its robots by its aliases, its ways, its name; stopped, until somebody lets it play."""
+    world = {
+        "name": "other",
+        "waypoints": {"a": [0, 0], "b": [4, 0]},
+        "lanes": [["a", "b"]],
+        "robots": {"zoe": {"at": "a"}},
+        "remap": {"drive/zoe": "zoe/navigate_to_pose"},
+    }
+    before = live.one("_world/info")["world"]["hash"]
+    loaded = live.one("_world/load_world", {"resource_string": json.dumps(world)})
+    info, graph = live.one("_world/info"), live.one("_world/route_graph")
+    state = live.one("_world/get_simulation_state")["state"]["state"]
+    live.one("_world/set_simulation_state", PLAYING)
+    done = live.do("drive/zoe", {"pose": {"pose": {"position": {"x": 0.5}}}})
+
+    assert (OK, "other", 0) == (loaded["result"], info["world"]["name"], state)
+    assert before != info["world"]["hash"]
+    assert ("other", 4) == (graph["name"], done["status"])
+    assert "unknown_robot" == live.send("wall_e/wait", {"time": {"sec": 1}})["reason"]
+
+
+def test_a_robot_that_has_another_name_now_is_heard_by_it(live):
+    """What was published under its old names alone is published under the new one."""
+    live.hear("wall_e/wait/_action/status")
+    live.do("wall_e/wait", {})
+    world = {"robots": {"wall_e": {"at": [0, 0]}}, "remap": {"hold/wall_e": "wall_e/wait"}}
+    live.one("_world/load_world", {"resource_string": json.dumps(world)})
+    heard = live.hear("hold/wall_e/_action/status")
+    live.one("_world/set_simulation_state", PLAYING)
+    answer = live.send("wall_e/wait", {})
+
+    assert heard.wait_for_status(answer["goal_id"], 4)
+
+
+def test_a_reset_is_seen_by_who_asks(live):
+    """Time, and where everybody is."""
+    live.do("wall_e/navigate_to_pose", {"pose": {"pose": {"position": {"x": 1.5, "y": 2.0}}}})
+    live.one("_world/set_simulation_state", PAUSED)
+
+    assert {"result": OK} == live.one("_world/reset_simulation")
+    assert ((1.0, 2.0), 0.0) == (live.where("wall_e"), live.one("_world/time/state")["now"])

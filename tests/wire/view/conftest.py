@@ -1,0 +1,58 @@
+"""A page's server with a simulator behind it."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from hmrsim_zenoh.wire.session import open_client
+from tests.served_world import served_world
+from tests.wire.view.pages import PATIENCE, opened, viewed
+
+
+@pytest.fixture(scope="module")
+def simulator():
+    """A simulator of the small world; what a client connects with."""
+    with served_world() as options:
+        yield options
+
+
+@pytest.fixture
+def server(simulator):
+    """The server of its page."""
+    with viewed(simulator) as server:
+        yield server
+
+
+@pytest.fixture
+def page(server):
+    """A page."""
+    with opened(server.url) as page:
+        yield page
+
+
+@pytest.fixture
+def open_page(server):
+    """Return what opens further pages."""
+    return lambda: opened(server.url)
+
+
+@pytest.fixture
+def session(simulator):
+    """Somebody else's session."""
+    with open_client(simulator) as session:
+        yield session
+
+
+@pytest.fixture
+def wait_for_listener(session):
+    """Return what waits until somebody listens to a key, or nobody does any more."""
+
+    def wait(key: str, *, there: bool) -> None:
+        changed = threading.Event()
+        publisher = session.declare_publisher(key)
+        publisher.declare_matching_listener(lambda status: changed.set() if status.matching == there else None)
+        assert publisher.matching_status.matching == there or changed.wait(PATIENCE)
+
+    return wait
