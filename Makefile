@@ -27,7 +27,7 @@ test: $(READY)  ## Run every test; some of them by ARGS="-k cancel"
 	$(PYTEST) $(ARGS)
 
 test-unit: $(READY)  ## Run the tests that need nothing but their own process, in less than a minute
-	$(PYTEST) -m unit $(ARGS)
+	$(PYTEST) tests/unit $(ARGS)
 
 test-nightly: $(READY)  ## Run what hypothesis tries, with many more examples
 	HYPOTHESIS_PROFILE=nightly $(PYTEST) -m hypothesis --timeout 3600 $(ARGS)

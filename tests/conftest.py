@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
-from pathlib import Path
 
 import pytest
 
 from tests import profiles
+from tests.paths import TESTS
 from tests.simulation import Run, simulate
 
 # Processes that tests start keep what they compile, or each of them would compile it anew.
@@ -20,20 +20,13 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 profiles.load()
 
 KINDS = ("unit", "wire", "system", "browser")
-FOLDERS = {
-    "browser": "browser",
-    "system": "system",
-    **dict.fromkeys(("recording", "ros2", "view", "wire", "zenoh"), "wire"),
-}
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark each test by the folder that it is in: what it needs."""
+    """Mark each test with what it needs, by the folder that it is in."""
     for item in items:
-        folder = item.path.relative_to(Path(__file__).parent).parts[0]
-        kind = FOLDERS.get(folder, "unit")
-        if not any(map(item.get_closest_marker, KINDS)):
-            item.add_marker(kind)
+        folder = item.path.relative_to(TESTS).parts[0]
+        item.add_marker(folder if folder in KINDS else "system")
 
 
 @pytest.fixture(autouse=True)
