@@ -47,7 +47,6 @@ def test_every_benchmark_is_tested():
     assert names == TINY.keys()
 
 
-@pytest.mark.system
 @pytest.mark.skipif(not Path("/proc/self/smaps_rollup").exists(), reason="reads Linux's /proc")
 @pytest.mark.parametrize("name", TINY)
 def test_a_benchmark_gives_rows(name, monkeypatch):

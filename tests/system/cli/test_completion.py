@@ -116,7 +116,6 @@ def test_where_nobody_answers_nothing_is_said(complete, line):
     assert [] == complete(line)
 
 
-@pytest.mark.system
 @pytest.mark.parametrize(
     ("line", "words"),
     [

@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import pytest
 
 from hmrsim.actions import registry
+from hmrsim.cli.tracing import TraceFile
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.interfaces.nav_msgs import Odometry

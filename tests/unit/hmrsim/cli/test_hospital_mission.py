@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from itertools import combinations
 
 import pytest
@@ -80,39 +77,6 @@ def test_there_is_a_way_around_the_visitors(hospital):
 
     assert ("ward_a_aisle", "ward_b_aisle") in lanes
     assert all(graph.plan(places["kitchen"], point, 1.0).legs for name, point in places.items() if name != "kitchen")
-
-
-@pytest.fixture(scope="module")
-def traces(tmp_path_factory):
-    """Return the exit codes and the traces of two demos in lockstep."""
-    paths = [tmp_path_factory.mktemp("demo") / "run.jsonl" for _ in range(2)]
-    command = [sys.executable, "-m", "hmrsim.cli", "demo", "--clock", "lockstep", "--json", "--trace"]
-    codes = [subprocess.run([*command, str(path)], capture_output=True, check=False).returncode for path in paths]
-    return codes, [path.read_bytes() for path in paths]
-
-
-@pytest.mark.system
-def test_the_mission_is_the_same_each_time(traces):
-    """In lockstep all succeed, and two runs have the same trace."""
-    codes, (first, second) = traces
-
-    assert [0, 0] == codes
-    assert first == second
-
-
-@pytest.mark.system
-def test_the_mission_has_obstacles(traces):
-    """One robot takes another way since people fill the corridor, others wait for doors and for each other."""
-    lines = [json.loads(line) for line in traces[1][0].splitlines()]
-    happened = [line for line in lines if "stamp" in line]
-
-    assert ["visitors", "wet_floor"] == [line["name"] for line in happened if line["kind"] == "fault_began"]
-    assert ["nan_e"] == [line["robot"] for line in happened if line["kind"] == "rerouted"]
-    assert (12, 5) == (
-        sum("is opening" in line.get("why", "") for line in happened if line["kind"] == "waiting"),
-        sum("for" in line for line in happened if line["kind"] == "waiting"),
-    )
-    assert 153 == lines[-1]["stamp"]["sec"]
 
 
 def test_nobody_has_the_errand_of_another(hospital):
