@@ -20,6 +20,9 @@ def running(serve):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("hmrsim.simulation.simulator.all_actions", lambda: free)
         tester = serve(real_time_factor=1.0)
+    # No goal is accepted at 0, which is before all times that a cancel can name.
+    while tester.one("_world/clock")["clock"] == {"sec": 0, "nanosec": 0}:
+        pass
     stamps = [tester.send(WAIT, {"time": {"sec": 1000}}, goal_id)["stamp"] for goal_id in (A, B, C)]
     return tester, stamps
 

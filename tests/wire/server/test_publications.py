@@ -357,6 +357,8 @@ def test_encodings_name_the_ros_type(fast, go):
         for reply in fast.ask(f"{NAVIGATE}/_action/{verb}", body):
             replies.add(reply)
     fast.one("_world/clock")
+    published = {"status", "feedback", "odom", "clock", "events", "state"}
+    heard.wait(lambda _: published <= {item.key.rpartition("/")[2] for item in heard.items})
 
     encodings = {item.key.removeprefix("hmrsim/").rpartition("/")[2]: item.encoding for item in heard.items}
     encodings |= {item.key.rpartition("/")[2]: item.encoding for item in replies.items}
