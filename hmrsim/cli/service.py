@@ -115,7 +115,9 @@ def _call(args: argparse.Namespace) -> int:
             if name in known:
                 raise mistakes_in_reply("request", error, data, _request_type(name, info)) from None
             raise _unknown(name, known, info, f"; the answer: {error}") from None
-        except (Unreachable, ValueError):
+        except (Unreachable, ValueError) as error:
+            if name in known and isinstance(error, Unreachable):
+                raise
             raise _unknown(name, known, info) from None
     _print(answer, as_json=args.json)
     return ExitCode.DONE

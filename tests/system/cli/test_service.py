@@ -164,8 +164,6 @@ def test_a_simulator_that_dies_ends_the_wait(start):
     main(["service", "call", SEND_GOAL, LONG_WAIT, "--connect", endpoint])
     waiting = start("service", "call", GET_RESULT, f"{{goal_id: {GOAL_ID}}}", "--connect", endpoint, "--log-level=info")
     waiting.stderr.readline()
-    # By the time that somebody else has come and been answered, its request is there.
-    main(["service", "call", "/_world/get_simulation_state", "--connect", endpoint])
     simulator.kill()
     waiting.communicate(timeout=PATIENCE)
 
