@@ -26,7 +26,7 @@ demo: $(READY)  ## Run the main job: a hospital mission, simulator and controlle
 test: $(READY)  ## Run every test; some of them by ARGS="-k cancel"
 	$(PYTEST) $(ARGS)
 
-test-unit: $(READY)  ## Run the tests that need nothing but their own process, in less than a minute
+test-unit: $(READY)  ## Run the tests that need nothing but their own process, in about a minute
 	$(PYTEST) tests/unit $(ARGS)
 
 test-nightly: $(READY)  ## Run what hypothesis tries, with many more examples
