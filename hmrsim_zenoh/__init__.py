@@ -1,7 +1,7 @@
 """The wire: what a real robot's controller would see of the simulated ones, over Zenoh.
 
-What is exported here is the client; the simulator's side is wired by ``hmrsim.cli``. It is loaded when it is first
-used, for the simulator and most commands need little of it.
+What is exported here is the client; `hmrsim_zenoh.host` serves a world. An export is loaded when it is first used, as
+the simulator and most commands need few of them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The command ``bt-controller``: one file a command."""
+"""The command ``bt-controller``: one file a command. Nothing imports it."""
 
 from __future__ import annotations
 

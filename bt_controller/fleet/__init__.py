@@ -1,1 +1,1 @@
-"""Several robots that share their work: tasks, who gets which, and a tree that has it done."""
+"""Several robots that share their work: a queue of tasks, their allocation, and the tree that carries them out."""

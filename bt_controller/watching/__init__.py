@@ -1,1 +1,1 @@
-"""Showing what trees are at: on a terminal, as JSON, on Zenoh, as pictures, as a log."""
+"""Showing what trees do: on a terminal, as JSON, on Zenoh, as pictures, as a log. The commands use it."""

@@ -1,4 +1,7 @@
-"""The launcher and the tools: ``hmrsim``. One file a command group; here is where everything is wired."""
+"""The command ``hmrsim``: one file a command.
+
+Commands turn options into settings, and give these to a host, a simulator or a client; nothing imports them.
+"""
 
 from hmrsim.cli.start import main
 

@@ -1,4 +1,7 @@
-"""What robots can carry: one component a file."""
+"""What robots can carry: one component a file.
+
+World files name them, robots are built with them, and actions ask for them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Pictures of worlds as SVG, in the colours that everything of ours that draws has in common."""
+"""Pictures of worlds as SVG, and the palette that the page, reports and recordings share with them.
+
+`hmrsim map render` and reports draw with it.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What happened in a run: read from a trace or a recording, told as a page, as JSON or as tables."""
+"""What happened in a run: read from a trace or a recording, told as a page, as JSON or as tables.
+
+The command `hmrsim report` uses it.
+"""
 
 from hmrsim.report.compile import report_of
 from hmrsim.report.model import Report

@@ -1,8 +1,8 @@
 """What planners ask of a map: bottlenecks, what can't be reached, trips, and where traffic concentrates.
 
 All but the trips work on `World.graph`, or on a copy of it that was changed to ask what would be. `hmrsim map info`
-prints the answers, and ``hmrsim map render --bottlenecks`` draws them; a simulation needs none of this. It is the
-part of hmrsim that imports networkx.
+prints the answers, and ``hmrsim map render --bottlenecks`` draws them; a simulation needs none of this. Beside
+`World.graph` it is the only part of hmrsim that imports networkx.
 """
 
 from __future__ import annotations

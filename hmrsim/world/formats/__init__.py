@@ -1,4 +1,7 @@
-"""World files that can be read: one format a file."""
+"""World files that can be read: one format a file.
+
+Whatever loads a world finds its format here, by the name of the file.
+"""
 
 from __future__ import annotations
 

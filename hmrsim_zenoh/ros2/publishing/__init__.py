@@ -1,1 +1,1 @@
-"""What ROS hears of us: nodes and endpoints, messages on topics."""
+"""What ROS nodes see of a simulator: its nodes and endpoints, and messages on topics."""
