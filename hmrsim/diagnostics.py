@@ -1,4 +1,4 @@
-"""What a reader or a check finds wrong, before it is known which file and line that is."""
+"""Findings of readers and checks, before their file and line are known."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ Path = tuple[str | int, ...]
 """Keys and indices that lead to a field, from the top of a world."""
 
 _LISTED = 8
-"""So many names are told when none is alike."""
+"""Names that a message lists when none is similar."""
 
 _SHOWN = 60
-"""So many characters of a value are shown."""
+"""Characters of a value that a message shows."""
 
 _COMPARED = 300
-"""So many names are looked at for one that is alike: comparing is slow."""
+"""Names that are compared to find a similar one; comparing is slow."""
 
 MAX_FINDINGS = 1_000
-"""Nobody reads more; what is found beyond them need not be put in words."""
+"""Findings that are reported; no message is made for those beyond."""
 
 
 @dataclass(frozen=True)

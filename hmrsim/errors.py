@@ -1,4 +1,4 @@
-"""What can go wrong, as one tree.
+"""The errors of hmrsim, as one tree.
 
 ::
 
@@ -30,7 +30,7 @@ class HmrsimError(Exception):
 
 
 def printable(text: str) -> str:
-    """Return *text* with what would move a cursor or begin a line escaped: it may come from anybody."""
+    """Return *text* with control characters and line breaks escaped: it may come from an untrusted client."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 

@@ -1,7 +1,7 @@
-"""What robots can be asked to do: one action a file.
+"""The actions of robots, one per file.
 
-An action is data: a name, its ROS types, one process and its error codes. Server, client, behaviour, schema
-and tests are generic over it. Nothing here imports simpy, so that a controller may read it, too.
+An action is data: a name, its ROS types, one process and its error codes. Server, client, behavior, schema
+and tests are generic over it. This package does not import simpy, so that a controller may import it, too.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ FRAMES = ("", "map")
 
 
 class Report(Protocol[F_contra]):
-    """How a running action tells its client how it is doing."""
+    """Publishes the feedback of an executing goal."""
 
     def send(self, feedback: F_contra) -> None:
-        """Send this feedback now, to whoever listens."""
+        """Send this feedback to the subscribers now."""
 
     def sample(self, source: Callable[[], F_contra | Mapping[str, Any]]) -> None:
         """Ask *source* for feedback, or for its plain values, at the feedback rate, and when the goal ends."""
@@ -49,10 +49,10 @@ class Codes:
 
     Attributes:
         canceled: In the result of a canceled goal.
-        preempted: ... of a goal that had to make room for another.
+        preempted: ... of a goal that another goal preempted.
         rejected: In the answer to a goal that is not accepted.
         unknown: For what has no code of its own.
-        busy: For a goal that finds the base held; None when it preempts whoever holds the base.
+        busy: For a goal that finds the base held; None when it preempts the goal that holds the base.
     """
 
     canceled: int
@@ -97,11 +97,11 @@ class Action(Generic[G, R, F]):
         component: The component that a robot needs; None if any robot serves the action.
         holds_base: Whether one such goal at a time has the robot's base for itself.
         frames: The frames that a goal refers to.
-        flaw: Why nobody could pursue a goal, whatever the robot; None when it makes sense.
+        flaw: Why no robot could execute a goal; None when the goal is valid.
         not_ready: Why a robot can't take a goal now; None when it can.
         order: How scripts ask for it; None when they can't.
-        title: What people call it; empty for its name in words.
-        inputs: What of a goal people fill in, by dotted path in the message; None for all that a form can show.
+        title: Its name for users; empty for its name in words.
+        inputs: The fields of a goal that users fill in, by dotted path in the message; None for all a form can show.
         example: A goal that succeeds in the world of the contract tests, in plain values: to make the message here
             would build its model, which takes longer than some commands may.
         example_after: The action whose example must have been done before; None for none.

@@ -1,4 +1,4 @@
-"""What of a goal a person fills in, as a JSON Schema from which a program makes a form."""
+"""The fields of a goal that a user fills in, as a JSON Schema from which a program makes a form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the maneuvers without a route have in common: motions in a given time, and results that say how long it took."""
+"""Common parts of maneuvers without a route: motions in a given time, and results with the elapsed time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What MoveIt's actions have in common: the codes that the dispatcher needs, and items as orders name them."""
+"""Common parts of MoveIt's actions: the error codes that the dispatcher needs, and items as script orders name them."""
 
 from __future__ import annotations
 

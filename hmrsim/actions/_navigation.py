@@ -1,6 +1,6 @@
-"""Driving to poses, one or several: the way there, planned here or by a planner outside, and what is told of it.
+"""Driving to one or several poses: routes, planned here or by an external planner, and the feedback about them.
 
-A robot with an external planner follows the path that it is given, straight from pose to pose, and knows no lanes.
+A robot with an external planner follows the planned path straight from pose to pose, and uses no lanes.
 """
 
 from __future__ import annotations

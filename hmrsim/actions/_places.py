@@ -1,4 +1,4 @@
-"""What the words of a script's order stand for: places, and numbers."""
+"""Arguments of script orders: places and numbers."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def _process(
                         docking.enter(_STAGE.NAV_TO_STAGING_POSE)
                         way = yield from plan(robot, pose(*dock.staging))
                         if 0.0 < goal.max_staging_time <= robot.now - began:
-                            # While a planner outside was asked nobody looked at the time.
+                            # Time goes on while an external planner plans, and the timeout was not checked.
                             raise late
                         yield from drive(robot, _shared(way) if isinstance(way, Route) else way, None)
             except GoalAborted as why:

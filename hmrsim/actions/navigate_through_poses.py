@@ -73,7 +73,7 @@ class _Tour:
         return told
 
     def feedback(self) -> dict[str, Any]:
-        """Return what is told on the way, which is all that is left of it."""
+        """Return the feedback on the way: how much of it is left."""
         return {
             **self._telling(),
             "number_of_poses_remaining": len(self._poses) - self._done,

@@ -1,4 +1,4 @@
-"""Let time move by some steps, while the simulation is paused, and tell of each."""
+"""Advance a paused simulation by a number of steps, with feedback after each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sensors: how far they see, and which way."""
+"""Sensors: their range and direction."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class SensorSettings(Settings):
     """What sensors have in common.
 
     Attributes:
-        range: How far it sees, from the robot's centre to that of what is seen, in the world's unit.
-        resolution: How far what is seen has to move before it is told anew, likewise; None for 0.1 m, or 8 px.
+        range: Range in the world's unit, from the robot's centre to that of the detected entity.
+        resolution: Distance a detected entity has to move before it is published again; None for 0.1 m, or 8 px.
     """
 
     range: Annotated[float, Field(strict=True, gt=0, le=1e9)] | None = None
@@ -59,7 +59,7 @@ class Sensor:
         return self.settings.range or self.default_range[units]
 
     def resolution(self, units: str) -> float:
-        """Return how far what it sees has to move before it is told anew, in *units*."""
+        """Return the distance a detected entity has to move before it is published again, in *units*."""
         own: float | None = self.settings.resolution
         return _RESOLUTION[units] if own is None else own
 

@@ -1,8 +1,8 @@
-"""A battery: how much is in it, as a formula of time between one change of what is drawn from it and the next.
+"""A battery: its charge is a formula of time between two changes of the load.
 
-A unit of energy is a watt second, so that volts, amperes and ampere hours follow from it. Charging goes on at a
-constant power up to a share of the battery; from there the power falls with what is in it, as with cells at a constant
-voltage, to a twentieth when the battery is full.
+A unit of energy is a watt second, so that volts, amperes and ampere hours follow from it. A battery charges at a
+constant power up to a share of its capacity; from there the power decreases with the charge, as with cells at a
+constant voltage, to a twentieth when the battery is full.
 """
 
 from __future__ import annotations
@@ -57,8 +57,9 @@ class BatterySettings(Settings):
         capacity: Units of energy when full.
         initial_charge: Units of energy at the start; None for a full battery.
         drain: What empties it.
-        low: Share at which ``battery_low`` is told.
-        critical: Share at which ``battery_critical`` is told; an empty one has to be charged so far to be of use.
+        low: Share at which ``battery_low`` is published.
+        critical: Share at which ``battery_critical`` is published, and to which an empty battery has to be charged
+            before the robot can use it.
         taper_from: Share up to which it is charged at full power.
         nominal_voltage: Volts of all its cells in series, half full.
         cells: How many.
@@ -87,7 +88,7 @@ class BatterySettings(Settings):
 
 
 class Battery:
-    """One robot's battery; whoever changes what goes in or out says when that is.
+    """One robot's battery; the caller that changes its load passes the time of the change.
 
     Args:
         settings: What it is.

@@ -17,16 +17,16 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point, Pose
 
 _EDGE = 1e-9
-"""What is this many radians beyond the edge of the picture is still in it."""
+"""Radians beyond the edge of the field of view that still count as inside."""
 
 
 class CameraSettings(SensorSettings):
     """How far a camera sees, and how wide.
 
     Attributes:
-        range: How far it sees, from the robot's centre to that of what is seen; None for 10 m, or 800 px.
-        resolution: How far what is seen has to move before it is told anew; None for 0.1 m, or 8 px.
-        field_of_view: How wide it sees, in radians, half of it to either side of where the robot faces.
+        range: Range, from the robot's centre to that of the detected entity; None for 10 m, or 800 px.
+        resolution: Distance a detected entity has to move before it is published again; None for 0.1 m, or 8 px.
+        field_of_view: Horizontal field of view in radians, half of it to either side of the robot's heading.
     """
 
     field_of_view: Annotated[float, Field(strict=True, gt=0, le=math.tau)] = math.pi / 2

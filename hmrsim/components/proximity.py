@@ -14,7 +14,7 @@ class ProximitySettings(SensorSettings):
 
     Attributes:
         range: How far it reaches, from the robot's centre to that of what is noticed; None for 2 m, or 160 px.
-        resolution: How far what is noticed has to move before it is told anew; None for 0.1 m, or 8 px.
+        resolution: Distance a detected entity has to move before it is published again; None for 0.1 m, or 8 px.
         through_walls: Whether walls hide nothing from it, as with radio tags.
     """
 

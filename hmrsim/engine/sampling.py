@@ -1,7 +1,7 @@
-"""What is sampled for those who listen: feedback, odometry, the clock.
+"""Sampling of topics for their subscribers: feedback, odometry, the clock.
 
-Samples are no events of the simulation: they change nothing, are not part of the trace, and are not taken for
-topics that nobody listens to. Sampling times are whole multiples of the period after a sampler's start, in
+Samples are not events of the simulation: they change no state, are not part of the trace, and are not taken for
+topics without a subscriber. Sampling times are whole multiples of the period after a sampler's start, in
 simulated time.
 """
 
@@ -42,7 +42,7 @@ class Telemetry:
     """All samplers, and when the next one is due.
 
     Args:
-        interest: Who listens to what.
+        interest: The topics that have subscribers.
     """
 
     def __init__(self, interest: Interest) -> None:
@@ -53,7 +53,7 @@ class Telemetry:
 
     @property
     def next_due(self) -> float:
-        """When the next sample is due; infinite when nobody listens."""
+        """When the next sample is due; infinite without a subscriber."""
         while self._heap and self._heap[0][2].stopped:
             heapq.heappop(self._heap)
         return self._heap[0][0] if self._heap else math.inf
@@ -77,8 +77,8 @@ class Telemetry:
             sampler.stopped = True
 
     def refresh(self, now: float) -> None:
-        """Begin with what somebody has come to listen to, and leave off what nobody does any more."""
-        # What is sampled already may be due at this very instant.
+        """Start to sample topics that have subscribers now, and stop to sample those that have none any more."""
+        # A sampler that runs already may be due at this very instant.
         due = {sampler: time for time, _, sampler in self._heap}
         self._heap.clear()
         for sampler in self._samplers.values():
@@ -86,7 +86,7 @@ class Telemetry:
                 self._push(sampler, min(sampler.due_after(now), due.get(sampler, math.inf)))
 
     def sample(self, let_it_be: Callable[[float], None]) -> None:
-        """Take the sample that is due next, of which there must be one; *let_it_be* is told its time first."""
+        """Take the sample that is due next, of which there must be one; *let_it_be* is called with its time first."""
         due, _, sampler = self._heap[0]
         self._order += 1
         heapq.heapreplace(self._heap, (sampler.due_after(due), self._order, sampler))

@@ -1,4 +1,4 @@
-"""What somebody listens to, so that nothing else is computed; and what happens in the world, for those who do."""
+"""The topics that have subscribers, so that no other is computed, and the publisher of the world's events."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Interest:
         sinks: All sinks; more may be added, which takes effect with the next `refresh`.
 
     Attributes:
-        status: Whether anybody wants `Topic.STATUS`.
+        status: Whether a sink wants `Topic.STATUS`.
         feedback: Likewise.
         odom: Likewise.
         battery_state: Likewise.
@@ -55,13 +55,13 @@ class Interest:
             setattr(self, topic.name.lower(), any(sink.wants(topic) for sink in self._sinks))
 
     def in_(self, topic: Topic) -> bool:
-        """Return whether anybody wants a topic."""
+        """Return whether a sink wants a topic."""
         wanted: bool = getattr(self, topic.name.lower())
         return wanted
 
     @property
     def sampled(self) -> bool:
-        """Whether anybody wants what is sampled between events."""
+        """Whether a sink wants a topic that is sampled between events."""
         return self.feedback or self.odom or self.clock or self.battery_state or self.detections
 
 

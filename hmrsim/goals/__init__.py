@@ -1,4 +1,4 @@
-"""The life of goals: who serves which action, acceptance, preemption, cancellation and results.
+"""The life cycle of goals: action servers, acceptance, preemption, cancellation and results.
 
 The simulation gives every command about a goal to the dispatcher here.
 """

@@ -1,4 +1,4 @@
-"""Which robots can be reached from outside."""
+"""Robots that clients can reach."""
 
 from __future__ import annotations
 

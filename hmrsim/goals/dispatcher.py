@@ -1,7 +1,7 @@
-"""From commands to running actions and back: accept or reject, preempt, cancel, keep results.
+"""The dispatcher of goals: accepts or rejects, executes, preempts and cancels them, and keeps their results.
 
 Every accepted goal gets exactly one terminal status, also when the simulation stops or an action has a bug.
-All that waits for a goal waits here, in the simulation's thread.
+All requests that wait for a goal wait here, in the simulation's thread.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ class Dispatcher:
         action, name = goal.server.action, goal.server.robot.name
         holder = self._holders.get(name) if action.holds_base else None
         if holder is not None and action.codes.busy is None:
-            # Before the new one is published: nobody ever sees two that execute on one base.
+            # Before the new goal is published, so that no client sees two goals that execute on one base.
             code = holder.server.action.codes.preempted
             self._halt(holder, GoalEvent.ABORT, code, f"preempted by goal {goal.goal_id}")
         goal.server.goals[goal.goal_id] = goal
@@ -243,7 +243,7 @@ class Dispatcher:
     # --- feedback -------------------------------------------------------------------------------------------------
 
     def send_feedback(self, goal: ServedGoal, feedback: Message | Mapping[str, Any], *, last: bool = False) -> None:
-        """Send feedback of a goal that runs, if anybody listens."""
+        """Send feedback of a goal that executes, if there is a subscriber."""
         if not goal.status.terminal and self._interest.feedback:
             server = goal.server
             self._emit(FeedbackSent(server.robot.name, server.action.name, goal.goal_id, feedback, last))
@@ -263,7 +263,7 @@ class Dispatcher:
         ]
 
     def interest_changed(self) -> None:
-        """Begin to sample the feedback of the goals that run, if somebody has come to listen."""
+        """Begin to sample the feedback of the goals that execute, if there is a subscriber now."""
         if self._interest.feedback:
             for goal in self.servers.active():
                 if goal.sample is not None and goal not in self._telemetry:
@@ -331,7 +331,7 @@ class Dispatcher:
             self._forget(goal)
 
     def _forget(self, goal: ServedGoal) -> None:
-        """Drop a goal but for its id, so that a late resend is not executed again; ours nobody can resend."""
+        """Drop a goal but keep a client's goal id, so that a late resend is not executed again."""
         self._tell(goal)
         del goal.server.goals[goal.goal_id]
         if goal.from_client:
@@ -339,17 +339,17 @@ class Dispatcher:
         self._ended[goal.server.robot.name].pop(goal, None)
 
     def stop(self, reason: str, robot: str | None = None) -> None:
-        """Abort every goal that runs, of one robot or of all, saying why."""
+        """Abort every active goal of one robot or of all, with the reason."""
         for goal in list(self.servers.active(robot)):
-            # It may be what the simulation dies of, and the other goals need their verdicts, too.
+            # Its feedback may be the call that failed, and the other goals have to end, too.
             goal.sample = None
             self._halt(goal, GoalEvent.ABORT, goal.server.action.codes.unknown, reason)
-        # Whoever waits for a result would wait for ever.
+        # A client of a disconnected robot would wait for its result for ever.
         for name in sorted(self.cut_off) if robot is None else [robot]:
             self.connect(name, connected=True)
 
     def connect(self, robot: str, *, connected: bool) -> None:
-        """Let a robot be reached from outside, or not; what it could not tell meanwhile is told."""
+        """Connect a robot to its clients or disconnect it; results withheld meanwhile are sent on connecting."""
         if connected == (robot not in self.cut_off):
             return
         (self.cut_off.remove if connected else self.cut_off.add)(robot)

@@ -1,6 +1,6 @@
-"""Who serves which action, the goals of each, and which requests make sense.
+"""Action servers, the goals of each, and the validation of requests.
 
-All of it is bookkeeping: what becomes of a goal is decided in `hmrsim.goals.dispatcher`.
+This is bookkeeping only: `hmrsim.goals.dispatcher` decides about goals.
 """
 
 from __future__ import annotations
@@ -238,7 +238,7 @@ class ActionServers:
             yield from server.goals.values()
 
     def active(self, robot: str | None = None) -> Iterator[ServedGoal]:
-        """Yield the goals that have not ended, of one robot or of all; in the order of names, whoever asked first."""
+        """Yield the active goals of one robot or of all, in the order of names and not of requests."""
         for (name, _), server in sorted(self._servers.items(), key=itemgetter(0)):
             if robot in (None, name):
                 yield from (goal for goal in server.goals.values() if not goal.status.terminal)

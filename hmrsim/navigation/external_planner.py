@@ -1,4 +1,4 @@
-"""Paths that are wanted of a planner outside: an event says that one is, and a command brings the answer."""
+"""Paths from an external planner: an event requests a path, and a command answers it."""
 
 from __future__ import annotations
 
@@ -58,13 +58,13 @@ class Plans:
         return result
 
     def answer(self, command: PlanAnswered) -> None:
-        """Go on with a path; one that nobody waits for any more is dropped."""
+        """Resume the goal that waits for a path; an answer without a waiting goal is dropped."""
         answered = self._waiting.pop(command.request, None)
         if answered is not None:
             answered.succeed(command.result)
 
     def keep(self, command: PlanAnswered) -> None:
-        """Keep an answer for later; one that nobody waits for is dropped."""
+        """Keep an answer for later; an answer without a waiting goal is dropped."""
         if command.request in self._waiting:
             self._kept[command.request] = command
 

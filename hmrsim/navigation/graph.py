@@ -1,4 +1,4 @@
-"""Routes on the waypoint graph, with the lanes that are closed now and the doors that are open.
+"""Routes on the waypoint graph, given the lanes that are closed and the doors that are open now.
 
 Planning works on plain lists (`hmrsim.navigation.lanes`, `hmrsim.navigation.search`), which are made of `World.ways`,
 as the graph for networkx is (`World.graph`): searches that keep a tree for each destination are faster than networkx's,
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 _KEPT_PLANNERS = 16
-"""Planners that are kept, one for each set of lanes that somebody wants to keep off; the last ones asked for."""
+"""Planners that are cached, one for each set of lanes to avoid; the least recently used one is dropped."""
 
 Lane = tuple[str, str]
 """A lane in one direction, by the waypoints where it begins and ends."""
@@ -58,7 +58,7 @@ class WaypointGraph:
 
     @property
     def closed(self) -> frozenset[Lane]:
-        """The lanes that nobody may enter."""
+        """The closed lanes, which no robot may enter."""
         return self._closed
 
     @closed.setter
@@ -126,7 +126,7 @@ class WaypointGraph:
         self._planner.find_ways(goal, speed)
 
     def check_start(self, point: Point) -> None:
-        """Do nothing if somebody can set out from *point*.
+        """Check that a robot can set out from *point*.
 
         Raises:
             NoRoute: It is outside the map (203) or inside an obstacle (205).

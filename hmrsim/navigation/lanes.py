@@ -1,4 +1,4 @@
-"""The lanes of a world as plain lists, and what stands around them: all that planning works on."""
+"""The lanes of a world as plain lists, with the obstacles around them: the data that planning works on."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Edge:
         length: In the world's unit.
         speed_limit: Most that may be driven there; infinite without a limit.
         leg: All of it, as part of a route.
-        ride: Seconds that it takes whoever is carried; 0 where one drives.
+        ride: Seconds that a lift carries the robot; 0 where it drives.
     """
 
     number: int
@@ -57,7 +57,7 @@ class Edge:
     ride: float = 0.0
 
     def seconds(self, speed: float) -> float:
-        """Return how long all of it takes somebody of this greatest speed."""
+        """Return the travel time of a robot with this maximum speed over all of it, in seconds."""
         return self.leg.seconds(speed)
 
 
@@ -69,7 +69,7 @@ class Lanes:
 
     Attributes:
         edges: The ways of the world in order of the names of their ends.
-        driven: Those of them that are driven; nobody can get on the others on their way, nor off.
+        driven: Those of them that are driven; a robot can enter and leave the others at their ends only.
         out: By waypoint, the edges that begin there.
         into: By waypoint, the edges that end there.
         at: The index of the waypoint at a point; one that no lane touches is a point off the lanes like any other.
@@ -86,7 +86,7 @@ class Lanes:
         solids = [wall.solid for wall in world.walls if not isinstance(wall, tuple)]
         doors = [door.at for door in world.doors.values()]
         self._walls = Obstacles(walls, solids)
-        # Where somebody will be later, a door off the lanes is a wall: who knows whether it is open then?
+        # A door off the lanes is a wall for a later position: whether it will be open then is not known.
         self._obstacles = Obstacles([*walls, *doors], solids) if doors else self._walls
         self._closed: dict[tuple[Point, Point], None] = {}
         self._closed_doors = Obstacles((), ())
@@ -118,7 +118,7 @@ class Lanes:
         self.nearest = lru_cache(_KEPT_POINTS)(self._nearest)
 
     def check(self, point: Point, end: End = TARGET) -> None:
-        """Do nothing if somebody can be at *point*.
+        """Check that a robot can be at *point*.
 
         Raises:
             NoRoute: It is outside the map or inside an obstacle; with the codes of that *end* of a route.

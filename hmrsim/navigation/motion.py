@@ -1,10 +1,10 @@
-"""How a robot moves along a route: pieces whose pose is a formula of time, so that nothing is ever stepped.
+"""Motion of a robot along a route: pieces whose pose is a formula of time, without time steps.
 
 A lane takes length / speed. A robot with an acceleration drives each straight stretch from rest to rest with a
 trapezoidal speed; one with a turning rate turns in place where the stretch bends. Both are closed formulas.
 
-Who is given another way while driving goes on with the speed that it has, if it leads straight on: as if the stretch
-had begun where it would have had to set out to be as fast by now.
+A robot that is rerouted while it drives keeps its speed if the new route leads straight on: as if the stretch had begun
+where the robot would have had to set out to have that speed now.
 """
 
 from __future__ import annotations
@@ -193,7 +193,7 @@ class Drive(Protocol):
 
 
 class _Steady:
-    """A drive at constant speeds: each leg is a piece, which is made when somebody asks where the robot is."""
+    """A drive at constant speeds: each leg is a piece, which is made when the robot's pose is first read."""
 
     __slots__ = ("_after", "legs", "seconds")
     in_pieces = True
@@ -329,7 +329,7 @@ def _turn(made: list[Piece], pose: Pose, yaw: float, turning_rate: float | None)
 
 
 def _ride(made: list[Piece], pose: Pose, leg: Leg) -> Pose:
-    """Add a ride, in which nobody turns; return the pose after it."""
+    """Add a ride, in which the robot does not turn; return the pose after it."""
     after = Pose(*leg.end, pose.yaw)
     made.append(Piece(pose, after, 0.0, leg.ride, leg))
     return after

@@ -1,4 +1,4 @@
-"""The quickest routes on the lanes of a world, of which some may be closed."""
+"""The quickest routes on the lanes of a world, some of which may be closed."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Planner:
 
     Args:
         lanes: Where to drive.
-        closed: The numbers of the edges that nobody may enter; whoever is on one may leave it.
+        closed: The numbers of the edges that no robot may enter; a robot on one may leave it.
     """
 
     def __init__(self, lanes: Lanes, closed: Collection[int] = ()) -> None:

@@ -1,4 +1,4 @@
-"""A way to be driven: straight legs, one after the other."""
+"""A route: straight legs, in travel order."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class Leg:
         speed_limit: Most that may be driven there; infinite without a limit.
         slots: What a robot occupies that drives it, and then stands at its end, as `hmrsim.traffic.policies` counts:
             the lane, if it is one, and the waypoint at its end, if there is one.
-        ride: Seconds that it takes whoever is carried; 0 where one drives. One is at its start until one is at its end.
-        shares_end: Whether more than one may stand at its end, off the lanes, by other rules than those of traffic.
+        ride: Seconds that a lift carries the robot, which is at its start until they are over; 0 on a driven leg.
+        shares_end: Whether several robots may stand at its end, off the lanes, by other rules than those of traffic.
         first: The pose of a robot that begins to drive it.
         last: The pose of one that has driven it.
     """
@@ -44,7 +44,7 @@ class Leg:
         object.__setattr__(self, "last", Pose(*self.end, yaw))
 
     def seconds(self, speed: float) -> float:
-        """Return how long it takes somebody of this greatest speed."""
+        """Return the travel time of a robot with this maximum speed, in seconds."""
         return self.ride or self.length / min(speed, self.speed_limit)
 
 
@@ -54,7 +54,7 @@ class Route:
 
     Attributes:
         legs: In order.
-        goal: Where it leads, if whoever drives it may take another way there; None if it has to be this one.
+        goal: The destination, if the robot may be rerouted to it; None if it has to drive these legs.
     """
 
     legs: tuple[Leg, ...]

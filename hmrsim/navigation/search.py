@@ -1,4 +1,4 @@
-"""The quickest ways to a destination from everywhere: one search each, and the trees that come of it are kept."""
+"""The quickest ways from all waypoints to a destination: one search per destination, whose tree is cached."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Tree:
 
     Attributes:
         goal: The destination.
-        on_lanes: Whether it is on a lane, so that nobody leaves the lanes for it.
+        on_lanes: Whether it is on a lane, so that no route leaves the lanes for it.
         cost: Seconds from each waypoint; infinite where no way leads.
         step: Number of the lane to take at each waypoint; -1 at the destination itself, and where no way leads.
         leave: By waypoint, where to leave that lane for the destination; absent where it is driven to its end.

@@ -1,4 +1,4 @@
-"""The seam between the simulation and everything outside: commands, answers, goals and who takes part in time.
+"""The interface between the simulation and its clients: commands, answers, goals and participants in lockstep.
 
 Servers, clients and controllers speak it with the simulator; it knows neither simpy nor a network.
 """

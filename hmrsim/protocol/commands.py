@@ -1,7 +1,7 @@
 """Commands from outside: frozen values that `Simulator.submit` takes.
 
 They are named tuples: some are made several times a goal, and a frozen dataclass takes four times as long to make.
-``reply_to`` is whatever the sender wants back with the answer; the simulation only hands it on.
+``reply_to`` is an object of the sender's that comes back with the answer; the simulation does not look into it.
 Times are whole nanoseconds of simulated time.
 """
 
@@ -26,7 +26,7 @@ class SendGoal(NamedTuple):
     Attributes:
         robot: Its name.
         action: The action's name.
-        goal: The goal message; None when the action is not known, so that nobody could read it.
+        goal: The goal message; None when the action is not known, so that the message could not be decoded.
         goal_id: 32 hex digits; None lets the simulation make one; any other text is rejected.
         reply_to: Handed back with the answer.
     """
@@ -109,7 +109,7 @@ class Read(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class InterestChanged:
-    """Somebody began or ceased to listen to a topic."""
+    """A topic gained its first subscriber or lost its last."""
 
 
 class CallService(NamedTuple):
@@ -147,7 +147,7 @@ class PlannerPresent(NamedTuple):
 
 
 class PlanAnswered(NamedTuple):
-    """A planner outside has answered, or can't any more; dropped if nobody waits for it.
+    """An external planner has answered, or can't any more; dropped if no goal waits for it.
 
     Attributes:
         request: The number that `PlanWanted` had.

@@ -1,4 +1,4 @@
-"""Commands on their way in, from any thread to that of the simulation."""
+"""The inbox: a queue of commands from any thread to that of the simulation."""
 
 from __future__ import annotations
 

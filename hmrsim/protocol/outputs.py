@@ -1,4 +1,4 @@
-"""What a simulation emits to its sinks: answers, changes of goals, samples, and events of the world."""
+"""The outputs of a simulation to its sinks: answers, changes of goals, samples, and events of the world."""
 
 from __future__ import annotations
 

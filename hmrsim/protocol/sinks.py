@@ -1,4 +1,4 @@
-"""What takes the outputs of a simulation, and the commands that it is given."""
+"""Sinks: receivers of the outputs of a simulation, and of the commands submitted to it."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class Sink(Protocol):
         """Take an event."""
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether anybody listens: what nobody wants is not computed."""
+        """Return whether the topic has a subscriber; a topic that no sink wants is not computed."""
 
 
 @runtime_checkable
 class CommandSink(Sink, Protocol):
-    """A sink that is told of commands, too."""
+    """A sink that receives commands, too."""
 
     def commanded(self, command: Command, by: str, moment: Moment) -> None:
         """Take a command from outside, before it is applied; *by* is the participant that sent it, if one did."""

@@ -1,6 +1,6 @@
-"""What controllers that take part in lockstep say, and what they are told: plain frozen values.
+"""Requests and replies of the controllers that take part in lockstep: plain frozen values.
 
-The words are those of conservative synchronisation: who takes part joins, asks to advance, and is granted time.
+The terms are those of conservative synchronization: a participant joins, asks to advance, and is granted time.
 Epochs count the grants. Times are simulated seconds here, as they are in requests and replies.
 """
 
@@ -59,7 +59,7 @@ class ReadTime(NamedTuple):
 
 
 class LookAround(NamedTuple):
-    """Look whom we have been waiting for too long."""
+    """Check whether a participant has exceeded its time to answer."""
 
 
 class Joined(NamedTuple):
@@ -91,12 +91,12 @@ class TimeState(NamedTuple):
         now: The simulated time.
         clock: One of `CLOCKS`.
         real_time_factor: Simulated seconds a wall second that are aimed at; 0 for as fast as possible.
-        paused: Whether somebody has stopped it.
+        paused: Whether the simulation is paused.
         epoch: In lockstep, which grant is next.
-        participants: Who takes part, by name.
-        waiting_for: Who of them has yet to ask to advance, or who has yet to join for the first time; a number in
-            place of names that are not known. ``_planner`` while a planner outside has yet to answer.
-        lag: Wall seconds that time has lost in all, because the machine could not keep up.
+        participants: The names of the participants.
+        waiting_for: The participants that have yet to ask to advance, or to join for the first time; a number in
+            place of names that are not known. ``_planner`` while an external planner has yet to answer.
+        lag: Wall seconds that simulated time lags behind in all, because the machine could not keep up.
     """
 
     now: float

@@ -1,4 +1,4 @@
-"""The topics of robots and of the world: what sinks may want, so that nothing else is computed."""
+"""The topics of robots and of the world; only those that a sink wants are computed."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ _CORNERS = 2
 
 
 class BadPose(ValueError):
-    """Nobody can be at a pose; the text says why."""
+    """No entity can be placed at a pose; the text says why."""
 
 
 def unknown(simulator: Simulator, name: str) -> Result:

@@ -80,7 +80,7 @@ def _name(simulator: Simulator, request: SpawnEntity.Request, kind: Kind) -> str
     """Return the name to give.
 
     Raises:
-        _CanNotSpawn: It is none, or somebody else's, and may not be changed.
+        _CanNotSpawn: It is invalid, or another entity has it, and the request does not allow renaming.
     """
     name = request.name
     if not name and not request.allow_renaming:

@@ -1,7 +1,7 @@
-"""Running a trace again, without any network or controller, to see whether it comes out the same.
+"""Replaying a trace, without a network or a controller, to check that the run is reproduced.
 
-The commands of the trace are given to a new simulation after the same number of events and at the same time; what
-it writes in turn is compared line by line. A trace that was cut off is compared as far as it goes.
+The commands of the trace are submitted to a new simulation after the same number of events and at the same time; the
+trace of that simulation is compared line by line. A truncated trace is compared up to its last line.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The story of a run as lines of JSON: what came from outside, and what happened, in order.
+"""A run as lines of JSON: the commands from outside and the events, in order.
 
 A trace says enough to run it again (`hmrsim.trace.replay`), and the same run has the same trace, byte for byte::
 
@@ -7,10 +7,10 @@ A trace says enough to run it again (`hmrsim.trace.replay`), and the same run ha
     {"action":"wait","goal_id":"…","kind":"status","robot":"wall_e","stamp":{"nanosec":1,"sec":0},"status":1}
     {"after":42,"kind":"end","stamp":{…}}
 
-Keys are sorted, times are whole nanoseconds of simulated time, and there is no wall time. What came from outside is
-written as it came, so that it can come again; coordinates and other numbers of what happened are rounded to 1e-9,
-so that the last bit of a processor's arithmetic does not matter. ``after`` counts the events of the simulation that
-had been taken when a command came. How robots move from lane to lane is left out: a replay gives it back.
+Keys are sorted, times are whole nanoseconds of simulated time, and there is no wall time. Commands are written
+unchanged, so that they can be submitted again; coordinates and other numbers of events are rounded to 1e-9, so that
+the last bit of a processor's arithmetic does not matter. ``after`` counts the events of the simulation that had been
+processed when a command arrived. Motion from lane to lane is left out: a replay computes it again.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 _DIGITS: Final = 9
 _BATCH: Final = 512
-"""Lines that are written at once when nobody waits for anything."""
+"""Lines that are buffered while no client waits for an answer."""
 
 _encode = json.JSONEncoder(sort_keys=True, separators=(",", ":"), allow_nan=False).encode
 
@@ -95,7 +95,7 @@ class Header:
 
 
 class Trace:
-    """A sink that writes what happens, and what the simulator is told from outside.
+    """A sink that writes the events of the world and the commands from outside.
 
     Args:
         header: The first line.
@@ -162,7 +162,7 @@ class Trace:
             return known[1]
         if result is None:
             raise AssertionError
-        # What nobody has set is the default: to compare it would take most of the time.
+        # A field that was not set has its default; comparing it would take most of the time.
         plain = result.model_dump(mode="json", exclude_unset=True, exclude_defaults=True)
         text = _encode(_rounded(plain))
         self._results[event.action] = (result, text)
