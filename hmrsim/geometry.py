@@ -1,6 +1,6 @@
-"""Points, straight lines and what stands in their way.
+"""Points, straight lines and the obstacles that they cross.
 
-A point is ``(x, y)`` in the world's unit. Nothing here cares which way y points.
+A point is ``(x, y)`` in the world's unit. No function here depends on the direction of y.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def distance(a: Point, b: Point) -> float:
 
 
 def heading(a: Point, b: Point) -> float:
-    """Return the yaw of somebody who goes from *a* to *b*."""
+    """Return the yaw of a robot that drives from *a* to *b*."""
     return math.atan2(b[1] - a[1], b[0] - a[0])
 
 
@@ -102,7 +102,7 @@ def inside(point: Point, outline: Sequence[Point]) -> bool:
 
 
 _HAIR = 2 * SAME_PLACE
-"""How far whoever drives up to a wall stays away from it, so as not to be in it."""
+"""Distance that a robot that drives up to a wall keeps from it, so as not to be inside it."""
 
 _EDGE = 1e-6
 """Share of a segment that is kept from the edge of a shadow."""

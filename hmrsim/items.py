@@ -1,4 +1,4 @@
-"""Items: what can be picked up, and where it is."""
+"""Items that robots can pick up, and their positions."""
 
 from __future__ import annotations
 

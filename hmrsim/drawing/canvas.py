@@ -1,4 +1,4 @@
-"""What all parts of a picture need to know: the world, where its points are in the picture, and how it looks."""
+"""The canvas that all parts of a picture share: the world, the positions of its points, and its style."""
 
 from __future__ import annotations
 

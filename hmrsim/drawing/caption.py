@@ -1,4 +1,4 @@
-"""What is around a map: its name, its scale, and what the marks mean."""
+"""The caption of a map: its name, its scale and its legend."""
 
 from __future__ import annotations
 

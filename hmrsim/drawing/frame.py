@@ -1,4 +1,4 @@
-"""Where things of a world are in a picture."""
+"""The transformation from a world's coordinates to those of a picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names beside what they name: each is put where nothing else is yet, or nowhere."""
+"""Placement of labels: each is put beside its mark where there is room, or left out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lanes in a picture: where they may be driven, and, if somebody has counted, how much they are."""
+"""Lanes in a picture: their directions, and how much traffic takes them if that was counted."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def lanes(
 
 
 def _beside(a: Point, b: Point, aside: float) -> tuple[Point, Point]:
-    """Return a line that is moved to the right of whoever goes along it."""
+    """Return a line that is moved to the right, as seen in its direction."""
     length = math.dist(a, b) or 1.0
     x, y = -(b[1] - a[1]) / length * aside, (b[0] - a[0]) / length * aside
     return (a[0] + x, a[1] + y), (b[0] + x, b[1] + y)

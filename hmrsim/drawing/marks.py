@@ -1,4 +1,4 @@
-"""What stands for a thing in a picture, drawn around a point."""
+"""The marks of a picture, each drawn around a point."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The names of things in a picture, as far as there is room for them."""
+"""The names in a picture, as far as there is room for them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is drawn over the lanes of a map: how much of the traffic takes them, and what is the only way."""
+"""Overlays on the lanes of a map: the share of traffic that takes them, and bottlenecks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The discrete-event engine: simpy's clock with what it lacks, subscriptions, sampling and the only wall clock.
+"""The discrete-event engine: simpy's environment, extended, subscriptions, sampling and the only wall clock.
 
-All that happens in simulated time is scheduled here; the simulation, robots and goals use it.
+All events in simulated time are scheduled here; the simulation, robots and goals use it.
 """

@@ -1,4 +1,4 @@
-"""Simpy's environment, with what it lacks: time that passes without events, a horizon, and beginning anew."""
+"""Simpy's environment, extended: time that passes without events, a horizon, and reset."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _LAST = EventPriority(2)
-"""Priority of what comes after all else that is due at the same time."""
+"""Priority of an event that comes after all others that are due at the same time."""
 
 _NOBODY: Final[list[Callable[[simpy.Event], None]]] = []
 """The callbacks of a timeout that was abandoned, which is known by them."""
@@ -30,20 +30,20 @@ class Environment(simpy.Environment):
 
     horizon = math.inf
     _abandoned = 0
-    """How many events are in the schedule that nobody waits for any more."""
+    """The number of scheduled events that no process waits for any more."""
     _background = 0
-    """How many are there for whose sake time does not go on."""
+    """The number of scheduled alarms, for which time does not advance."""
 
     @property
     def idle(self) -> bool:
-        """Whether nothing is scheduled but what happens only if time goes on anyway."""
+        """Whether nothing is scheduled but alarms and abandoned events."""
         return len(self._queue) == self._abandoned + self._background
 
     def alarm(self, delay: float, ring: Callable[[], None]) -> Alarm:
-        """Have *ring* called after a delay, if time goes on that far for other reasons; the alarm can be put off.
+        """Call *ring* after a delay, if time advances that far for other events; `put_off` cancels the alarm.
 
-        What would wear out by itself, such as a battery that nobody uses, would otherwise keep a simulation running
-        in which nothing happens any more.
+        An ordinary event, such as the next level of an idle robot's battery, would keep a simulation running in which
+        nothing else happens any more.
         """
         alarm = Alarm(self, ring)
         self._background += 1
@@ -51,7 +51,7 @@ class Environment(simpy.Environment):
         return alarm
 
     def put_off(self, alarm: Alarm) -> None:
-        """Forget an alarm; nothing happens if it has rung."""
+        """Cancel an alarm; one that has rung is ignored."""
         if alarm.callbacks is not None and alarm.callbacks is not _NOBODY:
             alarm.callbacks = _NOBODY
             self._background -= 1
@@ -79,25 +79,25 @@ class Environment(simpy.Environment):
         return most
 
     def peek(self) -> float:
-        """Return when the next event is due that somebody waits for; infinite when there is none."""
+        """Return when the next event is due that is not abandoned; infinite when there is none."""
         if self._abandoned:
             self._clear()
         return super().peek()
 
     def abandon(self, timeout: simpy.Timeout) -> None:
-        """Forget a timeout that nobody waits for any more: time does not go on for its sake."""
+        """Abandon a timeout that no process waits for any more: time does not advance for it."""
         timeout.callbacks = _NOBODY
         self._abandoned += 1
 
     def soon(self, call: Callable[[], None]) -> None:
-        """Have something called at this instant, before all else that is due."""
+        """Call a function at this instant, before all events that are due."""
         event = simpy.Event(self)
         event._ok, event._value = True, None  # noqa: SLF001 - as simpy's own events do
         event.callbacks = [lambda _event: call()]
         self.schedule(event, URGENT)
 
     def _clear(self) -> None:
-        """Take what was abandoned from the top of the schedule; what is below it stays until it comes up."""
+        """Remove abandoned events from the top of the schedule; those below stay until they are at the top."""
         queue = self._queue
         while queue and queue[0][3].callbacks is _NOBODY:
             heapq.heappop(queue)

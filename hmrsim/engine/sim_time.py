@@ -5,7 +5,7 @@ from __future__ import annotations
 from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
 
 JITTER = 1_000_000
-"""Nanoseconds by which what is heard may be earlier than what was before, without time having begun anew."""
+"""Nanoseconds by which a received time may be earlier than the one before, without a reset of time."""
 
 
 def nanoseconds(seconds: float) -> int:

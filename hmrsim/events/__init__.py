@@ -1,4 +1,4 @@
-"""What happens in the world: one class an event, one file a subject, and how each is told in English.
+"""The events of the world: one class per event, one file per subject, each with its text in English.
 
 The simulation publishes events; the log, reports, traces and recordings match on their classes. The schemas, the
 tables in the docs and the texts on the page are generated from them. Other packages add events of their own through

@@ -1,4 +1,4 @@
-"""What an event is: a named tuple with a kind, a severity, and a text that is data."""
+"""The base of events: a named tuple with a kind, a severity, and a text that is data."""
 
 from __future__ import annotations
 

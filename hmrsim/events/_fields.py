@@ -1,4 +1,4 @@
-"""Types of events' fields that several of them have, with what they mean."""
+"""Types of fields that several events have, with their descriptions."""
 
 from __future__ import annotations
 

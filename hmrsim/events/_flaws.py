@@ -1,4 +1,4 @@
-"""What is missing in the declarations of events; `make lint` fails where something is."""
+"""Omissions in the declarations of events, for which `make lint` fails."""
 
 from __future__ import annotations
 

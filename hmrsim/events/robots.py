@@ -1,4 +1,4 @@
-"""What robots do: drive, stop, carry out their scripts."""
+"""Robots that drive, stop and carry out their scripts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Robots in each other's way, and lanes that are closed."""
+"""Robots that block each other, and lanes that are closed."""
 
 from __future__ import annotations
 

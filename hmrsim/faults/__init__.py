@@ -44,7 +44,7 @@ Probability = Annotated[float, Field(strict=True, gt=0, le=1)]
 
 
 class Occurrence(BaseModel):
-    """What may be said of every fault: when it happens. One that is no `Spell` happens in an instant."""
+    """Settings that every fault has: when it happens. A fault that is no `Spell` happens in an instant."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 

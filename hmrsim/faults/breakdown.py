@@ -1,4 +1,4 @@
-"""The robot breaks down: it stands where it is, in the way of others, until it is repaired."""
+"""The robot breaks down: it stops where it is, and blocks other robots, until it is repaired."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The door jams: it stays open or closed, whatever it is told."""
+"""The door jams: it stays open or closed, and does not carry out commands."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The parsers of our commands: what a command line leaves open, the environment may say.
+"""The parsers of our commands; environment variables set options that the command line does not.
 
-Nothing here takes time to load; argcomplete is only loaded when a shell asks for completions.
+This module loads quickly; argcomplete is only loaded when a shell asks for completions.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ environment:
 _OF_ONE_RUN: Final = frozenset(
     {"--robot", "--robots", "--item", "--page", "--rename", "--goal-id", "--for", "--speed", "--to", "--name"}
 )
-"""Options that would surprise whoever forgot that a variable is set."""
+"""Options of a single run, without environment variables: a variable that was left set would be a surprise."""
 
 _EXPECTED: Final[Mapping[object, str]] = {int: "a whole number", float: "a number"}
 
@@ -101,7 +101,7 @@ class CommandParser(argparse.ArgumentParser):
         return value
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
-        """Return a word's value; what is no number is told in our words."""
+        """Return the value of an argument; the error for one that is no number is ours."""
         try:
             return super()._get_value(action, arg_string)
         except argparse.ArgumentError:
@@ -168,7 +168,7 @@ def run_program(program: str, run: Callable[[], int]) -> int:
         code = run()
         sys.stdout.flush()
     except BrokenPipeError:
-        # Whoever read our output has seen enough.
+        # The reader of our output has closed the pipe.
         _mute_stdout()
         return _DONE
     except KeyboardInterrupt:

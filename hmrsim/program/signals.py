@@ -28,8 +28,8 @@ def exit_code_of(number: int) -> int:
 def leave(code: int) -> None:
     """End the process with a code after Ctrl-C.
 
-    Python would end it by SIGINT if the interrupt came while a class was being made: it remembers one that left an
-    ``exec``, whoever caught it afterwards.
+    Python would end it by SIGINT if the interrupt came while a class was being made: it remembers an interrupt that
+    left an ``exec``, even one that was caught afterwards.
     """
     with suppress(OSError, ValueError):
         sys.stdout.flush()

@@ -109,7 +109,7 @@ class Read(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class InterestChanged:
-    """A topic gained its first subscriber or lost its last."""
+    """A topic may have got its first subscriber, or lost its last one."""
 
 
 class CallService(NamedTuple):

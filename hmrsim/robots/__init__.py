@@ -1,4 +1,4 @@
-"""What robots are made of: the states of a mobile base, and what it asks of docks.
+"""Robots: the states of a mobile base, its power, components and docking.
 
 The simulation builds robots of these; actions, traffic, docks and faults know them by protocols.
 """

@@ -1,4 +1,4 @@
-"""What robots and docks know of each other."""
+"""The interface between robots and docks."""
 
 from __future__ import annotations
 

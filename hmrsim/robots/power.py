@@ -1,7 +1,7 @@
-"""Power: what a robot draws from its battery, and what an empty battery does to the robot.
+"""Power: the load of a robot on its battery, and the effect of an empty battery on the robot.
 
-The power that is drawn is constant between two changes of what the robot does, so that there is one event for each
-level that is published, and none in between. The next one is an alarm: time does not go on for a battery's sake.
+The load is constant between two changes of the robot's activity, so that there is one event for each level that is
+published, and none in between. The next one is an alarm: time does not advance for a battery alone.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A mobile base: where it is, and how it gets from place to place.
+"""A mobile base: its pose, and its motion along routes.
 
 Its pose is a formula of time while it moves: there is one event a lane, and none in between.
 """

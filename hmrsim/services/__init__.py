@@ -1,4 +1,4 @@
-"""What the world itself can be asked, beside its robots: one service a file.
+"""The services of the world itself, one per file.
 
 A service is data: a name, its ROS type, and a function that serves it in the simulation's thread. Server, schema and
 tests are generic over it.

@@ -1,4 +1,4 @@
-"""Where robots and items can be put."""
+"""Checks of the poses where robots and items can be placed."""
 
 from __future__ import annotations
 

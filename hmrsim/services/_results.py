@@ -1,4 +1,4 @@
-"""What came of a request, as simulation_interfaces says it."""
+"""Results of requests, as simulation_interfaces defines them."""
 
 from __future__ import annotations
 

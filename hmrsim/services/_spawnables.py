@@ -1,4 +1,4 @@
-"""What can be spawned: robots of the world's types, and items."""
+"""The spawnables: robots of the world's types, and items."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Have a lift come to a stop."""
+"""Call a lift to a stop."""
 
 from __future__ import annotations
 

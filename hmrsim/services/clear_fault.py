@@ -1,4 +1,4 @@
-"""Put right what goes wrong, and call off what is to come."""
+"""Clear faults that are active, and cancel those that are scheduled."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Take an entity out of the world."""
+"""Delete an entity from the world."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tell which worlds can be loaded by a bare name."""
+"""Return the worlds that can be loaded by name alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tell which world is there."""
+"""Return the current world."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tell who and what is in the world."""
+"""Return the entities of the world."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tell where entities are."""
+"""Return the states of entities."""
 
 from __future__ import annotations
 

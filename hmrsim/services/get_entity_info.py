@@ -1,4 +1,4 @@
-"""Tell what an entity is."""
+"""Return the category, tags and description of an entity."""
 
 from __future__ import annotations
 

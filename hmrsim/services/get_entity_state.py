@@ -1,4 +1,4 @@
-"""Tell where an entity is."""
+"""Return the state of an entity."""
 
 from __future__ import annotations
 

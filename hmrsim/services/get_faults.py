@@ -1,4 +1,4 @@
-"""Tell what goes wrong, and what is to come."""
+"""Return the active and the scheduled faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tell how much room a named pose has: there is no bound to it, as poses are points here."""
+"""Return the bounds of a named pose: there are none, as poses are points here."""
 
 from __future__ import annotations
 

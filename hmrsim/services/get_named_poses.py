@@ -1,4 +1,4 @@
-"""Tell which poses have a name."""
+"""Return the named poses."""
 
 from __future__ import annotations
 

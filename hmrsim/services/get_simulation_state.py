@@ -1,4 +1,4 @@
-"""Tell whether time moves."""
+"""Return the state of the simulation."""
 
 from __future__ import annotations
 

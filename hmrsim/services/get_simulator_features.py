@@ -1,4 +1,4 @@
-"""Tell what the simulator can do."""
+"""Return the features of the simulator."""
 
 from __future__ import annotations
 

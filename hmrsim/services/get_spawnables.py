@@ -1,4 +1,4 @@
-"""Tell what can be spawned."""
+"""Return the spawnables."""
 
 from __future__ import annotations
 

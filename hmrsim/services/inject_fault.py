@@ -1,4 +1,4 @@
-"""Have something go wrong, now or later."""
+"""Inject a fault, now or later."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tell whether the sensors of a robot see another robot, or an item."""
+"""Return whether the sensors of a robot detect another robot or an item."""
 
 from __future__ import annotations
 

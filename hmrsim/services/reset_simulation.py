@@ -1,4 +1,4 @@
-"""Begin anew: time, the state of all that is there, and what was spawned, or some of these."""
+"""Reset time, the state of all entities, and the spawned entities, or some of these."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Put an entity somewhere else, at once."""
+"""Set the pose of an entity at once."""
 
 from __future__ import annotations
 

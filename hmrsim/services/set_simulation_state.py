@@ -1,4 +1,4 @@
-"""Let time move, stand still, or stand still at its beginning."""
+"""Play, pause or stop the simulation."""
 
 from __future__ import annotations
 

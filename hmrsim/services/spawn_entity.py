@@ -1,4 +1,4 @@
-"""Put a robot or an item into the world."""
+"""Spawn a robot or an item."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Let time move by some steps, while the simulation is paused."""
+"""Advance a paused simulation by a number of steps."""
 
 from __future__ import annotations
 

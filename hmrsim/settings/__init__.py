@@ -1,4 +1,4 @@
-"""What a user may say about a run, each setting once.
+"""The settings of a run, each declared once.
 
 A model here (`run.RunSettings` and its like) declares its fields with an `option.Option`; command-line options,
 environment variables, settings files, their JSON Schema and the tables of the docs all come of that. The commands use

@@ -1,4 +1,4 @@
-"""What a field says of itself when it is a setting: its option, its unit, its bounds.
+"""The annotation of a field that is a setting: its option, its unit, its bounds.
 
 A setting is a field whose annotation carries an `Option`, of a frozen dataclass or of a pydantic model. Nothing here
 loads pydantic: tools that open a session have settings, too, and their ``--help`` must not wait for it.
@@ -106,7 +106,7 @@ class Option:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Have models check the bounds, and take what a file has in place of tuples and paths."""
-        # Loaded by whoever asks; see above.
+        # Loaded here, as tools without models must not wait for pydantic; see the module's docstring.
         from pydantic_core import core_schema  # noqa: PLC0415
 
         kind = kind_of(source)

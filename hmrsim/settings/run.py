@@ -168,7 +168,7 @@ class SimulateSettings(RunSettings):
         float, Option("give up after so much time", "SIM_S", unit="simulated seconds", more_than=0, endless=True)
     ] = math.inf
     keep_results: int = 1
-    """Nobody asks for results there."""
+    """No client asks for results there."""
 
 
 class DemoSettings(RunSettings):

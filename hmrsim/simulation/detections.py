@@ -1,4 +1,4 @@
-"""Who and what the robots' sensors see."""
+"""The robots and items that robots' sensors detect."""
 
 from __future__ import annotations
 

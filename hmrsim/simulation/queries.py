@@ -1,4 +1,4 @@
-"""The latest of what is published, made when somebody asks for it."""
+"""The latest message of each topic, made when a client asks for it."""
 
 from __future__ import annotations
 

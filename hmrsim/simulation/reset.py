@@ -1,7 +1,7 @@
-"""Beginning anew: a simulation that is reset, in whole or in part, and one that gets another world.
+"""Reset of a simulation, in whole or in part, and replacement of its world.
 
-The simulation goes on as the same one: nothing that others hold is replaced, results are kept, and who listens goes on
-to listen. Whatever is done here is done to goals first: each that has to end is aborted, and says why.
+The simulator remains the same object: no object that others hold is replaced, results are kept, and subscriptions
+continue. Goals come first: each active goal that has to end is aborted with the reason.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ _TIME, _STATE, _SPAWNED, _ALL = (
 
 
 def reset(simulator: Simulator, scope: int = _ALL) -> None:
-    """Begin anew, as far as the scopes of ResetSimulation say.
+    """Reset the scopes of ResetSimulation that are given.
 
-    Without STATE everybody stays where they are, and scripts fail by their aborted goals.
+    Without STATE robots and items stay where they are, and scripts fail by their aborted goals.
     """
     scope = scope or _ALL
     if scope & (_STATE | _TIME):

@@ -1,6 +1,6 @@
-"""The gate that time has to pass: open while the simulation plays, shut while it is paused, open for some steps.
+"""Run control: time advances while the simulation plays, stands while it is paused, and can advance by steps.
 
-It stands for the world where something has to be done by it and by no robot: it is what ``_world`` serves.
+The gate is also the server of the actions of ``_world``, which the world serves and no robot.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Gate:
-    """Says up to which time time may move.
+    """Limits how far time may advance.
 
     Args:
         env: Whose time.
@@ -80,7 +80,7 @@ class Gate:
         self.halt(why)
 
     def halt(self, why: str) -> None:
-        """End the steps that are being made for somebody who waits for them, if any, because of *why*."""
+        """End the steps in progress, if a client waits for any, with the reason *why*."""
         if self._waiting is not None:
             waiting, self._waiting = self._waiting, None
             self.shut()
@@ -102,12 +102,12 @@ class Gate:
         return Tick(self._env, self._end(number))
 
     def make_steps(self, number: int, done: Callable[[str], None]) -> None:
-        """Let time move by so many steps; then *done* is told why not all of them were made, or ""."""
+        """Advance time by so many steps; then call *done* with why not all of them were made, or ""."""
         self.open(number)
         end, self._waiting = self.step_end(number), done
 
         def at_end(_event: simpy.Event) -> None:
-            # Whoever has ended the steps before may have let others begin.
+            # The caller that has ended these steps early may have started others.
             if self._waiting is done:
                 self.halt("")
 

@@ -1,6 +1,6 @@
 """A running world: robots, items, the dispatcher and the events between them. It does no I/O.
 
-What comes in is a `Command`, what goes out an event for every `Sink`; a run is a function of the world, its
+Its input is `Command`s, its output events for every `Sink`; a run is a function of the world, its
 seed and the commands with their times.
 """
 
@@ -101,16 +101,16 @@ class Simulator:
         world: What runs.
         graph: The ways of the world.
         roster: Its robots and items.
-        happened: Tells what happens in it.
-        gate: Says whether time may move.
-        plans: What a planner outside has been asked.
+        happened: Publishes the events of the world.
+        gate: Controls whether time may move.
+        plans: The open requests to an external planner.
         fault_injector: Its faults.
         detections: What its robots' sensors see.
         readings: The latest of what is published.
         scripts: What its robots do by themselves.
-        taken: Events taken since the beginning. What somebody listens to does not change it, nor any clock; so
+        taken: Events processed since the start. It depends on neither subscribers nor clocks, so that
             (number of events, command) says exactly when a command came.
-        generation: How often time has begun anew.
+        generation: How often time was reset.
     """
 
     def __init__(
@@ -291,7 +291,7 @@ class Simulator:
         self.submit(Stop(reason))
 
     def _stop(self, reason: str) -> None:
-        # Nobody will tell any more who has come to listen.
+        # After the stop, changes of subscriptions are no longer received.
         self.interest.refresh()
         self.gate.halt(reason)
         self.dispatcher.stop(reason)
@@ -362,7 +362,7 @@ class Simulator:
         return min(self.env.peek(), self.telemetry.next_due)
 
     def settle(self) -> None:
-        """Tell the time to whoever listens to the clock: it stands still until something happens."""
+        """Publish the clock to its subscribers: time stands still until the next event."""
         telling = (self.generation, self.now)
         if self._told != telling and self.interest.clock:
             self._told = telling
@@ -421,9 +421,9 @@ class Simulator:
             self.advance(until)
 
     def pass_to(self, to: float) -> None:
-        """Let it be *to*, rounded to whole nanoseconds, if it is not yet; nothing may be due before.
+        """Advance time to *to*, rounded to whole nanoseconds, if it is earlier; no event may be due before.
 
-        So whoever knows a trace, which has whole nanoseconds and begins with the first, can let it be exactly the same.
+        A replay of a trace, whose times are whole nanoseconds, so reaches exactly the same times.
         """
         if to > self.env.now and (whole := stamp(to)) > stamp(self.env.now):
             self.env.pass_until(min(whole / NANOSECONDS, self.env.peek()))

@@ -1,4 +1,4 @@
-"""All that can be seen of a running world at one instant, for whoever begins to watch; events tell what comes next."""
+"""A snapshot of a running world at one instant, for a client that begins to watch; events report later changes."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""Simulated time that moves only as far as its controllers allow, as HLA's next-message-request does.
+"""Lockstep: simulated time advances only as far as all controllers allow, as with HLA's next message request.
 
 Time is granted in epochs. A grant begins when every participant has asked to advance. First its commands are
 applied in order of (participant's name, index), then events are taken up to the least time that was asked for, or
 through all of the first instant at which something happened that a participant wants to be woken for. So neither
-the network's order nor anybody's thinking time can matter.
+the order of messages on the network nor a participant's thinking time affects the run.
 
-This module knows neither network nor wall clock: `hmrsim.timing.pacing` tells it who came and went, and lets it work.
+This module uses neither network nor wall clock: `hmrsim.timing.pacing` passes requests to it and calls `proceed`.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _OVER = "the run is over"
 
 
 class LockstepCoordinator:
-    """Grants time to participants; a sink of the simulation, so that it learns what they wait for.
+    """Grants time to participants; a sink of the simulation, so that it receives the events that they wait for.
 
     Args:
         simulator: Whose time.
@@ -68,17 +68,17 @@ class LockstepCoordinator:
 
     @property
     def participants(self) -> tuple[str, ...]:
-        """Who takes part, by name."""
+        """The names of the participants."""
         return self._participants.names
 
     @property
     def waiting_for(self) -> tuple[str, ...]:
-        """Who has yet to ask to advance, or to join for the first time."""
+        """The participants that have yet to ask to advance, or to join for the first time."""
         thinking = [each.name for each in self._participants.thinking]
         return tuple(sorted((*thinking, *self._participants.missing)))
 
     def join(self, command: Join, wall: float) -> None:
-        """Take somebody in, from the next grant on; *wall* is the time by the watcher's clock."""
+        """Add a participant from the next grant on; *wall* is the time by the watchdog's clock."""
         name, participants = command.name, self._participants
         if participants.get(name):
             self._refuse(command.reply_to, "name", name, f"participant {name!r} has joined already; take another name")
@@ -90,7 +90,7 @@ class LockstepCoordinator:
         self._simulator.answer(command.reply_to, answer)
 
     def leave(self, command: Leave) -> None:
-        """Let somebody go."""
+        """Remove a participant on its own request."""
         name = command.participant
         if not self._participants.get(name):
             self._refuse(command.reply_to, "participant", name, self._participants.why_unknown(name))
@@ -100,18 +100,21 @@ class LockstepCoordinator:
         self._simulator.answer(command.reply_to, HasLeft(name))
 
     def token_seen(self, name: str, *, alive: bool) -> None:
-        """Note whether a participant's liveliness token is there; who had one and has it no longer is dropped."""
+        """Record whether a participant has its liveliness token; a participant that has lost its token is dropped."""
         if self._participants.lost_token(name, alive=alive):
             self.drop(name, "its liveliness token is gone")
 
     def overdue(self, before: float) -> list[str]:
-        """Return who has been thinking since a time *before*, by the watcher's clock; nobody while time is held."""
+        """Return participants that have been thinking since before *before*, by the watchdog's clock.
+
+        There are none while time is granted or the simulation is paused.
+        """
         if self._granting or self._simulator.paused:
             return []
         return sorted(each.name for each in self._participants.thinking if each.since < before)
 
     def drop(self, name: str, why: str) -> None:
-        """Go on without somebody; its goals go on, too, as a robot's would."""
+        """Drop a participant; its goals continue to execute."""
         _log.warning("sim %.3f | participant %s is dropped: %s", self._simulator.now, name, why)
         self.lost = True
         told = f"participant {name!r} was dropped at {self._simulator.now:.3f} s: {why}; join again"
@@ -123,7 +126,7 @@ class LockstepCoordinator:
         self._remove(name, "dropped", why, told=told)
 
     def dismiss(self, why: str) -> None:
-        """Let everybody go: the run is over, or time moves otherwise from now on."""
+        """Remove all participants: the run is over, or the clock is no longer lockstep."""
         self._granting = False
         for name in self.participants:
             self._remove(name, "left", why, told=f"participant {name!r} was let go: {why}; join again")
@@ -134,7 +137,7 @@ class LockstepCoordinator:
         self._simulator.submit(InterestChanged())
 
     def restart(self) -> None:
-        """Begin with epoch 0 again; who waits for a grant is told what the reset did to its goals."""
+        """Restart at epoch 0; a participant that waits for a grant receives the changes of its goals by the reset."""
         self._granting = False
         self.epoch = 0
         thinking = self._participants.thinking
@@ -154,7 +157,7 @@ class LockstepCoordinator:
                 self._apply_changes()
 
     def _apply_changes(self) -> None:
-        """Tell who came and went since the last grant."""
+        """Submit the changes of participation since the last grant."""
         for change in self._participants.take_changes():
             self._simulator.submit(change, change.participant)
 
@@ -166,7 +169,7 @@ class LockstepCoordinator:
     # --- what they ask for ----------------------------------------------------------------------------------------
 
     def advance(self, command: Advance, wall: float) -> None:
-        """Note that somebody lets time move; asked again, it gets the same answer."""
+        """Record a participant's request to advance; a repeated request gets the same answer."""
         name = command.participant
         participant = self._participants.get(name)
         if participant is None:
@@ -187,7 +190,7 @@ class LockstepCoordinator:
 
     @property
     def ready(self) -> bool:
-        """Whether a grant may begin: all who have to be there are, and every participant has asked for it."""
+        """Whether a grant may begin: all awaited participants have joined, and every participant has asked for it."""
         if self._granting or not self._participants or self._simulator.paused:
             return False
         return not self._participants.thinking and not self._participants.missing
@@ -217,7 +220,7 @@ class LockstepCoordinator:
             self._simulator.submit(InterestChanged())
         self._told = told
         if any(kind in self._wake for kind, _, _ in self._events):
-            # Somebody who does not take part has done something meanwhile.
+            # A client that does not take part has caused an event meanwhile.
             self._halt()
         for participant, advance in asked:
             wakes = "result" in advance.wake
@@ -233,9 +236,9 @@ class LockstepCoordinator:
         return command._replace(reply_to=slot, goal_id=goal_id)
 
     def proceed(self, most: int, wall: float) -> bool:
-        """Take some of the events of a grant, at most so many; return whether more may be taken at once.
+        """Process at most so many events of a grant; return whether more may be processed at once.
 
-        When the grant is done, everybody is answered.
+        At the end of the grant every participant gets its answer.
         """
         simulator = self._simulator
         plans = simulator.plans
@@ -250,7 +253,7 @@ class LockstepCoordinator:
         if self._woken:
             self._finish("event", wall)
         elif simulator.limit < math.inf and stop == simulator.limit:
-            # Somebody has paused it, or lets it make steps.
+            # A client has paused the simulation, or makes it step.
             simulator.pass_to(stop)
         elif stop == self._horizon < math.inf:
             simulator.pass_to(stop)
@@ -270,7 +273,7 @@ class LockstepCoordinator:
     def _finish(self, reason: str, wall: float) -> None:
         asked = [pair for pair in self._participants.asking if pair[1].epoch == self.epoch]
         if self.over:
-            # Said now, as whoever asks once more may come too late to be told.
+            # Told now, as a participant's next request may come after the end.
             reason = "end"
         self._granting = False
         self.epoch += 1
@@ -284,7 +287,7 @@ class LockstepCoordinator:
             self.dismiss(_OVER)
 
     def _sampled(self, advances: Iterable[Advance]) -> list[tuple[str, int, FeedbackSent]]:
-        """Return the feedback of this instant, if anybody wants to be told it without being woken for it."""
+        """Return the feedback of this instant, if a participant asks to have it reported without waking for it."""
         if not any("feedback" in advance.report - advance.wake for advance in advances):
             return []
         now = stamp(self._simulator.now)
@@ -299,7 +302,7 @@ class LockstepCoordinator:
             raise AssertionError
         now = self._simulator.now
         if reason == "until" and stamp(advance.until) == stamp(now):
-            # Times are whole nanoseconds; who counts otherwise shall not be told that it is earlier.
+            # Times are whole nanoseconds; a participant that rounds otherwise must not get an earlier time.
             now = max(now, advance.until)
         wanted = advance.wake | (advance.report - {"feedback"})
         events = [event for event in self._events if event[0] in wanted]
@@ -318,11 +321,11 @@ class LockstepCoordinator:
     # --- what happens ---------------------------------------------------------------------------------------------
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether a participant wants to be woken for feedback: all else comes unasked."""
+        """Return whether a participant wants to be woken for feedback; other events are emitted anyway."""
         return topic is Topic.FEEDBACK and "feedback" in self._told
 
     def emit(self, event: Event) -> None:
-        """Take note of what a participant waits for."""
+        """Record an event that a participant waits for."""
         kind = type(event)
         if kind is GoalChanged:
             self._note_change(event)  # type: ignore[arg-type]  # by its exact type, as this is asked for each event
@@ -337,11 +340,11 @@ class LockstepCoordinator:
         elif kind is Answered and type(event.reply_to) is Slot:  # type: ignore[union-attr]
             event.reply_to.answer = event.answer  # type: ignore[union-attr]
             if event.reply_to.wakes and not _accepted(event.answer):  # type: ignore[union-attr]
-                # Its result, as it were: nothing else will come of it that could wake who sent it.
+                # The refusal counts as the result: no later event could wake the participant that sent the command.
                 self._halt()
 
     def _note_withheld(self) -> None:
-        """Note what robots could not tell that have their connection again."""
+        """Record the withheld changes of goals of robots that are connected again."""
         withheld, self._withheld = self._withheld, []
         for event in withheld:
             self._note_change(event)

@@ -1,7 +1,7 @@
-"""How simulated time moves: with the wall, as fast as possible, or as far as its controllers allow.
+"""Pacing of simulated time: at a rate of wall time, as fast as possible, or as far as its controllers allow.
 
-Commands are taken from the inbox between events. With the wall they are stamped with the simulated time of that
-moment; when the machine can't keep up, time lags behind the wall and says so, it never leaps.
+Commands are taken from the inbox between events. In real time they are stamped with the simulated time of that
+moment; when the machine can't keep up, simulated time lags behind and the lag is reported; time never leaps.
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ class Pacing:
         retention: Drops old results.
         settings: How time moves, at first.
         on_lag: Told how many wall seconds time has lost in all, when it loses some; not more often than every 5 s.
-        on_wait: Called, each, whenever there is nothing to do but to wait.
-        preparations: What will be of use; done bit by bit, in lockstep, while nobody lets time move.
+        on_wait: Callbacks for the moments before the thread waits.
+        preparations: Work that can be done ahead; done bit by bit, in lockstep, while time stands.
 
     Attributes:
         lockstep: Grants time to participants; to be one of the simulator's sinks.
@@ -115,7 +115,7 @@ class Pacing:
                     self._round()
             self._reach_the_end()
         finally:
-            # Whatever it is that ends it, whoever waits for time to move is answered.
+            # Also after an error, participants that wait for a grant are answered.
             self._over = True
             self.lockstep.dismiss("the simulator was stopped")
 
@@ -298,7 +298,7 @@ class Pacing:
 
     def _let_move(self, command: Join | Advance) -> None:
         if self._over and isinstance(command, Advance):
-            # Whoever was thinking when it ended learns of it as the others have.
+            # A participant that was thinking at the end gets the same answer as the others.
             self._simulator.answer(command.reply_to, Granted(self.lockstep.epoch, self._simulator.now, "end"))
         elif self._over or self.clock != LOCKSTEP:
             why = "the simulation has ended" if self._over else f"the clock is {self.clock}; set it to lockstep first"
@@ -317,10 +317,10 @@ class Pacing:
             self.real_time_factor = command.real_time_factor
         self._simulator.answer(command.reply_to, self.state)
 
-    # --- what is told ---------------------------------------------------------------------------------------------
+    # --- reports --------------------------------------------------------------------------------------------------
 
     def _lose(self, seconds: float) -> None:
-        """Count wall seconds that time lags, and tell, but not every time."""
+        """Add wall seconds to the lag, and report it at a limited rate."""
         self.lag += seconds
         now = wall_time()
         if now - self._told >= _BETWEEN_WARNINGS:
@@ -328,7 +328,7 @@ class Pacing:
             self._on_lag(self.lag)
 
     def _tell(self) -> None:
-        """Tell how time moves, if that has changed and somebody listens."""
+        """Publish the time state, if it has changed and has a subscriber."""
         if not self._simulator.interest.in_(Topic.TIME):
             self._last_state = None
             return

@@ -1,4 +1,4 @@
-"""Who takes part in lockstep: who has come and gone, what each asks for, and for whom time waits."""
+"""The participants in lockstep: joins and leaves, requests to advance, and the participants that time waits for."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Slot:
     """Where the answer to a command of an advance goes.
 
     Attributes:
-        wakes: Whether whoever sent it wants to be woken for results.
-        answer: What came of it.
+        wakes: Whether the participant that sent it wants to be woken for results.
+        answer: The answer; None before there is one.
     """
 
     wakes: bool
@@ -29,15 +29,15 @@ class Slot:
 
 @dataclass
 class Participant:
-    """Somebody who takes part.
+    """A participant.
 
     Attributes:
         name: Its name.
-        since: When it was last told something, by the clock of whoever watches it.
-        open: What it asks for now; None while it thinks.
-        askers: Whom to tell the answer: more than one if it asked again.
-        slots: Where the answers to its commands are.
-        last: Its last epoch, and what it was granted then.
+        since: When it last got an answer, by the watchdog's clock.
+        open: Its open request to advance; None while it thinks.
+        askers: The senders to answer: more than one if the request was repeated.
+        slots: The answers to its commands.
+        last: Its last epoch, and the grant of that epoch.
         token: Whether its liveliness token was ever seen.
     """
 
@@ -51,7 +51,7 @@ class Participant:
 
 
 class Participants:
-    """All who take part.
+    """All participants.
 
     Args:
         awaited: How many have to join before time moves for the first time, or their names.
@@ -67,55 +67,55 @@ class Participants:
         self._changes: list[Participation] = []
 
     def __bool__(self) -> bool:
-        """Return whether anybody takes part."""
+        """Return whether there is a participant."""
         return bool(self._here)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Who takes part, in order."""
+        """The names of the participants, in order."""
         return tuple(sorted(self._here))
 
     def get(self, name: str) -> Participant | None:
-        """Return who has a name; None if nobody does."""
+        """Return the participant of a name; None if there is none."""
         return self._here.get(name)
 
     def why_unknown(self, name: str) -> str:
-        """Return why nobody of a name takes part."""
+        """Return why there is no participant of a name."""
         return self._gone.get(name) or f"no participant {name!r}; join first"
 
     # --- coming and going -----------------------------------------------------------------------------------------
 
     def add(self, name: str, since: float) -> None:
-        """Take somebody in whose name is free."""
+        """Add a participant; its name must be free."""
         self._here[name] = Participant(name, since, token=name in self._tokens)
         self._known[name] = None
         self._gone.pop(name, None)
         self._changes.append(Participation(name, "joined"))
 
     def remove(self, name: str, change: str, why: str = "", *, told: str = "") -> None:
-        """Let somebody go.
+        """Remove a participant.
 
         Args:
-            name: Whom.
-            change: How, as in `Participation`.
-            why: Why.
-            told: What it is told if it comes back; that it is to join first if empty.
+            name: Its name.
+            change: How it left, as in `Participation`.
+            why: The reason.
+            told: The error for its later requests; empty for the one that says to join first.
         """
         del self._here[name]
         if told:
             self._gone[name] = told
         if change == "left":
-            # The news that its token has gone may come after it has joined anew with another.
+            # The loss of its token may be reported after it has joined again with another token.
             self._tokens.pop(name, None)
         self._changes.append(Participation(name, change, why))
 
     def take_changes(self) -> list[Participation]:
-        """Return who came and went since this was asked last, in an order that is not the network's."""
+        """Return the changes since the last call in the order of names, which does not depend on the network."""
         changes, self._changes = sorted(self._changes, key=lambda change: change.participant), []
         return changes
 
     def lost_token(self, name: str, *, alive: bool) -> bool:
-        """Note whether somebody's liveliness token is there; return whether one who takes part has lost it."""
+        """Record whether a liveliness token is there; return whether a participant has lost its token."""
         participant = self._here.get(name)
         if alive:
             self._tokens[name] = None
@@ -140,7 +140,7 @@ class Participants:
 
     @property
     def missing(self) -> list[str]:
-        """Who has yet to join for the first time; a number in place of names that are not known."""
+        """The participants that have yet to join for the first time; a number in place of names that are not known."""
         if isinstance(self._awaited, int):
             more = self._awaited - len(self._known)
             return [f"{more} more to join"] if more > 0 else []
@@ -148,12 +148,12 @@ class Participants:
 
     @property
     def thinking(self) -> list[Participant]:
-        """Who has yet to ask to advance."""
-        # Copied, as whoever watches them does so in a thread of its own.
+        """The participants that have yet to ask to advance."""
+        # Copied, as the watchdog reads it in a thread of its own.
         return [each for each in list(self._here.values()) if each.open is None]
 
     @property
     def asking(self) -> list[tuple[Participant, Advance]]:
-        """Who has asked to advance, with what it asks for, in the order of names."""
+        """The participants that have asked to advance, with their requests, in the order of names."""
         found = [(each, each.open) for each in self._here.values() if each.open is not None]
         return sorted(found, key=lambda pair: pair[0].name) if len(found) > 1 else found

@@ -1,4 +1,4 @@
-"""How long results are kept: so many wall seconds from a goal's end."""
+"""Retention of results, in wall seconds from a goal's end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What planners ask of a map: bottlenecks, what can't be reached, trips, and where traffic concentrates.
+"""Analysis of a map for its designers: bottlenecks, unreachable places, trips, and where traffic concentrates.
 
 All but the trips work on `World.graph`, or on a copy of it that was changed to ask what would be. `hmrsim map info`
 prints the answers, and ``hmrsim map render --bottlenecks`` draws them; a simulation needs none of this. Beside

@@ -1,7 +1,7 @@
-"""The blocks of an undirected graph, and the vertices at which they hang together: a forest.
+"""The blocks of an undirected graph, and the vertices at which they are connected: the block-cut forest.
 
-A block is what no single vertex takes apart. Whatever a vertex or an edge separates is a part of this forest, so that
-all of it is counted in one walk.
+A block has no cut vertex. The parts that a vertex or an edge separates are subtrees of this forest, so that one walk
+counts all of them.
 """
 
 from __future__ import annotations

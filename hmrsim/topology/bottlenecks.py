@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hmrsim.topology._block_tree import Stretches
 
 MAX_LISTED: Final = 1_000
-"""Bottlenecks that are told with what they separate; the others are counted."""
+"""Bottlenecks that are listed with the parts that they separate; the others are counted."""
 
 
 class _Lift(NamedTuple):

@@ -1,4 +1,4 @@
-"""From where to where no way leads, on a graph like `World.graph`."""
+"""Pairs of places that no route connects, on a graph like `World.graph`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Admission of vehicles to lanes: closed lanes, barriers such as doors, and the traffic policy.
 
 A vehicle asks before it begins a leg. If it is not admitted it waits where it is, and asks again when that may have
-changed. Where nothing can be in the way, no vehicle asks.
+changed. Where nothing can block a vehicle, no vehicle asks.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Passage:
         graph: Likewise.
         happened: Likewise.
         closures: The lanes that are closed now.
-        needed: Whether anything can be in the way of any vehicle.
+        needed: Whether a lane, a barrier or another vehicle can block a vehicle.
         waits: The vehicles that wait, in the order in which they began to.
     """
 
@@ -275,7 +275,7 @@ class Passage:
             self.decide(robot)
 
     def _in_the_way(self, robot: Vehicle, leg: Leg) -> str:
-        """Return what is in the way of a leg, other than vehicles, or ""."""
+        """Return what blocks a leg, other than vehicles; empty if nothing does."""
         closed = self.closures.why(leg)
         if closed:
             return closed

@@ -1,4 +1,4 @@
-"""Closed lanes, and why they are closed."""
+"""Closed lanes, each with the reasons for its closure."""
 
 from __future__ import annotations
 

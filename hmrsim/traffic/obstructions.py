@@ -1,4 +1,4 @@
-"""Obstructions: what stands or lies on lanes so that vehicles drive up to it, and no farther."""
+"""Obstructions: robots and items on lanes, up to which vehicles drive, and no farther."""
 
 from __future__ import annotations
 

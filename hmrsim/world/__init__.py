@@ -1,4 +1,4 @@
-"""What a world is made of, the formats that it is read from, and the files that are shipped.
+"""The model of a world, the formats that it is read from, and the files that are shipped.
 
 Everything that reads or writes worlds uses it; `hmrsim.world_checks` says whether a world can run.
 """

@@ -1,4 +1,4 @@
-"""Several files made into one world, remembering which part is from where."""
+"""Merging several files into one world, with the origin of each part."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a world file means: the models, and the checks that need more than one field.
+"""The models of world files, and the checks of a model that need more than one field.
 
 Lengths are in the world's unit (metres or pixels), speeds in that unit a second, weights in kg, angles in
 radians; in pixels y points down and yaw runs from +x to +y. Nothing is ever flipped.
@@ -173,12 +173,12 @@ class Dock(Model):
 
 
 class Door(Model):
-    """A door: what crosses its segment waits until it is open.
+    """A door: a robot whose way crosses its segment waits until it is open.
 
     Attributes:
         at: Where it is, from one jamb to the other.
         type: What it is, such as ``sliding``.
-        open: Whether it stands open in the beginning, until somebody closes it.
+        open: Whether it is open at the start, until a client closes it.
         opening_time: Seconds that it takes to open.
         opens_for: The robots for which it opens by itself, by their names or types; None for all of them.
         stays_open: Seconds after which it closes behind a robot for which it has opened; None for never.
@@ -219,7 +219,7 @@ class Item(Model):
 
     Attributes:
         at: Where it lies.
-        blocks: Whether nobody gets past it on the lane where it lies.
+        blocks: Whether it blocks the lane on which it lies.
     """
 
     at: Where

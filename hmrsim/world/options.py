@@ -1,4 +1,4 @@
-"""What a user may say about how world files are read."""
+"""The options for reading world files."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def to_geojson(world: World, *, closed: Collection[tuple[str, str]] = (), lifts:
 
     Args:
         world: The world.
-        closed: Lanes that nobody may enter, by the waypoints where they begin and end; they are left out.
+        closed: Closed lanes, by the waypoints where they begin and end; they are left out.
         lifts: Whether to tell of rides in lifts, too, which are edges that cost their seconds.
     """
     ids = {name: number for number, name in enumerate(world.waypoints)}

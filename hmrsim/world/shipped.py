@@ -1,4 +1,4 @@
-"""Files that hmrsim brings along: worlds and schemas."""
+"""Files that are shipped with hmrsim: worlds and schemas."""
 
 from __future__ import annotations
 

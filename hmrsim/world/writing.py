@@ -1,6 +1,6 @@
-"""Worlds as native files, written as a person would: a thing a line, what is the default left out.
+"""Worlds as native files for people to read: an entity a line, defaults left out.
 
-Read again they are the same world, with the same hash.
+A file that is read again gives the same world, with the same hash.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def to_json(world: World) -> str:
 
 
 def _ordered(data: dict[str, Any]) -> dict[str, Any]:
-    """Return what is told in a line before what takes many."""
+    """Return the keys that take one line before those that take several."""
     return {key: data[key] for key in (*_HEAD, *data) if key in data}
 
 

@@ -1,4 +1,4 @@
-"""YAML 1.2 with the line of every value, duplicate keys found, and bounds on what hostile files can cost."""
+"""YAML 1.2 with the line of every value, an error for duplicate keys, and bounds on the cost of hostile files."""
 
 from __future__ import annotations
 

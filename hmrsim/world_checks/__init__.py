@@ -1,4 +1,4 @@
-"""From a file to a world that can run: loading, validating, and the checks that need more than one field.
+"""Loading and validating worlds, and the checks that need more than one field.
 
 Every command that reads a world begins here; services use it for worlds that clients send.
 """

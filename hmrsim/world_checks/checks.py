@@ -47,7 +47,7 @@ def check_world(world: World, file: str = "") -> list[Problem]:
 
 
 def check(world: World, lost: Lost | None = None) -> list[Finding]:
-    """Return what is wrong or odd with a world, of each kind as much as anybody would read.
+    """Return the errors and warnings of a world, of each kind at most so many as are reported.
 
     Args:
         world: The world, includes merged.

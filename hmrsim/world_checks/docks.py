@@ -1,4 +1,4 @@
-"""The checks of docks, and of what robots' batteries are drained by."""
+"""The checks of docks, and of the drain of robots' batteries."""
 
 from __future__ import annotations
 

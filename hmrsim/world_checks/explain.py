@@ -1,4 +1,4 @@
-"""Pydantic's errors in our words: the value and what would do."""
+"""Pydantic's errors as messages with the value and the expected one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The checks of what belongs to the building: doors and lifts."""
+"""The checks of facilities: doors and lifts."""
 
 from __future__ import annotations
 

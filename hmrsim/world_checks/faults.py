@@ -1,4 +1,4 @@
-"""The checks of faults: their settings, and whether what they happen to is there."""
+"""The checks of faults: their settings, and whether their subjects exist."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def _there(world: World) -> There:
     types = {**BUILT_IN_TYPES, **world.robot_types}
     lanes = {(lane.from_, lane.to) for lane in world.lanes}
     robots = {
-        # Of one that is wrong, nobody knows what it lacks.
+        # The components of a robot of an unknown type are not known: it is taken to have all of them.
         name: world.robot_type(robot).components if robot.type in types else components()
         for name, robot in world.robots.items()
     }
@@ -136,7 +136,7 @@ def _there(world: World) -> There:
 
 
 def _cells(settings: Any) -> int | None:
-    """Return how many cells a battery of these settings has; None if nobody knows."""
+    """Return how many cells a battery of these settings has; None if that is not known."""
     if not isinstance(settings, dict):
         return None
     try:

@@ -1,4 +1,4 @@
-"""From a file, or several, to a world; or to everything that is wrong with them."""
+"""Loading a world from one or several files, or all their problems."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _added(text: str, parse: Callable[[str], Source], add: Callable[[Source], No
 
 
 def _in_order(problems: list[Problem], file: str) -> list[Problem]:
-    """Return problems in order of file and line, the main file first, and no more than anybody would read."""
+    """Return at most so many problems as are reported, in order of file and line, the main file first."""
     files = {file: 0}
     for problem in problems:
         files.setdefault(problem.file, len(files))

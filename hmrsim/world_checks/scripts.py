@@ -1,4 +1,4 @@
-"""The checks of robots' scripts: every order makes sense, and the robot has what it takes."""
+"""The checks of robots' scripts: every order is valid, and the robot has the component that it needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The checks of traffic: its policy, and who starts where."""
+"""The checks of traffic: its policy, and the robots' start positions."""
 
 from __future__ import annotations
 

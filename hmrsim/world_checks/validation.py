@@ -1,4 +1,4 @@
-"""Validating a world as far as it can be understood, so that all its errors are found at once."""
+"""Validation of a world that goes on after an error, so that all errors are found at once."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _Dead = dict[str | int, Any]
 
 @dataclass(frozen=True)
 class Lost:
-    """What was left out of a world because it was wrong, so that nobody complains that it isn't there.
+    """The parts of a world that were left out because of errors, so that no check reports them as missing.
 
     Attributes:
         names: By top-level key, the names that are gone; None when any name may be.

@@ -1,4 +1,4 @@
-"""Traffic: which vehicle may be where. One policy is one file.
+"""Traffic policies, which decide which vehicle may be where; one policy per file.
 
 Waypoints and lanes are *slots*, numbered as in `hmrsim.navigation.lanes`: first the waypoints, then the lanes in either
 direction.

@@ -1,4 +1,4 @@
-"""What a traffic policy may ask and tell those who admit vehicles to lanes."""
+"""The interface of `hmrsim.traffic.admission` for traffic policies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Capacities: how many vehicles there is room for."""
+"""Capacities of slots, in vehicles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Moving vehicles out of a deadlock one by one, as a search over the places of each of them finds."""
+"""Resolution of deadlocks: a search over the vehicles' places finds moves, which they make one by one."""
 
 from __future__ import annotations
 

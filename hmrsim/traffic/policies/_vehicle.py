@@ -1,4 +1,4 @@
-"""What traffic knows of robots: a vehicle, with verbs, and its wait for the right of way."""
+"""Robots as traffic sees them: a vehicle with its verbs, and its wait for the right of way."""
 
 from __future__ import annotations
 

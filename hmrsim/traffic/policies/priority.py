@@ -121,7 +121,7 @@ class Priority(Reserve):
     # --- pushing --------------------------------------------------------------------------------------------------
 
     def _push(self, robot: Vehicle) -> bool:
-        """Have the vehicles in the way of one yield, and let it go on; return whether they can."""
+        """Have the vehicles that block one yield, and let it go on; return whether they can."""
         wait = self.admission.waits.get(robot)
         if wait is None or not wait.leg.slots:
             return False

@@ -1,4 +1,4 @@
-"""The cells of a draw.io page, before anybody asks what they mean."""
+"""The cells of a draw.io page, before they are interpreted."""
 
 from __future__ import annotations
 

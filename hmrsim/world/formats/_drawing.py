@@ -1,4 +1,4 @@
-"""A draw.io page while it is being understood: its cells, what they have been found to be, and what is wrong."""
+"""A draw.io page while it is being read: its cells, the entities that they became, and the errors."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Where the cells of a draw.io page are: groups, and layers, place what is in them.
+"""The positions of the cells of a draw.io page, which groups and layers offset.
 
-Turning a group in the editor turns and moves its children in the file, so nothing is left to turn here; only what
-has its place as a share of a turned shape goes round with it.
+Rotating a group in the editor rotates and moves its children in the file, so they are not rotated here; only a cell
+whose position is a share of a rotated shape rotates with it.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def _place(cell: Cell, parent: Cell | None, complain: _Complain) -> None:
 
 
 def _numbers(cell: Cell, geometry: Element, complain: _Complain) -> list[float]:
-    """Return x, y, width, height and rotation, without those that are no numbers; these are told, each of them."""
+    """Return x, y, width, height and rotation, without those that are no numbers; each of these is a finding."""
     found: list[float] = []
     readers = [partial(number, geometry, key) for key in ("x", "y", "width", "height")]
     for read in (*readers, partial(style_number, cell.style, "rotation")):

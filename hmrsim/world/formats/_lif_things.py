@@ -1,4 +1,4 @@
-"""What the nodes, edges and stations of LIF layouts mean: waypoints, lanes, lifts, docks and places."""
+"""The nodes, edges and stations of LIF layouts as waypoints, lanes, lifts, docks and places."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _OF_EDGES = frozenset(("vehicleTypeId", "maxSpeed", "rotationAllowed", "orientat
 """Properties of vehicle types that mean something here, or that mean nothing by themselves."""
 
 _SAYS_NOTHING: tuple[object, ...] = (None, "", [], {}, "BOTH", 0, True)
-"""Values of other properties that restrict nobody."""
+"""Values of other properties that restrict no robot."""
 
 
 @dataclass(frozen=True, eq=False)

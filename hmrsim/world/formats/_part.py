@@ -1,4 +1,4 @@
-"""Values of a file, each with the place where it is."""
+"""Values of a file, each with its location."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A file of nested values, JSON or YAML, while it is being understood: what it brings, and what is wrong."""
+"""A file of nested values, JSON or YAML, while it is being read: its values and its errors."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ _Value = TypeVar("_Value")
 
 
 class Reading:
-    """What the readers of the parts of a file share.
+    """The state that the readers of the parts of a file share.
 
     Args:
-        value: All that is in the file.
-        lines: Tells the lines of the values, if it can; it is asked once, and only when somebody wants to know.
+        value: The content of the file.
+        lines: Returns the lines of the values, if it can; called once, and only when a line is asked for.
 
     Attributes:
-        root: All that is in the file.
-        failed: Whether something could not be read.
+        root: The content of the file.
+        failed: Whether a part could not be read.
     """
 
     def __init__(self, value: Any, lines: Callable[[], Lines | None]) -> None:
@@ -47,7 +47,7 @@ class Reading:
         return self._read_lines()
 
     def origin(self, path: Path, part: Part) -> None:
-        """Remember which part of the file a field of the world is from."""
+        """Record the part of the file that a field of the world is from."""
         self._origins[path] = part.path
 
     def line(self, path: Path) -> int | None:
@@ -61,12 +61,12 @@ class Reading:
         return line_of(self._lines, path) if self._lines else None
 
     def complain(self, part: Part, message: str) -> None:
-        """Remember what is wrong with a part, or at last that more is than anybody would read."""
+        """Record an error of a part; findings beyond the maximum are dropped."""
         self.failed = True
         self._find(part, message, "error")
 
     def warn(self, part: Part, message: str) -> None:
-        """Remember what is odd about a part."""
+        """Record a warning about a part."""
         self._find(part, message, "warning")
 
     def _find(self, part: Part, message: str, severity: str) -> None:

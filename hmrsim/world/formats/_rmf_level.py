@@ -1,4 +1,4 @@
-"""A level of an Open-RMF building: its vertices, and what is said of them and between them."""
+"""A level of an Open-RMF building: its vertices with their parameters, and the edges between them."""
 
 from __future__ import annotations
 

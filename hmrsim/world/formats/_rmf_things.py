@@ -1,4 +1,4 @@
-"""What the vertices and lines of an Open-RMF building mean: waypoints, lanes, walls, doors, docks and robots."""
+"""The vertices and lines of an Open-RMF building as waypoints, lanes, walls, doors, docks and robots."""
 
 from __future__ import annotations
 

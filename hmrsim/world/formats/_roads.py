@@ -1,4 +1,4 @@
-"""Roads drawn as lines, made into waypoints and lanes that are joined where people mean them to be."""
+"""Roads drawn as lines, converted to waypoints and lanes that are joined where the lines meet or nearly do."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The robots of a draw.io page, and the ways that they follow by themselves."""
+"""The robots of a draw.io page, and the routes of their scripts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FRAMES = 60.0
 
 
 def robot(drawing: Drawing, cell: Cell) -> None:
-    """Read a robot; all that is wrong with it is told.
+    """Read a robot; all its errors are reported.
 
     Raises:
         BadCell: Its name is taken.

@@ -1,4 +1,4 @@
-"""What stands on a draw.io page: obstacles, items and named points."""
+"""The obstacles, items and named points of a draw.io page."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The draw.io maps of the original HMRSim: what the cells of a drawing mean.
+"""The draw.io maps of the original HMRSim, read cell by cell.
 
-Pixels, y down, nothing is flipped. Every mistake is told with the cell that it is in; a cell in error is left out.
+Pixels, y down, nothing is flipped. Every error is reported with its cell; a cell with an error is left out.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def _check_shape(drawing: Drawing, cell: Cell) -> None:
 
 
 def _unknown(drawing: Drawing, cell: Cell) -> None:
-    """Tell of an object of a type that nobody knows."""
+    """Report an object of an unknown type."""
     what = f"has the unknown type {shown(cell.kind)}" if cell.kind else "has no type"
     if drawing.options.lenient:
         drawing.warn(cell, f"{what}; it is left out", cell.kind)

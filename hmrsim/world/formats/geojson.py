@@ -1,6 +1,6 @@
 """The GeoJSON of Nav2's Route Server: nodes are points, edges are lines from one node's id to another's.
 
-What Nav2 itself does not need may be there and is not asked for; edges are straight, whatever their line is.
+Members that Nav2 does not need are optional; edges are straight, whatever their line is.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def _kind(feature: Part) -> str:
 
 
 def _own_name(node: Part) -> str | None:
-    """Return the name that a node has, if it can be one; what is wrong with it is told later."""
+    """Return the name of a node, if it is a valid one; its errors are reported later."""
     try:
         metadata = node.want("properties").get("metadata")
         name = metadata.get("name") if metadata else None

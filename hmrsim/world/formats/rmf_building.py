@@ -1,4 +1,4 @@
-"""The buildings of Open-RMF's traffic editor: levels of vertices, and what is between them.
+"""The buildings of Open-RMF's traffic editor: levels of vertices, and the lanes, walls and doors between them.
 
 Coordinates become metres, y up, as Open-RMF's building_map_tools make them; levels are put side by side.
 """
