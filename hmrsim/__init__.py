@@ -47,11 +47,11 @@ _HOMES = MappingProxyType(
         "load_world": "hmrsim.world_checks",
     }
 )
-"""The modules of what is loaded when it is asked for; some of it is a module itself."""
+"""The modules of the names that are loaded on first use; some of the names are modules."""
 
 
 def __getattr__(name: str) -> object:
-    """Load what is exported when it is asked for (PEP 562)."""
+    """Load an exported name on first use (PEP 562)."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     module = importlib.import_module(_HOMES[name])

@@ -64,7 +64,7 @@ class _FileError(HmrsimError):
     """A file can't be read or makes no sense.
 
     Attributes:
-        problems: All that was found, in file order; never empty.
+        problems: All problems, in file order; never empty.
     """
 
     def __init__(self, problems: Sequence[Problem]) -> None:
@@ -73,11 +73,11 @@ class _FileError(HmrsimError):
 
 
 class WorldError(_FileError):
-    """A world file can't be read or makes no sense; *problems* has all that was found, in file order."""
+    """A world file can't be read or is not valid; *problems* lists all problems in file order."""
 
 
 class SettingsError(_FileError):
-    """A settings file can't be read or makes no sense; *problems* has all that was found, in file order."""
+    """A settings file can't be read or is not valid; *problems* lists all problems in file order."""
 
 
 class TraceError(HmrsimError):
@@ -113,7 +113,7 @@ class GoalAborted(HmrsimError):
 
     def __init__(self, code: int, message: str) -> None:
         self.code = code
-        # simpy makes the error that an event fails with anew, of these.
+        # simpy makes a new error from these arguments when an event fails with it.
         super().__init__(code, message)
 
     def __str__(self) -> str:

@@ -152,7 +152,7 @@ def _meeting(a: Point, b: Point, c: Point, d: Point) -> float:
 
 
 class Obstacles:
-    """Walls and solids, which stop whatever leaves the lanes.
+    """Walls and solids, which block robots off the lanes.
 
     Args:
         walls: Polylines without thickness.

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Named(Protocol):
-    """Anything with a name: all that discovery asks of a plug-in."""
+    """A value with a name, which is all that discovery needs of a plug-in."""
 
     @property
     def name(self) -> str:

@@ -55,7 +55,7 @@ def drive_straight(
 
     Args:
         robot: Which; it faces the same way all the time.
-        goal: What has to be done.
+        goal: The goal.
         how_far: In the world's unit.
         codes: Where the action's codes are.
 

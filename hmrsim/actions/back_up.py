@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def _process(robot: Robot, goal: BackUp.Goal, report: Report[BackUp.Feedback]) -> Generator[Any, Any, BackUp.Result]:
     done = keep_time(robot, report, BackUp.Result)
     report.sample(travelled_from(robot))
-    # As Nav2 has it: back, whatever the signs of distance and speed.
+    # As in Nav2: backwards, for any signs of distance and speed.
     yield from drive_straight(robot, goal, -abs(goal.target.x), BackUp.Result)
     return done()
 

@@ -27,7 +27,7 @@ def _process(robot: Robot, goal: Pickup.Goal, report: Report[Pickup.Feedback]) -
     yield from robot.hold(claw.settings.handling_time)
     # It may be gone by now, or elsewhere.
     item = _find(robot, claw, goal.target_name)
-    # Each of them has its own chances, whatever becomes of the others.
+    # Each of them has its own chances, which do not depend on the others.
     if sum(misses() for misses in claw.misses):
         raise GoalAborted(MoveItErrorCodes.CONTROL_FAILED, f"the claw has missed {item.name!r}")
     robot.pick(item)

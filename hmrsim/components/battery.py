@@ -97,8 +97,8 @@ class Battery:
         settings: Likewise.
         drain: Units of energy a second that go out.
         charging: Those that go in at full power; 0 while it is not being charged.
-        drained: All that has gone out since the beginning, in units of energy.
-        charged: All that has gone in.
+        drained: Energy drawn since the start.
+        charged: Energy charged since the start.
         failed: The cells that do not work any more, by number from 0.
     """
 
@@ -110,7 +110,7 @@ class Battery:
         self._charge = settings.capacity if settings.initial_charge is None else settings.initial_charge
         self._since = 0.0
 
-    # --- what is in it --------------------------------------------------------------------------------------------
+    # --- charge ---------------------------------------------------------------------------------------------------
 
     @property
     def usable(self) -> float:
@@ -131,7 +131,7 @@ class Battery:
         return min(full, tapered)
 
     def share(self, now: float) -> float:
-        """Return what is in it as a share of what it holds, from 0 to 1."""
+        """Return the charge as a share of the capacity, from 0 to 1."""
         return self.charge(now) / self.usable if self.usable else 0.0
 
     def flow(self, now: float) -> float:
@@ -175,7 +175,7 @@ class Battery:
     # --- what changes it ------------------------------------------------------------------------------------------
 
     def settle(self, now: float, charge: float | None = None) -> None:
-        """Write down what is in it; *charge* says it exactly where it is known better than by the formula."""
+        """Update the charge by the formula, or to *charge* where the exact value is known."""
         charge = self.charge(now) if charge is None else charge
         change = charge - self._charge
         if change > 0.0:

@@ -13,7 +13,7 @@ class ProximitySettings(SensorSettings):
     """How far a proximity sensor reaches.
 
     Attributes:
-        range: How far it reaches, from the robot's centre to that of what is noticed; None for 2 m, or 160 px.
+        range: Range, from the robot's centre to that of the detected entity; None for 2 m, or 160 px.
         resolution: Distance a detected entity has to move before it is published again; None for 0.1 m, or 8 px.
         through_walls: Whether walls hide nothing from it, as with radio tags.
     """

@@ -76,7 +76,7 @@ def _round_length(most: float) -> float:
 
 
 def _entries(drawing: Canvas) -> Iterator[tuple[str, str]]:
-    """Return mark and meaning of all that there is; marks are around (9, 0)."""
+    """Return mark and meaning of each kind in the map; marks are around (9, 0)."""
     world, colours, at = drawing.world, drawing.colours, (9.0, 0.0)
     types = list(drawing.types.items())
     for name, colour in types[:_MAX_TYPES]:

@@ -36,7 +36,7 @@ class Drawing(Canvas):
         names: Whether names are written, as far as there is room; things have them as titles, too.
         details: Whether speed limits and capacities are written beside lanes.
         legend: Whether there are a title, a scale bar and what the colours mean.
-        overlay: What is drawn over its lanes.
+        overlay: The overlay on its lanes.
     """
 
     def __init__(

@@ -23,7 +23,7 @@ _AROUND: Final = 0.04
 
 
 def extent(world: World) -> Box | None:
-    """Return least and greatest x and y of all that has a place; None in an empty world."""
+    """Return least and greatest x and y of all entities; None in an empty world."""
     points = list(_points(world))
     if not points:
         return None
@@ -85,7 +85,7 @@ class Frame:
 
 
 def _seen(world: World) -> Box:
-    """Return what is to be seen of a world: its bounds, and all that is outside of them."""
+    """Return the visible part of a world: its bounds, extended to entities outside of them."""
     found, bounds = extent(world), world.bounds
     x, y, to_x, to_y = found or bounds or (0.0, 0.0, 1.0, 1.0)
     if bounds:

@@ -39,7 +39,7 @@ def width_of(text: str, size: float) -> float:
 
 
 class Labels:
-    """What is taken of a picture.
+    """The occupied parts of a picture.
 
     Args:
         within: No text goes beyond.

@@ -59,7 +59,7 @@ class Overlay:
         return {lane: self._look(share / most, mark) for lane, share in self.shares.items()}
 
     def notes(self) -> dict[tuple[str, str], str]:
-        """Return what is said of each lane that is taken."""
+        """Return the note of each lane that is taken."""
         return {lane: f"{share:.1%} of trips, either way" for lane, share in self.shares.items()}
 
     def _look(self, share: float, mark: float) -> tuple[str, float]:

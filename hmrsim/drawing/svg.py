@@ -34,7 +34,7 @@ def element(tag: str, *content: str, **attributes: str | float) -> str:
 
     Args:
         tag: Its name.
-        content: What is in it, as SVG.
+        content: Its content, as SVG.
         attributes: By name, with ``_`` for ``-``; an underscore at the end is dropped, as in ``class_``.
     """
     written = "".join(

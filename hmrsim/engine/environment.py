@@ -113,7 +113,7 @@ class Environment(simpy.Environment):
         heapq.heappush(self._queue, (at, _LAST, next(self._eid), event))
 
     def restart(self) -> None:
-        """Let it be 0 and forget what was to come; what is due now is due at 0."""
+        """Reset time to 0 and drop future events; events that are due now are due at 0."""
         self._queue[:] = [(0.0, *rest) for at, *rest in self._queue if at <= self._now]  # type: ignore[misc]
         heapq.heapify(self._queue)
         self._abandoned = sum(event.callbacks is _NOBODY for *_, event in self._queue)

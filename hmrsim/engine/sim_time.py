@@ -19,5 +19,5 @@ def stamp(seconds: float) -> int:
 
 
 def end_of_instant(seconds: float) -> float:
-    """Return up to when it is this time: what is due in the same nanosecond happens at the same time."""
+    """Return the end of an instant: events that are due in the same nanosecond happen at the same time."""
     return max(seconds, (nanoseconds(seconds) + 0.5) / NANOSECONDS)

@@ -50,7 +50,7 @@ class Interest:
         self.refresh()
 
     def refresh(self) -> None:
-        """Ask all sinks anew."""
+        """Ask all sinks again."""
         for topic in Topic:
             setattr(self, topic.name.lower(), any(sink.wants(topic) for sink in self._sinks))
 

@@ -20,7 +20,7 @@ _OURS = "hmrsim"
 
 
 def flaws() -> Iterator[str]:
-    """Yield what is missing or wrong in any event's declaration, one line each."""
+    """Yield the omissions and errors in the declarations of events, one line each."""
     known = {*registry().values()}
     for event in _concrete(Event):
         if event.kind and event not in known:

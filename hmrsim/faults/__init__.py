@@ -227,7 +227,7 @@ class FaultType(Generic[S]):
         }
 
     def _shown(self, name: str, part: dict[str, Any]) -> dict[str, Any]:
-        """Return the schema of a field without the choice of null: what is not filled in is left out."""
+        """Return the schema of a field without the choice of null: a field that is not filled in is left out."""
         value: dict[str, Any] = next((each for each in part.get("anyOf", ()) if each.get("type") != "null"), {})
         said = {key: each for key, each in part.items() if key != "anyOf" and each is not None}
         titled: dict[str, Any] = {"title": _TITLES.get(name) or _in_words(name)}

@@ -63,14 +63,14 @@ class Dispatcher:
         actions: All actions, by name.
         telemetry: Takes feedback samples.
         emit: Where events go.
-        happened: Tells of goals that are rejected, and knows who listens to what.
+        happened: Publishes rejected goals, and knows the topics that have subscribers.
         seed: From which the ids of goals that have none are made.
         keep_results: Most ended goals that a robot remembers.
         feedback_rate: Samples of feedback a second of simulated time.
 
     Attributes:
         servers: Who serves what.
-        cut_off: The robots that can't be reached from outside: requests are rejected, results wait.
+        cut_off: The robots that clients can't reach: requests are rejected, results are withheld.
     """
 
     def __init__(
@@ -192,7 +192,7 @@ class Dispatcher:
             goal.process = None
 
     def _halt(self, goal: ServedGoal, event: GoalEvent, code: int, message: str) -> None:
-        """End a running goal from outside; its process is interrupted at this instant, before anything else."""
+        """End an executing goal; its process is interrupted at this instant, before any other event."""
         self._end(goal, event, goal.failed(code, message))
         process, goal.process = goal.process, None
         if process is not None and process.is_alive:

@@ -56,7 +56,7 @@ class ServedGoal:
         from_client: Whether the client made the id, and so may send it again.
         status: Where it is in its life.
         ended: When that came to its end, in simulated nanoseconds; None while it runs.
-        message: What is asked for; None after the end.
+        message: The goal message; None after the end.
         result: What came of it; None while it runs.
         process: What pursues it; None when nothing does any more.
         waiting: Whom to tell the result, each by its id, as not all can be hashed.
@@ -256,7 +256,7 @@ def selects(command: CancelGoal, goal: ServedGoal) -> bool:
 
 
 def as_answered(goal_id: str | None) -> str:
-    """Return an id as answers have it, without hyphens; what is no id as it was sent."""
+    """Return an id as answers have it, without hyphens; a text that is no id is returned as it was sent."""
     try:
         return parse_goal_id(goal_id or "")
     except ValueError:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Plans:
-    """What a planner outside has been asked, and has not answered yet.
+    """The requests to an external planner that have no answer yet.
 
     Args:
         env: The simulation's clock and events.

@@ -109,7 +109,7 @@ class WaypointGraph:
         return route
 
     def fly(self, start: Point, goal: Point) -> Route:
-        """Return the straight way for a robot that flies, over whatever is there.
+        """Return the straight way for a robot that flies, over all obstacles.
 
         Raises:
             NoRoute: The goal is outside the map (204), or inside an obstacle (206).

@@ -73,10 +73,10 @@ class Lanes:
         out: By waypoint, the edges that begin there.
         into: By waypoint, the edges that end there.
         at: The index of the waypoint at a point; one that no lane touches is a point off the lanes like any other.
-        limited: Whether what is quickest is not so for robots of all speeds: a lane has a limit, or is a ride.
+        limited: Whether the quickest route depends on a robot's speed: a lane has a limit, or is a ride.
         points: Where each waypoint is.
         names: Of the waypoints. Their indices are their slots, too, as `hmrsim.traffic.policies` counts them.
-        tracks: The lanes whatever the direction, by the names of their ends; their slots are those that follow.
+        tracks: The lanes without direction, by the names of their ends; their slots are those that follow.
         numbers: The numbers of edges, by the names of the waypoints where they begin and end.
     """
 

@@ -106,7 +106,7 @@ class Piece(NamedTuple):
         return length / self.duration, self.turned / self.duration
 
     def event(self, robot: str) -> MotionBegan:
-        """Return the event that says that a robot begins it: all that an observer needs to draw it."""
+        """Return the event that a robot begins it, with the data that a subscriber needs to draw it."""
         leg, profile = self.leg, self.profile
         return MotionBegan(
             robot,
@@ -149,7 +149,7 @@ class Piece(NamedTuple):
         return max(0.0, self.profile.run_up(self.driven_before + self.driven(elapsed)))
 
     def first(self, seconds: float) -> Piece:
-        """Return what is done of it in so many seconds, which ends in the middle of the motion."""
+        """Return the part of it up to so many seconds, which ends in the middle of the motion."""
         if seconds >= self.duration:
             return self
         turned = self.turned * seconds / self.duration
@@ -161,7 +161,7 @@ class Progress(NamedTuple):
 
     Attributes:
         pose: Where it is.
-        length: What is left of the way, in the world's unit.
+        length: Remaining length of the way, in the world's unit.
         seconds: How long that takes, if nothing gets in the way.
     """
 
@@ -243,7 +243,7 @@ class _Profiled:
 
 
 def _sums_behind(lengths: Sequence[float], seconds: Sequence[float]) -> list[tuple[float, float]]:
-    """Return for each index the sums of what is behind it."""
+    """Return for each index the sums of the following values."""
     length, time = 0.0, 0.0
     sums = []
     for i in range(len(lengths) - 1, -1, -1):

@@ -38,7 +38,7 @@ _EXPECTED: Final[Mapping[object, str]] = {int: "a whole number", float: "a numbe
 _HELP: Final = {"-h", "--help"}
 
 _NO_SPACE: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
-"""What writing to a full disk, or to what was closed, ends with."""
+"""Errors of writing to a full disk, or to a closed file."""
 
 _DONE: Final = 0
 _FAILED: Final = 1
@@ -72,7 +72,7 @@ class CommandParser(argparse.ArgumentParser):
         return found, unknown
 
     def error(self, message: str) -> NoReturn:
-        """End with 2 and one line that says what is wrong and where to read on."""
+        """Exit with 2 and one line that states the error and where to read on."""
         self.exit(2, f"{self.prog}: error: {printable(message)}; see {self.prog} --help\n")
 
     def _read_environment(self, given: list[str]) -> None:
@@ -110,7 +110,7 @@ class CommandParser(argparse.ArgumentParser):
             raise
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
-        """Refuse what is none of the choices, in our words."""
+        """Refuse a value that is none of the choices, with our message."""
         if action.choices is not None and value not in action.choices:
             noun = (action.option_strings[-1].lstrip("-") if action.option_strings else str(action.metavar)).lower()
             choices = ", ".join(str(choice) for choice in action.choices)

@@ -24,7 +24,7 @@ class LogOptions:
     """How much a command logs.
 
     Attributes:
-        log_level: The least grave of what is logged.
+        log_level: The lowest severity that is logged.
     """
 
     log_level: Annotated[

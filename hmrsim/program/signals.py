@@ -41,7 +41,7 @@ def leave(code: int) -> None:
 def on_signals(call: Callable[[int], None]) -> Iterator[None]:
     """Call with the signal's number on SIGINT and SIGTERM; in the main thread only.
 
-    The call comes in the middle of whatever the main thread does, so it must take no lock:
+    The call interrupts the main thread at any point, so it must take no lock:
     ``list.append`` and ``SimpleQueue.put`` are safe, ``Event.set`` is not.
     """
     before = {number: signal.signal(number, lambda number, _frame: call(number)) for number in SIGNALS}

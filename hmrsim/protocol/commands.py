@@ -45,7 +45,7 @@ class CancelGoal(NamedTuple):
         robot: Its name.
         action: The action's name.
         goal_id: 32 hex digits; all zero for no goal in particular.
-        stamp: Cancel what was accepted at or before this time; 0 for no time in particular.
+        stamp: Cancel goals accepted at or before this time; 0 for goals of any time.
         reply_to: Handed back with the answer.
     """
 
@@ -141,7 +141,7 @@ class Participation(NamedTuple):
 
 
 class PlannerPresent(NamedTuple):
-    """A planner outside has come, or has gone."""
+    """An external planner has connected or disconnected."""
 
     present: bool
 

@@ -81,7 +81,7 @@ TRANSITIONS: Final = MappingProxyType(
         (GoalStatus.CANCELING, GoalEvent.CANCELED): GoalStatus.CANCELED,
     }
 )
-"""All legal transitions; what is not here is illegal."""
+"""All legal transitions; all others are illegal."""
 
 
 class IllegalTransition(RuntimeError):

@@ -84,7 +84,7 @@ class RosterChanged:
 
 
 class PlanWanted(NamedTuple):
-    """A robot needs a path of the planner outside; answered by `PlanAnswered`.
+    """A robot needs a path from the external planner; answered by `PlanAnswered`.
 
     Attributes:
         request: Its number, which no other has.

@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Topic(Enum):
-    """What is published, as far as interest in it is concerned."""
+    """The topics that a sink may want."""
 
     STATUS = "status"
     FEEDBACK = "feedback"

@@ -198,7 +198,7 @@ class Energy:
     # --- levels ---------------------------------------------------------------------------------------------------
 
     def _level(self) -> Level:
-        """Return how much is left, whatever was published."""
+        """Return the level of the present charge, which may differ from the last published one."""
         battery, now = self.battery, self._env.now
         charge = battery.charge(now)
         return next((level for level in reversed(Level) if charge <= self._upper_end(level)), Level.GOOD)

@@ -263,7 +263,7 @@ class Robot(MobileBase):
     # --- items ----------------------------------------------------------------------------------------------------
 
     def release_all(self) -> None:
-        """Lay down all that its components hold where it is."""
+        """Put down all items that its components hold where it is."""
         for item in self.held:
             self.lose(item)
             self.put(item, self.pose().point)

@@ -247,7 +247,7 @@ class MobileBase:
 
     @property
     def distance_remaining(self) -> float:
-        """What is left of the route that it drives; 0 when it stands."""
+        """The remaining length of the route that it drives; 0 when it stands."""
         return self.progress().length
 
     def distance_to(self, point: Point) -> float:
@@ -300,7 +300,7 @@ class MobileBase:
         """
         self._check_enabled()
         if self._state.yields and route.goal is not None:
-            # The other vehicle counts on the place that it leaves; the route is planned anew from where it yields.
+            # The other vehicle counts on the place that it leaves; the route is planned again from where it yields.
             self._enter(VehicleEvent.REDIRECT)
             self._begin_trip(route, final_yaw)
             self._arrived = Event(self._env)
@@ -316,7 +316,7 @@ class MobileBase:
             self._happened.publish_untraced(lambda: turned.event(self.name))
 
     def perform(self, driven: Drive) -> Generator[Any, Any, None]:
-        """Carry out a motion that begins here, whatever is in its way; an interrupt stops it where it is.
+        """Carry out a motion that begins here, without regard to obstacles; an interrupt stops it where it is.
 
         Raises:
             GoalAborted: It is disabled.

@@ -100,7 +100,7 @@ def has_tags(tags: Collection[str], wanted: TagsFilter) -> bool:
 
 
 def matching(simulator: Simulator, filters: EntityFilters) -> list[Robot | Item | Fixture] | Result:
-    """Return the entities that pass all filters, or what is wrong with the filters."""
+    """Return the entities that pass all filters, or the error of a filter."""
     categories = {one.category for one in filters.categories}
     found = []
     try:

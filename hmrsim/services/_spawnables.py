@@ -37,7 +37,7 @@ class Kind:
 
 
 def kinds(world: World) -> Iterator[Kind]:
-    """Yield all that can be spawned in a world: its robots' types, those built in, and items such as it has."""
+    """Yield the spawnables of a world: its robots' types, those built in, and items such as it has."""
     for name, kind in (
         world.robot_types | {k: v for k, v in BUILT_IN_TYPES.items() if k not in world.robot_types}
     ).items():

@@ -25,7 +25,7 @@ _Response = LoadWorld.Response
 
 
 def _recorded(_simulator: Simulator, request: LoadWorld.Request) -> LoadWorld.Request | LoadWorld.Response:
-    """Return the request with the world itself in it, or say at once what is wrong with the world."""
+    """Return the request with the world itself in it, or at once the response with the world's problems."""
     if not request.uri and not request.resource_string:
         why = "neither uri nor resource_string is given; expected a file, the name of a shipped world, or its text"
         return _Response(result=failed(why, _Response.NO_RESOURCE))

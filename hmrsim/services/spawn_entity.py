@@ -22,7 +22,7 @@ _Response = SpawnEntity.Response
 
 
 class _CanNotSpawn(ValueError):
-    """What is asked for can't be spawned.
+    """The requested entity can't be spawned.
 
     Attributes:
         code: Why not, for programs.
@@ -55,7 +55,7 @@ def _serve(simulator: Simulator, request: SpawnEntity.Request) -> SpawnEntity.Re
 
 
 def _kind(simulator: Simulator, request: SpawnEntity.Request) -> Kind:
-    """Return what is to be spawned.
+    """Return the spawnable that is requested.
 
     Raises:
         _CanNotSpawn: Nothing that there is.

@@ -1,4 +1,4 @@
-"""Options of a command line from settings, and settings from what was given there."""
+"""Options of a command line from settings, and settings from its arguments."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def read_settings(args: argparse.Namespace, model: type[M], below: Mapping[str, 
     """Return the settings that a command line and the environment give, with defaults for others.
 
     Args:
-        args: What was given.
+        args: The parsed arguments.
         model: The settings.
         below: Settings, of this and other models, that come before the defaults.
     """
@@ -66,7 +66,7 @@ def read_settings(args: argparse.Namespace, model: type[M], below: Mapping[str, 
 
 
 def _argument(setting: Setting) -> dict[str, Any]:
-    """Return what `add_argument` is given for a setting. Without a default: only what is given is in the result."""
+    """Return the parameters of `add_argument` for a setting; without a default, so that only given options are set."""
     option, kind = setting.option, setting.kind
     common: dict[str, Any] = {"default": argparse.SUPPRESS, "help": help_of(setting)}
     if kind.type is bool:

@@ -53,7 +53,7 @@ def read_file(path: Path, models: tuple[type, ...]) -> dict[str, Any]:
 
 
 def _validated(data: dict[str, Any], model: type[BaseModel]) -> tuple[dict[str, Any], list[Finding]]:
-    """Return the settings that a mapping has, and what is wrong with it."""
+    """Return the settings of a mapping, and its errors."""
     try:
         settings = model.model_validate(data)
     except ValidationError as error:

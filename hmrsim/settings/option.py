@@ -31,7 +31,7 @@ class Option:
     Attributes:
         help: What it is, without its default; begins in lower case.
         metavar: What stands for its value in ``--help``.
-        unit: Of its value; empty for what has none.
+        unit: Of its value; empty for none.
         group: The heading of ``--help`` below which it stands; empty for the command's own options.
         default_text: What ``--help`` says of the default; None for the default itself.
         more_than: Numbers have to be greater.
@@ -173,7 +173,7 @@ class Setting:
 
 @cache
 def hints(model: type) -> Mapping[str, Any]:
-    """Return the types of a model's fields, with what is said of them."""
+    """Return the types of a model's fields, with their annotations."""
     return types.MappingProxyType(get_type_hints(model, include_extras=True))
 
 

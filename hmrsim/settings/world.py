@@ -1,4 +1,4 @@
-"""The settings that say how a world file is read, and what is added to it."""
+"""The settings for reading a world file, and for additions to it."""
 
 from __future__ import annotations
 

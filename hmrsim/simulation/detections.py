@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hmrsim.simulation.entities import Roster
 
 _SAME_YAW = 0.1
-"""What turns by no more radians is not told anew."""
+"""Radians; an entity that turns by less is not published again."""
 
 
 class Thing(NamedTuple):
@@ -53,7 +53,7 @@ class Seen(NamedTuple):
 
 
 class Surroundings:
-    """All that may be seen at one instant, in order of x, so that most of it need not be looked at.
+    """The detectable entities at one instant, in order of x, so that a sensor checks a few of them only.
 
     Args:
         roster: The robots and the items.
@@ -138,7 +138,7 @@ class Detections:
             yield self.message(robot, seen)
 
     def forget(self) -> None:
-        """Tell everything anew to who comes to listen next."""
+        """Publish all detections again to the next subscriber."""
         self._told.clear()
 
 

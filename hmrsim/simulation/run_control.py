@@ -27,9 +27,9 @@ class Gate:
     """Limits how far time may advance.
 
     Args:
-        env: Whose time.
+        env: The environment whose time it controls.
         step_size: Simulated seconds of one step; whole nanoseconds, at least one.
-        hindrance: Returns why time does not move, whatever the gate says; empty if it does.
+        hindrance: Returns why time does not move although the gate is open; empty if it moves.
 
     Attributes:
         limit: Up to this time; infinite while the simulation plays.
@@ -39,7 +39,7 @@ class Gate:
         name: The world's, where a robot has its name.
         components: None; likewise.
         disabled: Always empty; likewise.
-        hindrance: Returns why time does not move, whatever the gate says; empty if it does.
+        hindrance: Returns why time does not move although the gate is open; empty if it moves.
     """
 
     name: Final = WORLD

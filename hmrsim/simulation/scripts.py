@@ -97,7 +97,7 @@ class Scripts:
             env.process(self._run(script))
 
     def end(self) -> None:
-        """Go no further with any script, whatever it waits for."""
+        """Stop all scripts, also those that wait."""
         self._submit = lambda _command: None
 
     @property

@@ -82,7 +82,7 @@ class Service(Protocol):
 
     @property
     def recorded(self) -> Callable[[Any, Any], Any]:
-        """Returns a request that needs nothing from outside, or the answer at once."""
+        """Return a request that needs no file or network any more, or the answer at once."""
 
 
 class Simulator:
@@ -91,11 +91,11 @@ class Simulator:
     Args:
         world: What to run; its names must have been checked, as `load_world` does.
         settings: How to run it.
-        sinks: Where events go, in this order; what is so from the beginning is no event.
+        sinks: Where events go, in this order; the initial state is no event.
         watchers: Makes further sinks, of the simulator; called when all else is made.
-        actions: What robots can be asked, by name; all that are installed if None.
-        services: What the world can be asked, by name; `hmrsim.services.registry` returns all that are installed.
-        hindrance: Returns why time can't move, whatever `gate` says; empty if it can.
+        actions: The actions of robots, by name; all that are installed if None.
+        services: The services of the world, by name; `hmrsim.services.registry` returns all that are installed.
+        hindrance: Returns why time can't move, even if `gate` is open; empty if it can.
 
     Attributes:
         world: What runs.
@@ -106,7 +106,7 @@ class Simulator:
         plans: The open requests to an external planner.
         fault_injector: Its faults.
         detections: What its robots' sensors see.
-        readings: The latest of what is published.
+        readings: The latest message of each topic.
         scripts: What its robots do by themselves.
         taken: Events processed since the start. It depends on neither subscribers nor clocks, so that
             (number of events, command) says exactly when a command came.
@@ -183,7 +183,7 @@ class Simulator:
 
     @property
     def robots(self) -> dict[str, Robot]:
-        """All robots, by name; what is returned stays as it is, also when robots come or go."""
+        """All robots, by name; the returned mapping does not change when robots are spawned or deleted."""
         return self.roster.robots
 
     @property
@@ -205,7 +205,7 @@ class Simulator:
             self._sinks.append(self.scripts)
 
     def submit(self, command: Command, by: str = "") -> None:
-        """Apply a command from outside at this instant; what comes of it goes to the sinks, now or later.
+        """Apply a command from outside at this instant; its outputs go to the sinks, now or later.
 
         Args:
             command: What to do.
@@ -223,7 +223,7 @@ class Simulator:
         for sink in self._command_sinks:
             sink.commanded(command, by, self.moment)
         self._apply(command)
-        # What is asked for while time stands begins all the same.
+        # Goals that are sent while time stands start all the same.
         while self.paused and isinstance(command, _BEGINNING) and self.take(self.now, _BATCH):
             pass
 
@@ -320,10 +320,10 @@ class Simulator:
         """End the faults of a robot that is about to be removed."""
         self.fault_injector.end_all_on(robot)
 
-    # --- beginning anew -------------------------------------------------------------------------------------------
+    # --- reset ----------------------------------------------------------------------------------------------------
 
     def replace_world(self, world: World) -> None:
-        """Have another world in place of this one; all that goes on in this one has to have ended."""
+        """Replace the world; all goals and processes of the present one must have ended."""
         self.world = world
         self.graph = WaypointGraph(world)
         self.dispatcher.servers.reseed(self.seed)
@@ -369,7 +369,7 @@ class Simulator:
             self._emit(self.readings.clock())
 
     def take(self, until: float, most: int, *, idle: bool = True) -> bool:
-        """Take some of what is due at *until* or before, events and samples; at one instant events come first.
+        """Process some events and samples that are due at *until* or before; at one instant events come first.
 
         Args:
             until: In simulated seconds.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def scene(simulator: Simulator) -> dict[str, Any]:
-    """Return what is there, in plain values of JSON; what does not change is in the world itself.
+    """Return the present state, in plain values of JSON; constant data is in the world itself.
 
     Points and poses are in the world's unit, in the frame ``map``; yaws in radians.
     """
@@ -88,7 +88,7 @@ def _robot(robot: Robot) -> dict[str, Any]:
 
 
 def _goals(kept: list[ServedGoal]) -> list[dict[str, Any]]:
-    """Return the last goal that ended, with its result, and those that run, with what was asked for."""
+    """Return the last goal that ended, with its result, and the active goals, with their messages."""
     kept.sort(key=attrgetter("stamp"))
     ended = [goal for goal in kept if goal.status.terminal]
     return [

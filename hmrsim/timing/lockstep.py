@@ -64,7 +64,7 @@ class LockstepCoordinator:
         self._events: list[tuple[str, int, GoalChanged | FeedbackSent]] = []
         self._withheld: list[GoalChanged] = []
 
-    # --- who takes part -------------------------------------------------------------------------------------------
+    # --- participants ---------------------------------------------------------------------------------------------
 
     @property
     def participants(self) -> tuple[str, ...]:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 PLANNER: Final = "_planner"
-"""Stands among those whom time waits for, in lockstep, while a planner outside has not answered."""
+"""Listed among the participants that time waits for, in lockstep, while an external planner has not answered."""
 
 _EVENTS_BETWEEN_POLLS = 16
 """Events that are taken between two looks into the inbox: a look costs little, an event a microsecond or more."""
@@ -146,7 +146,7 @@ class Pacing:
 
     @property
     def hindrance(self) -> str:
-        """Why time can't move, whatever is asked of the simulator; empty if it can."""
+        """Why time can't move, even if the simulator is asked to; empty if it can."""
         if self.clock == LOCKSTEP and not self.lockstep.participants:
             return "nobody takes part in lockstep, so that time stands; let somebody join, or set the clock to realtime"
         return ""
@@ -239,7 +239,7 @@ class Pacing:
         """Let it be the time at which the run ends."""
         simulator = self._simulator
         if self._anchor is not None and not simulator.paused:
-            # Whatever ends now ends at this time, not at that of the event before.
+            # A goal that ends now ends at this time, not at that of the event before.
             target = min((wall_time() - self._anchor) * self.real_time_factor, self._duration)
             if simulator.next_due > target:
                 simulator.advance(max(target, simulator.now))

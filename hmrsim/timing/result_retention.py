@@ -37,6 +37,6 @@ class Retention:
         return False
 
     def apply(self, simulator: Simulator) -> None:
-        """Submit the commands that drop what is out of date."""
+        """Submit the commands that drop expired results."""
         while self._ended and self._ended[0][0] <= wall_time():
             simulator.submit(self._ended.popleft()[1])

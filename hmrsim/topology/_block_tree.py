@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 Stretches = tuple[range, ...]
-"""Positions in the walk along the forest, which say what is on one side of something."""
+"""Positions in the walk along the forest, which stand for one side of a vertex or edge."""
 
 
 class BlockTree(Generic[T]):
@@ -89,7 +89,7 @@ class BlockTree(Generic[T]):
         return parent, walk
 
     def sides(self, cut: T) -> list[Stretches]:
-        """Return what is on each side of a vertex, without it."""
+        """Return the parts on each side of a vertex, without it."""
         number = self._number[cut]
         return [self._beyond(number, block) for block in self._neighbours[number]]
 
@@ -108,7 +108,7 @@ class BlockTree(Generic[T]):
         return [name for part in stretches for name in self._names[before[part.start] : before[part.stop]]]
 
     def _beyond(self, number: int, other: int) -> Stretches:
-        """Return what is on the side of *other*, a neighbour, when *number* is taken away."""
+        """Return the part on the side of *other*, a neighbour, when *number* is removed."""
         if self._parent[other] == number:
             return (self._below(other),)
         root, below = self._below(self._root[number]), self._below(number)

@@ -30,7 +30,7 @@ _Vertex: TypeAlias = "str | _Lift"
 
 @dataclass(frozen=True)
 class Side:
-    """What is on one side of a bottleneck.
+    """One side of a bottleneck.
 
     Attributes:
         waypoints: How many there are.
@@ -48,7 +48,7 @@ class Bottleneck:
     Attributes:
         kind: What it is.
         name: Of the waypoint or the lift; of the waypoints at both ends of a lane.
-        sides: What is apart then, without a waypoint that is the bottleneck itself; the largest first.
+        sides: The separated parts, without a waypoint that is the bottleneck itself; the largest first.
     """
 
     kind: Literal["waypoint", "lane", "lift"]
@@ -58,7 +58,7 @@ class Bottleneck:
 
 @dataclass(frozen=True)
 class Bottlenecks:
-    """All that take the graph apart.
+    """All bottlenecks of the graph.
 
     Attributes:
         worst: Those that separate most pairs of places, and then of waypoints, first; `MAX_LISTED` at most.

@@ -24,7 +24,7 @@ class Reach:
 
 
 def parts(graph: nx.DiGraph[str]) -> list[int]:
-    """Return how many waypoints there are in each part that lanes connect, whatever their direction; the largest first.
+    """Return how many waypoints there are in each part that lanes connect in any direction; the largest first.
 
     Closed lanes count: the parts are those of the map as it is drawn.
     """

@@ -195,7 +195,7 @@ class _Replay:
             simulator.pass_to(at / NANOSECONDS)
 
     def _repeat(self, line: _Line, number: int) -> None:
-        """Do what the trace says was done from outside."""
+        """Submit the commands of the trace."""
         if line.kind == "end":
             self._trace.close(self._simulator.moment)
             return

@@ -119,7 +119,7 @@ class Trace:
         }
 
     def flush(self) -> None:
-        """Write what has not been written yet."""
+        """Write the buffered lines."""
         if self._lines:
             lines, self._lines = self._lines, []
             lines.append("")

@@ -54,7 +54,7 @@ class Barrier(Protocol):
 
 
 class Passage:
-    """The lanes of one world, and what is on them.
+    """The lanes of one world, and the vehicles and obstructions on them.
 
     Args:
         env: The simulation's clock and events.

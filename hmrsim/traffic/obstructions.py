@@ -47,7 +47,7 @@ class Obstructions:
         return cause in self._points
 
     def let_drive(self, leg: Leg, causes: Collection[str]) -> bool:
-        """Return whether a leg on a lane that is closed for these causes ends before all that is in the way there."""
+        """Return whether a leg on a lane that is closed for these causes ends before all obstructions there."""
         return all(cause in self._points and not _passes(leg, self._points[cause]) for cause in causes)
 
     def up_to(

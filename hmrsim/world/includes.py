@@ -30,7 +30,7 @@ _PICTURES = (".png", ".jpg", ".jpeg", ".pdf", ".webp")
 
 
 def read_document(path: Path, file: str, options: ReadOptions = AS_IT_IS) -> Document:
-    """Return what a file brings, whatever its format.
+    """Return the document of a file of any format.
 
     Args:
         path: The file.
@@ -51,10 +51,10 @@ def read_document(path: Path, file: str, options: ReadOptions = AS_IT_IS) -> Doc
 
 
 def read_all(path: Path, file: str, options: ReadOptions = AS_IT_IS) -> Merged:
-    """Return a file with all that it includes.
+    """Return a file with all files that it includes.
 
     Raises:
-        WorldError: The file itself can't be read; what is wrong with the others is in the result.
+        WorldError: The file itself can't be read; the problems of the others are in the result.
     """
     merged = Merged(Source(file, read_document(path, file, options)))
     reader = _Includes(merged, options, {_real(path)}, [merged.root.document])
@@ -130,7 +130,7 @@ def _told_by(source: Source, number: int, problem: Problem) -> Problem:
 
 
 def _target(name: object, above: tuple[Path, ...], seen: set[Path]) -> Path | str:
-    """Return the file that is meant, or what is wrong with it."""
+    """Return the file to include, or the error."""
     if not isinstance(name, str):
         return f"expected the name of a file, got {shown(name)}"
     folder = above[-1].parent

@@ -41,8 +41,8 @@ class Merged:
     Attributes:
         root: The file that the others are added to.
         data: The top-level keys of a world.
-        problems: What was wrong with the files themselves.
-        complete: Whether all files could be read, so that what is missing is really missing.
+        problems: The problems of the files themselves.
+        complete: Whether all files could be read, so that a missing name is an error.
     """
 
     root: Source
@@ -65,7 +65,7 @@ class Merged:
         return self._owners.get(path[:2]) or self._owners.get(path[:1]) or (self.root, ())
 
     def add(self, source: Source) -> None:
-        """Unite maps and join lists; of everything else, what is there already stays."""
+        """Merge mappings and concatenate lists; an existing value of another kind is kept."""
         self.problems += [source.problem(finding) for finding in source.document.findings]
         for key, value in source.document.data.items():
             if key == "include":

@@ -31,7 +31,7 @@ ROS_NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
 """A ROS name that does not begin with an underscore: those are the simulator's own."""
 
 CHARGER = "charger"
-"""The type of docks that charge batteries, whatever their power."""
+"""The type of docks that charge batteries, of any power."""
 
 PIXEL_SPEED = 300.0
 """Speed of a robot that has none in a world in pixels, px/s: the original's 5 px a frame at 60 frames."""
@@ -374,7 +374,7 @@ class World(Model):
     def graph(self) -> nx.DiGraph[str]:
         """The ways of robots for networkx: waypoints as nodes, each lane as an edge for each direction it is driven in.
 
-        It is as the file says, whatever happens later, and frozen; take a ``copy()`` to change it. networkx is
+        It is the graph of the file, without later changes, and frozen; take a ``copy()`` to change it. networkx is
         imported when the graph is asked for. Lengths are in the world's unit, durations in seconds.
 
         Graph attributes: ``name``; ``units``; ``speed``, the one that costs are for: that of a robot without one.

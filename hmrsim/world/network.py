@@ -115,7 +115,7 @@ def levels(waypoints: Iterable[str], ways: Iterable[Way], lifts: Mapping[str, tu
 
 
 def _spread(joined: dict[str, int], beside: Mapping[str, list[str]], stop: str, level: int) -> None:
-    """Give a level to a stop, and to all that lanes connect with it; what has one keeps it."""
+    """Give a level to a stop and to the waypoints connected to it by lanes; a waypoint that has one keeps it."""
     reached = [stop]
     while reached:
         here = reached.pop()

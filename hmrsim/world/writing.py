@@ -29,7 +29,7 @@ def native_data(world: World) -> dict[str, Any]:
     data: dict[str, Any] = {"name": world.name, "units": world.units}
     data |= world.model_dump(mode="json", by_alias=True, exclude_defaults=True)
     for name, robot in world.robots.items():
-        # Whatever is said of a robot's base comes before its type's, though it be the default.
+        # A setting of a robot's base overrides its type's, even with the default value.
         if said := robot.base.model_dump(mode="json", exclude_unset=True):
             data["robots"][name]["base"] = said
     for key, field in (("robots", "yaw"), ("items", "weight")):
@@ -88,7 +88,7 @@ def _section(value: Any) -> str:
 
 
 def _block(value: dict[str, Any] | list[Any], pad: str) -> Iterator[str]:
-    """Yield the lines of what is in a mapping or list."""
+    """Yield the lines of the values of a mapping or list."""
     for head, part in _entries(value, pad):
         text = f"{head} {_flow(part)}"
         if len(text) <= _WIDTH or not isinstance(part, (dict, list)):

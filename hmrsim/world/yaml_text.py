@@ -30,7 +30,7 @@ _TAG = "tag:yaml.org,2002:"
 _MERGE = "<<"
 
 Lines: TypeAlias = "int | tuple[int, dict[str, Lines] | list[Lines]]"
-"""The line of a value; of a mapping or list, also those of what is in it."""
+"""The line of a value; of a mapping or list, also those of its values."""
 
 
 class Unreadable(Exception):

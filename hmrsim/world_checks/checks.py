@@ -51,7 +51,7 @@ def check(world: World, lost: Lost | None = None) -> list[Finding]:
 
     Args:
         world: The world, includes merged.
-        lost: What was left out of it; nothing is said about what could only follow from that.
+        lost: The parts that were left out of it; errors that only follow from these are not reported.
     """
     lost = lost or Lost()
     checks = (
@@ -136,7 +136,7 @@ def _check_inside(world: World) -> Iterator[Finding]:
 
 
 def _point(world: World, at: Point | str, path: Path, lost: Lost) -> Point | Finding | None:
-    """Return where *at* is, what is wrong with it, or nothing if that can't be said."""
+    """Return where *at* is, or its error, or nothing if neither is known."""
     try:
         return world.point(at)
     except KeyError:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def check_docks(world: World, lost: Lost) -> Iterator[Finding]:
-    """Yield what is wrong or odd with the docks of a world."""
+    """Yield the errors and warnings of the docks of a world."""
     ways = None if lost else _Ways(world)
     for name, dock in world.docks.items():
         path: Path = ("docks", name, "at")
@@ -55,7 +55,7 @@ def _check_names(world: World, name: str, dock: Dock, lost: Lost) -> Iterator[Fi
 
 
 class _Ways:
-    """Which points are joined by lanes, whatever their direction, or by a straight line that nothing blocks.
+    """Points that are joined by lanes in any direction, or by a straight line that nothing blocks.
 
     Args:
         world: Where they are; its names must be right, or what is not is left out.

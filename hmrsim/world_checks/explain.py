@@ -64,11 +64,11 @@ _PHRASES: dict[str, Callable[[Mapping[str, Any], object], str]] = {
 
 
 def explain(error: ValidationError, data: object, model: type[BaseModel] | None = None) -> list[Finding]:
-    """Return what is wrong with *data*, one finding a field, of hopeless data the first.
+    """Return the errors of *data*, one finding a field; of hopeless data the first.
 
     Args:
         error: What pydantic says.
-        data: What was validated.
+        data: The validated data.
         model: What it was validated as, if that is no world.
     """
     found: dict[Path, Finding] = {}

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def check_fixtures(world: World, lost: Lost) -> Iterator[Finding]:
-    """Yield what is wrong or odd with the doors and lifts of a world."""
+    """Yield the errors and warnings of the doors and lifts of a world."""
     yield from _check_names(world)
     for name, door in world.doors.items():
         yield from _check_door(world, name, door, lost)
@@ -63,7 +63,7 @@ def _check_door(world: World, name: str, door: Door, lost: Lost) -> Iterator[Fin
 
 
 def _check_standing(world: World, name: str, door: Door) -> Iterator[Finding]:
-    """Yield who is to begin in a closed door."""
+    """Yield an error for each robot that starts in a closed door."""
     for other, robot in world.robots.items():
         try:
             at = world.point(robot.at)

@@ -41,7 +41,7 @@ class There:
 
 
 def check_faults(world: World, lost: Lost) -> Iterator[Finding]:
-    """Yield what is wrong with the faults of a world."""
+    """Yield the errors of the faults of a world."""
     there = _there(world)
     names: dict[str, int] = {}
     for i, fault in enumerate(world.faults):
@@ -59,7 +59,7 @@ def check_faults(world: World, lost: Lost) -> Iterator[Finding]:
 
 
 def read_fault(name: str, values: Mapping[str, Any]) -> tuple[AnyFault, Occurrence] | list[Finding]:
-    """Return a kind of fault and the settings that plain values stand for, or what is wrong with them."""
+    """Return a kind of fault and its settings, read from plain values, or their errors."""
     fault = registry().get(name)
     if fault is None:
         return [Finding(("type",), f"no fault type {name!r}{instead(name, registry())}", name)]
@@ -117,7 +117,7 @@ def _check_cell(settings: Occurrence, cells: int | None) -> Iterator[Finding]:
 
 
 def _may_be_lost(flaw: Finding, settings: Occurrence, lost: Lost) -> bool:
-    """Return whether what is missing may be there but for another mistake."""
+    """Return whether a missing name may be missing because of another error."""
     if flaw.path == ("lane",):
         return lost.has("", "lanes") or any(lost.has(name, "waypoints") for name in getattr(settings, "lane", ()))
     return lost.has(settings.subject, "robots", "doors") or bool(lost and flaw.path in (("robot",), ("sensor",)))

@@ -21,7 +21,7 @@ _MAX_COMPARISONS = 5_000_000
 
 
 def check_lanes(world: World, lost: Lost) -> Iterator[Finding]:
-    """Yield what is wrong or odd with the lanes of a world."""
+    """Yield the errors and warnings of the lanes of a world."""
     good: list[int] = []
     driven: dict[tuple[str, str], int] = {}
     for i, lane in enumerate(world.lanes):

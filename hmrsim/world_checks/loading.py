@@ -48,7 +48,7 @@ def load_world(
     add_items: Sequence[str] = (),
     options: ReadOptions = AS_IT_IS,
 ) -> LoadedWorld:
-    """Read a world with all that it includes, and check it.
+    """Read a world with the files that it includes, and check it.
 
     Args:
         source: A file of any format, or the bare name of a shipped world.

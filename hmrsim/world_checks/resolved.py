@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def shown(world: World) -> dict[str, Any]:
-    """Return all that a program needs which shows a simulation of a world, but for what changes in it.
+    """Return the constant data that a program needs to show a simulation of a world.
 
     That is the world itself, `resolved`; the forms of what may be asked of it, the JSON Schemas of what people
     fill in for each action and for each fault, by name; and the templates of events by kind, `hmrsim.events.texts`.

@@ -19,7 +19,7 @@ _NAMED = frozenset(("waypoints", "places", "docks", "items", "robot_types"))
 
 
 def check_scripts(world: World, lost: Lost) -> Iterator[Finding]:
-    """Yield what is wrong with the scripts; nothing that could follow from what was left out of the world."""
+    """Yield the errors of the scripts, without those that may follow from parts left out of the world."""
     if not _NAMED.isdisjoint(lost.names):
         return
     for name, robot in world.robots.items():

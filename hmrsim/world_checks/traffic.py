@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def check_traffic(world: World) -> Iterator[Finding]:
-    """Yield what is wrong with the traffic of a world."""
+    """Yield the errors of the traffic of a world."""
     policy = policies().get(world.traffic.policy)
     if policy is None:
         message = f"no traffic policy {world.traffic.policy!r}{instead(world.traffic.policy, policies())}"

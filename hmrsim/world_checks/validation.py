@@ -51,9 +51,9 @@ class Validated:
     """What could be understood.
 
     Attributes:
-        world: The world without what was wrong; None when nothing was left.
-        findings: What was wrong, with paths in the file.
-        lost: What was left out.
+        world: The world without the parts with errors; None when nothing was left.
+        findings: The errors, with paths in the file.
+        lost: The parts that were left out.
         kept: By top-level list, the index in the file of each item that is left; absent when all are.
     """
 
@@ -68,7 +68,7 @@ class Validated:
 
 
 def validate(data: dict[str, Any]) -> Validated:
-    """Return the world that *data* describes, leaving out whatever is wrong with it, and what that was."""
+    """Return the world that *data* describes without the parts with errors, and the errors."""
     dead: _Dead = {}
     findings: list[Finding] = []
     world = None
@@ -93,7 +93,7 @@ def validate(data: dict[str, Any]) -> Validated:
 
 
 def _original(path: Path, kept: Mapping[str, tuple[int, ...]]) -> Path:
-    """Return the path in the file of a path in what is left of it."""
+    """Return the path in the file of a path in the remaining data."""
     if len(path) > 1 and path[0] in kept and isinstance(path[1], int):
         return (path[0], kept[str(path[0])][path[1]], *path[2:])
     return path

@@ -57,7 +57,7 @@ class Rules(Protocol):
         """Give a vehicle that stands these slots, also full ones, and release all others that it holds."""
 
     def leave(self, robot: Vehicle) -> None:
-        """Release all that a vehicle holds."""
+        """Release all slots of a vehicle."""
 
     def forget(self, robot: Vehicle, leg: Leg) -> None:
         """Let a vehicle wait for a leg no longer."""

@@ -22,7 +22,7 @@ class Slots:
 
     Args:
         capacities: Of each slot, how many vehicles may hold it at once.
-        freed: Called with the vehicles that wait for what has just become free.
+        freed: Called with the vehicles that wait for slots that have just become free.
     """
 
     def __init__(self, capacities: Sequence[float], freed: Callable[[Sequence[Vehicle]], None]) -> None:
@@ -136,7 +136,7 @@ class Slots:
                 self._freed([*waiting])
 
     def leave(self, robot: Vehicle) -> None:
-        """Release all that a vehicle holds."""
+        """Release all slots of a vehicle."""
         held = self._held.pop(robot, ())
         self._leave_spot(robot)
         for slot in held:

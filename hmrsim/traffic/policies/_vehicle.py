@@ -115,7 +115,7 @@ class Wait:
         robot: The vehicle.
         leg: The leg that it is to drive.
         since: When it began to wait, in simulated seconds.
-        why: What is in its way, in words; empty where that is other vehicles.
+        why: What blocks it, in words; empty where that is other vehicles.
     """
 
     robot: Vehicle

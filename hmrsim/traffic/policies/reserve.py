@@ -174,7 +174,7 @@ class Exit(NamedTuple):
 
 
 def exits(admission: AdmissionControl, slots: Slots, robot: Vehicle) -> list[Exit]:
-    """Return the open lanes that begin where a vehicle stands, or what is left of the one on which it stands."""
+    """Return the open lanes that begin where a vehicle stands, or the rest of the one on which it stands."""
     lanes = admission.graph.lanes
     found = []
     for slot in slots.held(robot):

@@ -24,10 +24,10 @@ class Document:
     """What a file brings.
 
     Attributes:
-        data: The top-level keys of a world, as in a native file; what is wrong with them is found later.
+        data: The top-level keys of a world, as in a native file; they are validated later.
         line: Tells the line of a path in *data*, as near as it is known.
         findings: What the reader itself found wrong or odd.
-        complete: Whether all that the file names is in *data*, so that what is missing is really missing.
+        complete: Whether all names of the file are in *data*, so that a missing name is an error.
         pages: The names of its pages, levels or layouts; none of a file that has no such thing.
         robots: What its robots are called there, before anything is renamed; none where they can't be.
         grid: Whether it is a grid, whose cells have neighbours.
@@ -69,7 +69,7 @@ def registry() -> dict[str, Format]:
 
 
 def choose(name: str, text: str) -> Format | None:
-    """Return the format of a file, by the end of its *name* and by what is in it; None for none.
+    """Return the format of a file, by the end of its *name* and by its content; None for none.
 
     The suffix is a hint only: what the text looks like decides, and the suffix decides between two that fit.
     A general format is that of files that look like no other.

@@ -72,7 +72,7 @@ class Cell:
     Attributes:
         id: By which lines and groups refer to it.
         kind: The ``type`` of an object, "" for one without; None for a bare cell.
-        label: What is written on it, HTML perhaps.
+        label: Its text, which may be HTML.
         attributes: Those of the object.
         own: Those of the ``mxCell``.
         style: Keys and values; a word alone has the value "".

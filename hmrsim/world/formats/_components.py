@@ -102,7 +102,7 @@ def script(attributes: Mapping[str, str]) -> list[str]:
 
 
 def odd(attributes: Mapping[str, str]) -> Iterator[str]:
-    """Yield what is said of a robot and left out: components that we don't know."""
+    """Yield the settings of a robot that are left out: unknown components."""
     for key in attributes:
         if key.startswith("component_") and key not in {_CLAW, _BATTERY, _SCRIPT}:
             yield f"{key} is not known here and left out"

@@ -30,7 +30,7 @@ class Drawing:
         cells: All cells, in the order of the page.
         by_id: Those that have an id.
         options: How to read it.
-        findings: What is wrong or odd.
+        findings: Errors and warnings.
         lines: The lines of cells, by the path of what they became.
         walls: The solids, as in a world file.
         places: The named points, likewise.
@@ -75,12 +75,12 @@ class Drawing:
         return None
 
     def complain(self, cell: Cell, message: str, value: object = None) -> None:
-        """Remember what is wrong with a cell."""
+        """Record an error of a cell."""
         cell.failed = True
         self.findings.append(Finding((cell.title,), message, value, line=cell.line))
 
     def warn(self, cell: Cell, message: str, value: object = None) -> None:
-        """Remember what is odd about a cell."""
+        """Record a warning about a cell."""
         self.findings.append(Finding((cell.title,), message, value, "warning", cell.line))
 
     def attempt(self, cell: Cell, read: Callable[[], _Value]) -> _Value | None:

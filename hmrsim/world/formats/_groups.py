@@ -28,7 +28,7 @@ def place(cells: Iterable[Cell], by_id: Mapping[str, Cell], complain: _Complain)
     Args:
         cells: The cells of a page.
         by_id: The same, by id.
-        complain: Takes a cell that can't be placed, why, and the value; what is in it fails without a word.
+        complain: Called with a cell that can't be placed, the reason, and the value; not called for its children.
     """
     placed: set[str] = set()
     for cell in cells:

@@ -33,7 +33,7 @@ class Layout:
     Attributes:
         name: Its name.
         level: The level that it is on.
-        part: What is in it.
+        part: Its values.
     """
 
     name: str

@@ -83,7 +83,7 @@ def _model(diagram: Element) -> Element:
 
 
 def _unpack(diagram: Element) -> Element:
-    """Return what is in a compressed diagram: base64 of deflate of percent-encoded XML."""
+    """Return the content of a compressed diagram: base64 of deflate of percent-encoded XML."""
     packed = "".join(diagram.text.split())
     if not packed:
         raise XmlError("has an empty <diagram>", diagram.line)

@@ -63,7 +63,7 @@ class Part:
         return part
 
     def entries(self) -> Iterator[tuple[str, Part]]:
-        """Yield what is in a mapping.
+        """Yield the values of a mapping.
 
         Raises:
             BadPart: This is none.
@@ -74,7 +74,7 @@ class Part:
             yield name, Part(value, (*self.path, name))
 
     def parts(self, key: str) -> list[Part]:
-        """Return what is in the list that is a part of this mapping; nothing if there is none.
+        """Return the values of a list in this mapping; none if there is no such list.
 
         Raises:
             BadPart: This is no mapping, or that is no list. An empty mapping is an empty list: some write so.
@@ -83,7 +83,7 @@ class Part:
         return part.all() if part is not None and part.value != {} else []
 
     def all(self) -> list[Part]:
-        """Return what is in a list.
+        """Return the values of a list.
 
         Raises:
             BadPart: This is none.

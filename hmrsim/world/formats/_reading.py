@@ -74,12 +74,12 @@ class Reading:
             self._findings.append(Finding(part.path, message, part.value, severity, self._line_of(part.path)))
 
     def leave_out(self, what: str, part: Part, count: int = 1, *, done: str = "left out") -> None:
-        """Remember that a world has nothing like a part of the file, and what was done about it; told once for all."""
+        """Record a part of the file that worlds do not have, and how it was handled; reported once for each kind."""
         first, before = self._left.get((what, done), (part, 0))
         self._left[what, done] = (first, before + count)
 
     def attempt(self, read: Callable[[], _Value | None]) -> _Value | None:
-        """Return what *read* reads; if that fails remember why."""
+        """Return the value that *read* reads; if that fails record the error."""
         try:
             return read()
         except BadPart as error:
@@ -87,7 +87,7 @@ class Reading:
             return None
 
     def document(self, data: dict[str, Any], *, pages: tuple[str, ...] = (), robots: tuple[str, ...] = ()) -> Document:
-        """Return what the file brings."""
+        """Return the document of the file."""
         for (what, done), (part, count) in self._left.items():
             self._find(part, f"{what}: {count} {done}", "warning")
         return Document(data, self.line, tuple(self._findings), not self.failed, pages, robots)

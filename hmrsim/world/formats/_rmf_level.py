@@ -27,7 +27,7 @@ class _Described:
 
     Attributes:
         part: What it is from.
-        parameters: What is said of it.
+        parameters: Its parameters.
     """
 
     part: Part
@@ -57,7 +57,7 @@ class Vertex(_Described):
 
 @dataclass(frozen=True)
 class Line(_Described):
-    """What is between two vertices: a lane, a wall, a door or a measurement.
+    """An edge between two vertices: a lane, a wall, a door or a measurement.
 
     Attributes:
         ends: The indices of the vertices.
@@ -117,7 +117,7 @@ def read_level(reading: Reading, name: str, part: Part, *, down: bool) -> Level:
     Args:
         reading: The file.
         name: Its name.
-        part: What is said of it.
+        part: Its values.
         down: Whether y points down.
     """
     if not isinstance(part.value, dict):

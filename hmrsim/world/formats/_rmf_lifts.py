@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hmrsim.world.formats._rmf_level import Level
 
 _GAP = 0.05
-"""Metres between cabin and shaft; what is in the shaft is in the lift."""
+"""Metres between cabin and shaft; a vertex in the shaft is in the lift."""
 
 _MIN_STOPS = 2
 """Stops without which a lift leads nowhere."""

@@ -82,7 +82,7 @@ def connect(roads: Sequence[Sequence[Point]], clear: Callable[[Point, Point], bo
 
     Args:
         roads: The points of each road, in order.
-        clear: Tells whether no wall stands between two points; what is drawn is not asked.
+        clear: Returns whether no wall stands between two points; not called for roads that are drawn.
 
     Raises:
         ValueError: There are too many.

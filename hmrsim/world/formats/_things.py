@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from hmrsim.world.formats._drawing import Drawing
 
 _DECORATION = frozenset(("text", "edgeLabel", "group", "swimlane"))
-"""Words of styles of what is no obstacle: labels, and frames around what is in them."""
+"""Words in the styles of cells that are no obstacles: labels, and frames around other cells."""
 
 
 def obstacle(drawing: Drawing, cell: Cell) -> None:

@@ -71,7 +71,7 @@ def _read_cells(drawing: Drawing) -> None:
     _warn_of_orphans(drawing)
     lines = [cell for cell in drawing.cells if cell.kind in _LINES]
     for cell in [*(cell for cell in drawing.cells if cell.kind not in _LINES), *lines]:
-        # What is wrong with a robot beside its place is worth knowing; nothing else has more to tell.
+        # A robot can have other errors than its position, which are reported, too; other cells can't.
         if not cell.failed or cell.kind in _SHAPES:
             drawing.attempt(cell, partial(_read_cell, drawing, cell))
     _robots.follow_ways(drawing)

@@ -80,7 +80,7 @@ def _size(said: dict[str, str], key: str, file: str) -> int:
 
 
 def _wrong(row: str, width: int) -> str:
-    """Return what is wrong with a row; empty for nothing."""
+    """Return the error of a row; empty for none."""
     if len(row) != width:
         return f"has a row of {len(row)} cells, but a width of {width}"
     strange = row.strip("".join(_OPEN | _CLOSED))
