@@ -1,4 +1,4 @@
-"""The wire: what a real robot's controller would see of the simulated ones, over Zenoh.
+"""The Zenoh interface of a simulator: the same actions, topics and services that a real robot's controller uses.
 
 What is exported here is the client; `hmrsim_zenoh.host` serves a world. An export is loaded when it is first used, as
 the simulator and most commands need few of them.
@@ -68,11 +68,11 @@ _HOMES = MappingProxyType(
         "Subscription": "client.subscription",
     }
 )
-"""The modules of what is no error."""
+"""The modules of the exports that are not errors."""
 
 
 def __getattr__(name: str) -> object:
-    """Load what is exported when it is asked for (PEP 562)."""
+    """Load an export on first access (PEP 562)."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f"{__name__}.{_HOMES.get(name, 'errors')}"), name)

@@ -1,23 +1,23 @@
-"""What can go wrong between a client and a simulator, as one tree.
+"""The errors between a client and a simulator, as one tree.
 
 ::
 
     HmrsimError
-    ├── BadOptions              an endpoint, a prefix or a Zenoh configuration makes no sense
-    ├── PortTaken               somebody else listens there already
+    ├── BadOptions              an endpoint, a prefix or a Zenoh configuration is invalid
+    ├── PortTaken               another process listens there already
     ├── PrefixTaken             another simulator serves this prefix
     ├── NobodyThere             no simulator answers, and none did before
-    ├── SimulatorGone           it was there; it died, or was restarted and knows nothing of the goal
+    ├── SimulatorGone           it died, or was restarted and does not know the goal
     ├── Unreachable             it is there, but nothing answers on that key
-    ├── RequestError            it answered that it can't read or serve the request; carries the details
-    │   └── NameTaken           ... as another participant of that name is there
-    ├── GoalRejectedError       it does not accept the goal; carries the reason (a GoalRejected)
-    ├── RequestTimeout          no answer in time (a TimeoutError, too)
+    ├── RequestError            the simulator can't read or serve the request; carries the details
+    │   └── NameTaken           ... as another participant has that name
+    ├── GoalRejectedError       the simulator rejects the goal; carries the reason (a GoalRejected)
+    ├── RequestTimeout          no answer in time (also a TimeoutError)
     │   └── GoalTimeout         ... to a goal; it may go on, as the text says
-    ├── ClientClosed            our own end was closed while the goal was under way
-    ├── Dropped                 the simulator goes on without us, as we took too long; for clients in lockstep
-    ├── Idle                    what is waited for can't happen, as nothing is scheduled; likewise
-    └── GoalFailed              a blocking helper's goal ended otherwise than SUCCEEDED; carries the result
+    ├── ClientClosed            the client was closed while the goal was active
+    ├── Dropped                 in lockstep: the simulator goes on without the client, which took too long
+    ├── Idle                    in lockstep: the awaited event can't happen, as nothing is scheduled
+    └── GoalFailed              a blocking call's goal was aborted or canceled; carries the result
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ _MAX_SHOWN = 200
 
 
 class BadOptions(HmrsimError):
-    """An endpoint, a prefix or a Zenoh configuration makes no sense; the text names the value."""
+    """An endpoint, a prefix or a Zenoh configuration is invalid; the text names the value."""
 
 
 class PortTaken(HmrsimError):
-    """Somebody else listens at an endpoint already; the text names it."""
+    """Another process listens at an endpoint already; the text names the endpoint."""
 
 
 class PrefixTaken(HmrsimError):
@@ -57,7 +57,7 @@ class SimulatorGone(HmrsimError):
 
 
 class Unreachable(HmrsimError):
-    """The simulator is there, but nothing answers on that key; what became of the request is not known."""
+    """The simulator is there, but nothing answers on that key; the request's effect is unknown."""
 
 
 class RequestError(HmrsimError):
@@ -73,7 +73,7 @@ class RequestError(HmrsimError):
 
     @classmethod
     def from_json(cls, payload: bytes) -> RequestError:
-        """Return the error that the body of Zenoh's error reply tells of, whatever it looks like."""
+        """Return the error in the body of a Zenoh error reply, whatever its format."""
         try:
             body = json.loads(payload)
             error, details = body["error"], [dict(item) for item in body.get("details", ())]
@@ -87,12 +87,12 @@ class NameTaken(RequestError):
 
 
 class GoalRejectedError(GoalRejected):
-    """The simulator does not accept a goal.
+    """The simulator rejects a goal.
 
     Attributes:
-        reason: A word for programs, such as ``unknown_robot`` or ``busy``.
+        reason: A machine-readable word, such as ``unknown_robot`` or ``busy``.
         error_code: The code that the action's result would have.
-        message: Why, for people.
+        message: A human-readable reason.
     """
 
     def __init__(self, reason: str, error_code: int, message: str) -> None:
@@ -110,27 +110,27 @@ class GoalTimeout(RequestTimeout):
 
 
 class ResultExpired(HmrsimError):
-    """A goal has ended, as its status says, but its result is not kept any longer."""
+    """A goal has ended, as its status says, but its result is no longer kept."""
 
 
 class ClientClosed(HmrsimError):
-    """The client was closed while something was under way."""
+    """The client was closed while a request or a goal was active."""
 
 
 class Dropped(HmrsimError):
-    """The simulator goes on without us; the text says since when and why."""
+    """The simulator goes on without this client; the text says since when and why."""
 
 
 class Idle(HmrsimError):
-    """Nothing is scheduled in the simulation, and nobody does anything: what is waited for can't happen."""
+    """Nothing is scheduled in the simulation and no participant acts: the awaited event can't happen."""
 
 
 class GoalFailed(HmrsimError):
-    """A goal ended otherwise than SUCCEEDED.
+    """A goal did not end with SUCCEEDED.
 
     Attributes:
         status: How it ended.
-        result: The action's result, which has the code and says why.
+        result: The action's result, with its error code and message.
     """
 
     def __init__(self, message: str, status: GoalStatus, result: Message) -> None:

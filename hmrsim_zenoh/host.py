@@ -1,4 +1,4 @@
-"""A world served over Zenoh from this process: session, simulator, server and the simulation's thread together."""
+"""A world served over Zenoh from this process: the session, the simulator, the servers and the simulation thread."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 _STOP_SECONDS = 1.5
-"""Wall seconds that the simulation's thread is given to end every goal."""
+"""Wall seconds within which the simulation thread has to end every goal."""
 
 
 def _warn_of_lag(lag: float) -> None:
@@ -52,22 +52,22 @@ class Host:
         loaded: The world.
         options: How to open the session.
         settings: How to run it.
-        wires: The wires of ROS 2 that are spoken, beside the JSON wire.
-        sinks: Where events go, too.
-        watchers: Makes further sinks, of the simulator and of what lets its time move.
-        on_wait: Called, each, whenever there is nothing to do but to wait.
-        preparations: What else will be of use; done bit by bit, in lockstep, while nobody lets time move.
+        wires: The ROS 2 wires to serve beside the JSON wire.
+        sinks: Further sinks of events.
+        watchers: Make further sinks from the simulator and its pacing.
+        on_wait: Called whenever the simulation thread is about to wait.
+        preparations: Optional warm-up, run step by step in lockstep while time stands still.
 
     Attributes:
         endpoints: What the session listens on.
-        simulator: Other threads may look at it while it runs, but must not touch it.
+        simulator: Other threads may read it while it runs, but must not change it.
         pacing: Likewise.
-        error: What the simulation's thread died of; None if it lives or ended well.
+        error: The error that ended the simulation thread; None if it runs or ended regularly.
 
     Raises:
-        PortTaken: Somebody else listens on the endpoint.
-        NobodyThere: Nobody answers at an endpoint to connect to.
-        BadOptions: The session's options make no sense.
+        PortTaken: Another process listens on the endpoint.
+        NobodyThere: No peer answers at an endpoint to connect to.
+        BadOptions: The session's options are invalid.
         PrefixTaken: Another simulator serves this prefix.
     """
 
@@ -132,21 +132,21 @@ class Host:
         self.stop()
 
     def start(self) -> None:
-        """Run the simulation in its thread, and tell the network that it is there."""
+        """Run the simulation in its thread and declare it on the network."""
         self._tokens.declare(self.simulator.robots.keys())
         for ros2 in self._ros2:
             ros2.start()
         self._thread.start()
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Return whether the simulation has ended, after waiting for that up to *timeout* wall seconds."""
+        """Wait up to *timeout* wall seconds for the end of the simulation; return whether it has ended."""
         return self._ended.wait(timeout)
 
     def stop(self, reason: str = "the simulator was stopped") -> None:
-        """End every goal, close the session and return within two seconds; from any thread but the simulation's.
+        """End every goal, close the session and return within two seconds; from any thread except the simulation's.
 
         Args:
-            reason: What the results of the goals that run then say.
+            reason: The message in the results of the active goals.
         """
         self._reason = reason
         self._server.close()
@@ -156,13 +156,13 @@ class Host:
         self._close()
 
     def _close(self) -> None:
-        """Close the session, and wait for whoever may still be in a call of Zenoh's."""
+        """Close the session and wait for threads that may still be in a Zenoh call."""
         self._session.close()
         for server in self._servers:
             server.join()
 
     def _run(self) -> None:
-        """Run the simulation; whatever ends it, every goal gets its verdict, and the network learns of the end."""
+        """Run the simulation; whatever ends it, every goal gets its result and the liveliness tokens are undeclared."""
         try:
             self.pacing.run()
         except BaseException as error:  # noqa: BLE001 - kept for the main thread, which ends the process with it
@@ -189,7 +189,7 @@ class Host:
             raise PrefixTaken(f"a simulator serves prefix {self._keys.prefix!r} already; name another with --prefix")
 
     def _watch_participants(self) -> zenoh.Subscriber[None]:
-        """Tell the simulation whose liveliness token comes and goes."""
+        """Report the participants' liveliness tokens to the simulation."""
 
         def on_token(sample: zenoh.Sample) -> None:
             name = str(sample.key_expr).rpartition("/")[2]
@@ -200,7 +200,7 @@ class Host:
         return self._session.liveliness().declare_subscriber(self._keys.participants(), handler, history=True)
 
     def _serve(self, simulator: Simulator) -> None:
-        """Open what serves a simulation on all wires."""
+        """Open the servers of a simulation on all wires."""
         settings = self._settings
         self._description = Description(simulator, lambda: self.pacing.state)
         self._server = Server(
@@ -215,7 +215,7 @@ class Host:
         )
         self._servers.append(self._server)
         if self._wires:
-            # Nobody else needs to load it.
+            # Loaded only where ROS 2 wires are served.
             from hmrsim_zenoh.ros2.server import open_servers  # noqa: PLC0415
 
             self._ros2 = open_servers(
@@ -243,7 +243,7 @@ class Host:
         )
 
     def _follow(self) -> None:
-        """Serve those who are there now; in the simulation's thread."""
+        """Serve the current robots; in the simulation thread."""
         cut_off = self.simulator.dispatcher.cut_off
         self._description.forget()
         self._tokens.follow(self.simulator.robots.keys(), cut_off)

@@ -1,4 +1,4 @@
-"""The client of a simulator: actions, topics, services and its part in lockstep.
+"""The client of a simulator: actions, topics, services and participation in lockstep.
 
-Controllers, scripts and the command line tools use it; its names are exported by `hmrsim_zenoh`.
+Controllers, scripts and the command line tools use it; `hmrsim_zenoh` exports its names.
 """

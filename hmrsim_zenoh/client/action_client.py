@@ -1,4 +1,4 @@
-"""Sending one robot goals of one action."""
+"""The client of one action of one robot."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 _PATIENCE = 5.0
-"""Wall seconds in which a robot says that it cancels."""
+"""Wall seconds within which a robot has to answer a cancel request."""
 
 
 class ActionClient(Generic[G, R, F]):
@@ -57,24 +57,24 @@ class ActionClient(Generic[G, R, F]):
         on_feedback: Callable[[F], None] | None = None,
         on_change: Callable[[GoalHandle[R, F]], None] | None = None,
     ) -> GoalHandle[R, F]:
-        """Send a goal and return its ticket; the client's first goal asks which clock it is, no other ever waits.
+        """Send a goal and return its handle; only the client's first goal waits, for the simulator's clock mode.
 
         Args:
             goal: What to do.
-            goal_id: 32 hex digits, hyphens optional; made here if not given.
-            adopt: Whether to follow the goal that has this id already, if there is one, instead of failing: whoever
-                was killed and comes back finds what it had sent. The ticket says that it was *adopted*; its *error* is
-                a `ResultExpired` if the goal ended so long ago that its result is not kept any longer.
+            goal_id: 32 hex digits, hyphens optional; generated if not given.
+            adopt: Whether to follow the existing goal of this id, if there is one, instead of failing: a client
+                that was killed and restarted finds its goal. The handle says that it was *adopted*; its *error* is
+                a `ResultExpired` if the goal ended so long ago that its result is no longer kept.
             on_feedback: Called for each feedback, never after the goal is done.
-            on_change: Called whenever *accepted*, *status*, *error* or *done* have changed.
+            on_change: Called whenever *accepted*, *status*, *error* or *done* has changed.
 
-        Callbacks may come before this returns, are mostly in Zenoh's thread, and must not wait. In lockstep the goal
-        goes along when time goes on, and callbacks are called by whoever waits for that.
+        Callbacks may run before this returns, mostly in Zenoh's thread, and must not block. In lockstep the goal
+        is sent with the next advance, and the thread that waits for the grant runs the callbacks.
 
         Raises:
             ClientClosed: The client was closed.
-            Dropped: The simulator goes on without us.
-            RequestError: It does not want us to take part.
+            Dropped: The simulator goes on without this client.
+            RequestError: The simulator refuses this participant.
             ValueError: *goal_id* is no goal id.
             TypeError: *goal* is of another action.
         """

@@ -1,4 +1,4 @@
-"""The client of a simulator: goals that are sent without waiting, values that are asked for, topics to follow.
+"""The client of a simulator: it sends goals without waiting, queries values and subscribes to topics.
 
 ::
 
@@ -49,12 +49,12 @@ ClockChoice = Literal["auto", "realtime", "lockstep"]
 _ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _PAUSE: Final = 0.05
 _LOOK_AROUND: Final = 0.5
-# A value's queryable may be announced a moment after the simulator's token.
+# A value's queryable may be declared a moment after the simulator's liveliness token.
 _TRIES: Final = 2
 
 
 class Client:
-    """A connection to one simulator; close it, or use it in a ``with`` statement.
+    """A connection to one simulator; the caller closes it or uses it in a ``with`` statement.
 
     Attributes:
         keys: How the simulator's keys are spelled.
@@ -75,16 +75,16 @@ class Client:
 
         Args:
             options: Where to connect, and the prefix of all keys.
-            clock: Whether to take part in lockstep, where time waits for us; ``auto`` for as the simulator has it.
-            name: As whom; a simulator takes a name once.
+            clock: Whether to take part in lockstep, where time waits for the client; ``auto`` follows the simulator.
+            name: The participant's name, unique within a simulator.
             session: A session to borrow.
-            acknowledge_timeout: Wall seconds in which a goal has to be accepted or rejected.
-            grace: Wall seconds for which the simulator may be out of reach, as when a router is restarted.
+            acknowledge_timeout: Wall seconds within which a goal has to be accepted or rejected.
+            grace: Wall seconds for which the simulator may be unreachable, as when a router is restarted.
 
         Raises:
-            NobodyThere: Nobody answers at the endpoints.
-            BadOptions: An endpoint, the prefix or the configuration makes no sense.
-            ValueError: *name* is no name.
+            NobodyThere: No peer answers at the endpoints.
+            BadOptions: An endpoint, the prefix or the configuration is invalid.
+            ValueError: *name* is not a valid name.
         """
         check_name(name)
         try:
@@ -114,14 +114,14 @@ class Client:
 
     @property
     def alive(self) -> bool:
-        """Whether the simulator is there; waits for an answer the first time only."""
+        """Whether the simulator is alive; the first call waits for an answer."""
         return not self._link.closed and self._link.presence.alive(self._timeout)
 
     def wait_for_simulator(self, timeout: float) -> None:
-        """Return when the simulator is there.
+        """Wait until the simulator is alive.
 
         Raises:
-            NobodyThere: It is not after *timeout* seconds.
+            NobodyThere: It is not alive after *timeout* seconds.
             ClientClosed: The client was closed.
         """
         self._link.check_open()
@@ -133,7 +133,7 @@ class Client:
             )
 
     def info(self, timeout: float = 5.0) -> dict[str, Any]:
-        """Return what the simulator says of itself: its world, its clock, its robots and their actions.
+        """Return the simulator's description: its world, its clock, its robots and their actions.
 
         Raises:
             NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: As `get`.
@@ -148,14 +148,14 @@ class Client:
         return info
 
     def action_client(self, robot: str, action: Action[G, R, F]) -> ActionClient[G, R, F]:
-        """Return what sends a robot goals of one action; nothing is asked or subscribed yet.
+        """Return the client of one action of a robot; it queries and subscribes to nothing yet.
 
         Raises:
-            ValueError: *robot* is no robot's name.
+            ValueError: *robot* is not a valid robot name.
         """
         if not _ROBOT_NAME.fullmatch(robot):
             raise ValueError(f"{robot!r} is no robot's name; letters, digits and underscores, no digit first")
-        # One for all who ask: feedback is listened to once.
+        # All callers share one client, which subscribes to feedback once.
         known = self._action_clients.get((robot, action.name))
         if known is None or known.action is not action:
             known = ActionClient(self._link, lambda: self.lockstep, robot, action)
@@ -164,14 +164,15 @@ class Client:
 
     @property
     def lockstep(self) -> Lockstep | None:
-        """The part that we take in the simulator's time; None where that moves by itself.
+        """This client's participation in lockstep; None where simulated time moves by itself.
 
-        Asks which it is, and joins, the first time, and again when time has moved by itself or the simulator has gone.
+        The first access asks for the clock mode and joins; so does an access after time moved by itself or after the
+        simulator has gone.
 
         Raises:
-            NameTaken: Somebody of our name does.
-            RequestError: The simulator does not want us to take part.
-            NobodyThere, SimulatorGone, ClientClosed: There is nobody to take part with.
+            NameTaken: Another participant has this client's name.
+            RequestError: The simulator refuses this participant.
+            NobodyThere, SimulatorGone, ClientClosed: There is no simulator to join.
         """
         with self._joining:
             if self._lockstep is not None and (self._lockstep.over or self._lockstep.lost):
@@ -196,13 +197,13 @@ class Client:
         return read_clock(self.get(self.keys.world("clock"))) if lockstep is None else lockstep.now
 
     def sleep(self, seconds: float) -> None:
-        """Let simulated seconds go by: in lockstep time moves as far for it, else it is waited for.
+        """Sleep for simulated seconds: in lockstep by advancing time, else by waiting for the clock.
 
         Returns early when time goes back, as after a reset.
 
         Raises:
-            Dropped: The simulator goes on without us.
-            NobodyThere, SimulatorGone, ClientClosed, Unreachable: It doesn't at all.
+            Dropped: The simulator goes on without this client.
+            NobodyThere, SimulatorGone, ClientClosed, Unreachable: There is no simulated time.
         """
         begin = self.now
         end = begin + seconds
@@ -219,13 +220,13 @@ class Client:
             clock.close()
 
     def get(self, key: str, timeout: float = 5.0, *, payload: bytes | None = None) -> bytes:
-        """Return the latest value of a key, or what a service answers to *payload*.
+        """Return the latest value of a key, or a service's response to *payload*.
 
-        A request that may have changed something, one with a payload, is never sent twice.
+        A request with a payload may have changed something and is never sent twice.
 
         Raises:
             NobodyThere, SimulatorGone: No simulator is there.
-            Unreachable: It is, but nothing answers on that key.
+            Unreachable: The simulator is there, but nothing answers on that key.
             RequestError: It answers with an error.
             RequestTimeout: The answer takes longer than *timeout* seconds.
             ClientClosed: The client was closed.
@@ -245,7 +246,7 @@ class Client:
         raise Unreachable(f"nothing answers on {key!r}, though the simulator is there")
 
     def get_all(self, key: str, timeout: float = 5.0) -> dict[str, bytes]:
-        """Return the latest values of all keys that a key with wildcards matches, as far as they come in *timeout*.
+        """Return the latest values of all keys that match a key expression and arrive within *timeout*.
 
         Raises:
             ClientClosed: The client was closed.
@@ -260,10 +261,10 @@ class Client:
         return {str(reply.ok.key_expr): reply.ok.payload.to_bytes() for reply in replies if reply.ok is not None}
 
     def ask(self, key: str, payload: bytes, then: Callable[[Answer], None], *, timeout: float) -> None:
-        """Ask a service, and return at once; *then* gets the answer, in a thread of ours or of Zenoh's.
+        """Call a service and return at once; *then* receives the answer, in a thread of the client or of Zenoh.
 
-        That is the reply; or the `RequestError` that was replied; or None, if nothing comes back in *timeout* seconds:
-        then nobody knows whether it was served.
+        The answer is the reply, the `RequestError` that was replied, or None if nothing comes back within *timeout*
+        seconds: then it is unknown whether the request was served.
 
         Raises:
             ClientClosed: The client was closed.
@@ -274,9 +275,9 @@ class Client:
         self._link.ask(Port(key), payload, timeout=timeout, then=then)
 
     def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, history: bool = False) -> Subscription:
-        """Call back with key and payload of each sample, in a thread of the subscription's own, until it is closed.
+        """Call back with the key and payload of each sample, in the subscription's own thread, until it is closed.
 
-        *key* may have wildcards; with *history* the latest value comes first, where the simulator keeps it.
+        *key* may be a key expression; with *history* the latest value comes first, where the simulator keeps it.
 
         Raises:
             ClientClosed: The client was closed.
@@ -292,11 +293,11 @@ class Client:
         return subscription
 
     def close(self) -> None:
-        """Fail the goals under way, close the subscriptions, and the session unless it was borrowed.
+        """Fail the active goals, close the subscriptions, and close the session unless it was borrowed.
 
-        Not for callbacks: it waits for those that are being called.
+        It must not be called in a callback: it waits for running callbacks.
         """
-        # Whoever joins at this moment may take a while.
+        # A thread that is joining at this moment may take a while.
         lockstep = self._lockstep
         if lockstep is not None and not self._link.closed:
             lockstep.close()
@@ -311,14 +312,14 @@ class Client:
         return call.answer
 
     def _simulators_clock(self) -> ClockChoice:
-        """Return how the simulator's time moves; by itself as far as we can learn, as that of real robots does."""
+        """Return the simulator's clock mode; a simulator that does not say has free-running time, as real robots do."""
         try:
             return "lockstep" if self.info(self._timeout).get("clock") == "lockstep" else "realtime"
         except (NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError):
             return "realtime"
 
     def _await_simulator(self, key: str, until: float, timeout: float) -> None:
-        """Return when the simulator is there, after nothing came back."""
+        """Wait for the simulator after a request without an answer."""
         while time.monotonic() < until:
             if absence := self._link.absence():
                 raise absence

@@ -1,4 +1,4 @@
-"""Blocking conveniences for scripts that do one thing after the other, in the manner of nav2_simple_commander.
+"""A blocking interface for sequential scripts, modelled on nav2_simple_commander.
 
 ::
 
@@ -34,13 +34,13 @@ _CANCEL_PATIENCE = 2.0
 
 
 class Commander:
-    """Tells one robot what to do, and waits until it is done. Ctrl-C cancels what is under way.
+    """Sends goals to one robot and waits for each result. Ctrl-C cancels the active goal.
 
     Every method returns the action's result, or raises
 
     - `GoalFailed` when the goal was aborted or canceled,
-    - `GoalRejectedError` when the robot did not take it,
-    - `NobodyThere`, `SimulatorGone`, `RequestError`, `GoalTimeout` when there is no answer that would do.
+    - `GoalRejectedError` when the robot rejected it,
+    - `NobodyThere`, `SimulatorGone`, `RequestError`, `GoalTimeout` when there is no usable answer.
 
     Attributes:
         robot: The robot's name.
@@ -52,7 +52,7 @@ class Commander:
         Args:
             client: The connection to its simulator.
             robot: Its name.
-            timeout: Wall seconds for each goal, which is then canceled; None for as long as it takes.
+            timeout: Wall seconds for each goal, which is then canceled; None for no limit.
         """
         self.robot = robot
         self._client = client
@@ -67,11 +67,11 @@ class Commander:
         return self._do("navigate_to_pose", goal, NavigateToPose.Result)
 
     def pickup(self, name: str) -> Pickup.Result:
-        """Take an item that is in reach."""
+        """Pick up an item that is in reach."""
         return self._do("pickup", Pickup.Goal(target_name=name), Pickup.Result)
 
     def place(self, name: str) -> Place.Result:
-        """Put down an item that is held."""
+        """Put down a held item."""
         return self._do("place", Place.Goal(attached_object_name=name), Place.Result)
 
     def wait(self, seconds: float) -> Wait.Result:
@@ -86,7 +86,7 @@ class Commander:
             result = handle.result(self._timeout)
         except BaseException:
             handle.cancel()
-            # Leave no robot on its way when a script ends.
+            # No robot keeps driving after the script ends.
             with suppress(HmrsimError):
                 handle.result(_CANCEL_PATIENCE)
             raise
@@ -100,7 +100,7 @@ class Commander:
 
 
 def _why(result: Message) -> str:
-    """Return what a result says went wrong: Nav2's and MoveIt's have it in different places."""
+    """Return a result's error message: Nav2's and MoveIt's results have it in different fields."""
     code, text = getattr(result, "error_code", None), error_of(result)
     number = getattr(code, "val", code)
     return f"{text} ({number})" if text else f"error code {number}"

@@ -1,4 +1,4 @@
-"""What the simulator that runs knows, for shells that complete names; nothing when nobody answers at once."""
+"""Names for shell completion, from the running simulator; none when no simulator answers at once."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     import argparse
 
 _PATIENCE: Final = 0.3
-"""Wall seconds that somebody waits for a completion."""
+"""Wall seconds that a shell completion may take."""
 
 
 def running(args: argparse.Namespace) -> dict[str, Any]:
-    """Return what the simulator says of itself; an empty mapping when none answers at once."""
+    """Return the simulator's description; an empty mapping when none answers at once."""
     try:
         options = replace(session_options(args), timeout=_PATIENCE)
         with Client(options) as client:

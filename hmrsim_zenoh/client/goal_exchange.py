@@ -1,8 +1,8 @@
-"""The requests that keep a goal's ticket true, over a wire that may lose any of them.
+"""The requests that keep a goal handle up to date over a transport that may lose any of them.
 
-Zenoh delivers at most once, and no reply may mean anything. So the client makes the goal's id and sends the goal
-again with the same id; a duplicate is then as good as accepted. A result whose answer was lost is asked for again.
-The result is asked for right behind the goal, before it is known to be accepted: that saves a round trip.
+Zenoh delivers at most once, and a missing reply tells nothing. So the client generates the goal id and sends the goal
+again with the same id; a duplicate then counts as accepted. A get_result request whose reply was lost is repeated.
+The client requests the result right after the goal, before the goal is accepted, which saves a round trip.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ _log = logging.getLogger(__name__)
 _DUPLICATE = "duplicate_goal_id"
 _CANCEL_REJECTED = 1
 
-# Zenoh ends a query after 10 s by default; a mission takes longer.
+# Zenoh's default query timeout is 10 s; a mission takes longer.
 _FOR_EVER = 1e6
-# One try of a request that is answered at once. Sending it again does no harm.
+# The timeout of one attempt at a request that is answered at once. The request is idempotent.
 _ONE_TRY = 3.0
 _FIRST_PAUSE = 0.05
 _MAX_PAUSE = 0.4
@@ -56,7 +56,7 @@ _PAUSE_FACTOR = 1.5
 
 @dataclass(frozen=True)
 class ActionPorts:
-    """Where a robot's action takes its requests, and how its results are read."""
+    """The request keys of a robot's action and the decoder of its results."""
 
     name: str
     send_goal: Port
@@ -81,7 +81,7 @@ class ActionPorts:
 
 
 class GoalExchange(GoalHandle[R, F], Generic[R, F]):
-    """A goal's ticket that sends, asks, cancels, and tries again by itself."""
+    """A goal handle that sends, queries and cancels its goal and retries by itself."""
 
     def __init__(
         self,
@@ -111,26 +111,26 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         self._cancel_sent = False
 
     def start(self, *, adopt: bool = False) -> None:
-        """Send the goal, and ask for its result right behind it; *adopt* it if somebody has sent it before."""
+        """Send the goal and request its result right after it; *adopt* a goal that was sent before under this id."""
         self._adopt = adopt
-        # Where time waits for us, nobody answers before it goes on.
+        # In lockstep no reply comes before time advances.
         self._deadline = math.inf if self._wire.ordered else self._patience_from_now()
         self._send_goal()
-        # What may be an older goal has to be known as such before its result is.
+        # Whether the goal is an older one has to be known before its result arrives.
         if not self._adopt:
             self._ask_result()
 
     def cancel(self) -> None:
-        """Ask for the goal's end; returns at once."""
+        """Request the goal's cancellation and return at once."""
         self._cancel_wanted = True
         self._cancel_if_due()
 
     def take_feedback(self, feedback: F) -> None:
-        """Take feedback that came for this goal."""
+        """Process feedback for this goal."""
         self._take_feedback(feedback)
 
     def fail(self, error: Exception) -> None:
-        """Give the goal up."""
+        """Fail the goal."""
         if self._fail(error):
             self._on_done(self)
 
@@ -159,7 +159,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         if response.accepted:
             self._on_accepted(GoalStatus.ACCEPTED)
         elif response.reason == _DUPLICATE and (self._adopt or self._sends > 1):
-            # It was ours that came through. At the first try it is somebody else's id, or that of an earlier life.
+            # An earlier attempt arrived. At the first attempt the id is another client's, or of an earlier process.
             status = _status(response.status)
             self._found = status if self._adopt else None
             self._ended_before = status if status.terminal else None
@@ -180,7 +180,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
 
     def _give_up(self) -> None:
         seconds = self._link.acknowledge_timeout
-        # It may have been accepted all the same; a goal that nobody follows should not go on.
+        # The goal may have been accepted all the same; a goal without a client should not go on.
         self._ask(self._ports.cancel_goal, self._cancel_payload(), lambda _answer: None)
         self.fail(
             GoalTimeout(f"{self._name}: no answer to goal {self._goal_id} in {seconds:g} s; the goal is given up")
@@ -219,7 +219,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         except (RequestError, UnreadableError) as caught:
             error = caught
         if not accepted:
-            # Asked too early, or lost along with the goal: asked again when the goal is accepted.
+            # Requested too early, or lost along with the goal: requested again when the goal is accepted.
             return
         if error is None:
             self._again(self._ask_result)
@@ -247,7 +247,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         self._send_cancel()
 
     def _cancel_refused(self) -> None:
-        """Let the caller ask again."""
+        """Let the caller request cancellation again."""
         with self._changed:
             self._cancel_wanted = self._cancel_sent = False
 
@@ -271,7 +271,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             self._cancel_refused()
         elif response.goals_canceling:
             self._progress(GoalStatus.CANCELING)
-        # Else it is over, or being canceled, or not known any more: the result will tell.
+        # Otherwise the goal has ended, is canceling or is unknown: its result will tell.
 
     # --- waiting and trying again -------------------------------------------------------------------------------------
 
@@ -285,7 +285,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         self._wire.ask(port, payload, timeout=timeout, then=then)
 
     def _again(self, step: Callable[[], None]) -> None:
-        """Take a step again in a while, as long as there is hope."""
+        """Retry a step after a delay, while an answer is still possible."""
         if absence := self._link.absence():
             self.fail(absence)
             return
@@ -300,5 +300,5 @@ def _payload(answer: bytes | RequestError) -> bytes:
 
 
 def _status(number: int | None) -> GoalStatus:
-    """Return a status from the wire; UNKNOWN for what is none."""
+    """Return a status from the wire; UNKNOWN for an invalid one."""
     return GoalStatus(number or 0) if number in GoalStatus.__members__.values() else GoalStatus.UNKNOWN

@@ -1,4 +1,4 @@
-"""The ticket of a goal: what its client knows of it."""
+"""The client's handle of a goal."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _log = logging.getLogger(__name__)
 
 
 class GoalHandle(ABC, Generic[R, F]):
-    """A goal that was sent: owns its status. Any thread may read and wait.
+    """A goal that was sent, and its status. Any thread may read it and wait for it.
 
     A goal ends in one of three ways: with a terminal *status* and its *result_message*; rejected, *accepted* is
-    False and *error* says why; or failed, *error* says why and what the robot does is not known.
+    False and *error* says why; or failed, *error* says why and the robot's state is unknown.
 
-    Callbacks are called one at a time, in order, mostly in Zenoh's thread, in lockstep by whoever waits: be quick, and
-    do not wait in them.
+    Callbacks run one at a time, in order, mostly in Zenoh's thread, in lockstep in the waiting thread. They must be
+    quick and must not block.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class GoalHandle(ABC, Generic[R, F]):
         self._delivering = False
 
     def __repr__(self) -> str:
-        """Return whose goal it is and how it fares."""
+        """Return the goal's action, id and status."""
         failed = ", failed" if self._error else ""
         return f"<goal {self._goal_id} of {self._name}: {self._status.name}{failed}>"
 
@@ -66,7 +66,7 @@ class GoalHandle(ABC, Generic[R, F]):
 
     @property
     def status(self) -> GoalStatus:
-        """Where the goal is in its life, as far as we know; UNKNOWN until it is accepted."""
+        """The goal's status as last received; UNKNOWN until it is accepted."""
         return self._status
 
     @property
@@ -76,17 +76,17 @@ class GoalHandle(ABC, Generic[R, F]):
 
     @property
     def adopted(self) -> bool:
-        """Whether the simulator knew the goal already, and we follow it only; see `ActionClient.send_goal`."""
+        """Whether the simulator knew the goal already and the handle only follows it; see `ActionClient.send_goal`."""
         return self._found is not None
 
     @property
     def found(self) -> GoalStatus | None:
-        """The status that a goal had when we adopted it; None if we have sent it ourselves."""
+        """The status of the goal when it was adopted; None if this client sent it."""
         return self._found
 
     @property
     def error(self) -> Exception | None:
-        """Why the goal was rejected or failed, or has no result; None if it is not so."""
+        """Why the goal was rejected or failed, or has no result; else None."""
         return self._error
 
     @property
@@ -96,21 +96,21 @@ class GoalHandle(ABC, Generic[R, F]):
 
     @property
     def feedback(self) -> F | None:
-        """The latest feedback; None without *on_feedback*, for then nobody subscribes to it."""
+        """The latest feedback; None without *on_feedback*, since only then the client subscribes to feedback."""
         return self._feedback
 
     @property
     def done(self) -> bool:
-        """Whether nothing more will happen: terminal, rejected or failed."""
+        """Whether the goal is final: terminal, rejected or failed."""
         return self._done
 
     def wait_accepted(self, timeout: float | None = None) -> None:
-        """Return when the goal was accepted.
+        """Wait until the goal is accepted.
 
         Raises:
             GoalRejectedError: It was rejected.
             NobodyThere, SimulatorGone, RequestError, ClientClosed: It failed.
-            GoalTimeout: It is not known after *timeout* seconds, or the simulator did not answer in its time.
+            GoalTimeout: Acceptance is unknown after *timeout* seconds, or the simulator's answer timed out.
         """
         if not self._wait(lambda: self._accepted is not None or self._done, timeout, at_once=True):
             raise GoalTimeout(f"{self._name}: no answer to goal {self._goal_id} after {timeout:g} s; it may go on")
@@ -119,13 +119,13 @@ class GoalHandle(ABC, Generic[R, F]):
                 raise self._error
 
     def result(self, timeout: float | None = None) -> R:
-        """Return the result when the goal has ended, whatever the *status* then is.
+        """Wait for the end of the goal and return the result, whatever its *status*.
 
         Raises:
             GoalRejectedError: It was rejected.
             NobodyThere, SimulatorGone, RequestError, ClientClosed: It failed.
-            GoalTimeout: There is none after *timeout* seconds (the goal goes on; cancel it if you don't want that),
-                or the simulator did not even accept it in its time.
+            GoalTimeout: There is none after *timeout* seconds (the goal goes on unless the caller cancels it),
+                or the simulator's acceptance timed out.
         """
         if not self._wait(lambda: self._done, timeout):
             raise GoalTimeout(f"{self._name}: no result of goal {self._goal_id} after {timeout:g} s; it goes on")
@@ -138,17 +138,17 @@ class GoalHandle(ABC, Generic[R, F]):
 
     @abstractmethod
     def cancel(self) -> None:
-        """Ask for the goal's end; returns at once.
+        """Request the goal's cancellation and return at once.
 
-        Before acceptance is known the wish is kept, and sent then. Asking again does nothing.
+        A request made before acceptance is sent upon acceptance. Further requests do nothing.
         """
 
     def _wait(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:  # noqa: ARG002 - for who lets time go on
-        """Wait until something is true of the goal; return whether it is; *at_once* if that takes no simulated time."""
+        """Wait for a condition and return whether it holds; *at_once* if that takes no simulated time."""
         with self._changed:
             return self._changed.wait_for(condition, timeout)
 
-    # --- what a subclass learns; each returns whether it changed anything ---------------------------------------------
+    # --- updates from a subclass; each returns whether it changed anything --------------------------------------------
 
     def _accept(self, status: GoalStatus) -> bool:
         with self._changed:
@@ -156,7 +156,7 @@ class GoalHandle(ABC, Generic[R, F]):
                 return False
             self._accepted = True
             self._raise_status(GoalStatus.ACCEPTED)
-            # What a duplicate has become; if it has ended, get_result is to tell, which has the result, too.
+            # The status of a duplicate; if the goal has ended, get_result reports it together with the result.
             self._raise_status(status)
             self._note_change()
         self._deliver()
@@ -177,7 +177,7 @@ class GoalHandle(ABC, Generic[R, F]):
             on_feedback = self._on_feedback
             self._feedback = feedback
             self._mail.append(lambda: on_feedback(feedback))
-            # The robot is at it. We follow no status topic, so this may be the first that we hear of it.
+            # Feedback implies EXECUTING. The client subscribes to no status topic, so feedback may be the first sign.
             if self._accepted and self._raise_status(GoalStatus.EXECUTING):
                 self._note_change()
         self._deliver()
@@ -208,7 +208,7 @@ class GoalHandle(ABC, Generic[R, F]):
         return True
 
     def _raise_status(self, status: GoalStatus) -> bool:
-        """Go on to an active status; messages that overtook each other never lead back."""
+        """Go on to an active status; reordered messages never lead back."""
         if status.terminal or status <= self._status:
             return False
         self._status = status
@@ -221,7 +221,7 @@ class GoalHandle(ABC, Generic[R, F]):
             self._mail.append(lambda: on_change(self))
 
     def _deliver(self) -> None:
-        """Call the user's callbacks in order, with no lock held; whoever is at it takes the newly come, too."""
+        """Call the user's callbacks in order, with no lock held; the thread that runs them takes new ones, too."""
         with self._changed:
             if self._delivering:
                 return

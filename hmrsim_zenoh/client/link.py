@@ -1,4 +1,4 @@
-"""What all goals of a client share: its session, and requests that end in exactly one way."""
+"""The session that all goals of a client share, and requests that end in exactly one way."""
 
 from __future__ import annotations
 
@@ -22,53 +22,53 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.wire.keys import Keys
 
 Answer = bytes | RequestError | None
-"""The reply; or the error that was replied; or None: nothing came back, and what became of it is not known."""
+"""The reply, the error that was replied, or None: nothing came back, and the request's effect is unknown."""
 
-# Zenoh's own end of a query that took too long; a simulator's errors are JSON.
+# Zenoh's own reply to a query that timed out; a simulator's errors are JSON.
 _TIMED_OUT = b"Timeout"
 
 
 class Failing(Protocol):
-    """What can be given up: a goal under way, or a part in lockstep."""
+    """An activity that can be failed: an active goal, or participation in lockstep."""
 
     def fail(self, error: Exception) -> None:
-        """Give it up."""
+        """Fail it."""
 
 
 class Wire(Protocol):
-    """What a goal's ticket sends its requests by.
+    """The transport of a goal handle's requests.
 
     Attributes:
-        ordered: Whether what is sent later arrives later.
+        ordered: Whether requests arrive in the order in which they are sent.
     """
 
     ordered: bool
 
     def ask(self, port: Port, payload: bytes, *, timeout: float, then: Callable[[Answer], None]) -> None:
-        """Send a request; *then* gets the answer, once."""
+        """Send a request; *then* receives the answer, once."""
 
     def look_up(self, port: Port, payload: bytes, *, timeout: float, then: Callable[[Answer], None]) -> None:
-        """Ask for what will never change; *then* gets the answer, once."""
+        """Query a value that will never change; *then* receives the answer, once."""
 
     def listen(self, key: str, on_payload: Callable[[bytes], None], wanted: Callable[[], bool]) -> None:
         """Call a function for each payload on a key, at least while it is *wanted*."""
 
     def drive(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:
-        """Do what it takes that something may become true; return whether it is."""
+        """Make the progress that a condition needs; return whether it holds."""
 
 
 @dataclass(frozen=True)
 class Port:
-    """Where a request goes, and what its payload is."""
+    """The key and the payload of a request."""
 
     key: str
     encoding: str = "application/json"
 
 
 class Call:
-    """A request whose answer one thread waits for.
+    """A request for whose answer one thread waits.
 
-    No Python runs in Zenoh's callbacks: it would take time, and Ctrl-C, which may come in there, would be lost along
+    No Python runs in Zenoh's callbacks: it would take time, and a KeyboardInterrupt raised there would be lost along
     with the reply.
 
     Attributes:
@@ -84,7 +84,7 @@ class Call:
         )
 
     def give_up(self) -> None:
-        """Let there be no answer; from any thread."""
+        """End the request without an answer; from any thread."""
         self._replies.put(None)
 
     def wait(self, timeout: float) -> bool:
@@ -100,14 +100,14 @@ class Call:
 
 
 class Link:
-    """A session with what belongs to it: who is there, and what to do later.
+    """A session with its worker thread and the simulator's liveliness.
 
     Attributes:
         session: The Zenoh session.
         keys: How keys are spelled.
-        worker: For what has to be done later.
-        presence: Whether the simulator is there.
-        acknowledge_timeout: Wall seconds in which a goal has to be accepted or rejected.
+        worker: Runs deferred calls.
+        presence: Whether the simulator is alive.
+        acknowledge_timeout: Wall seconds within which a goal has to be accepted or rejected.
     """
 
     ordered = False
@@ -119,23 +119,23 @@ class Link:
         self.presence = Presence(session, keys.alive(), self.worker, grace=grace, on_gone=self._give_up)
         self.acknowledge_timeout = acknowledge_timeout
         self._lock = threading.Lock()
-        # In order, so that they fail in order.
+        # Ordered, so that goals fail in order.
         self._goals: dict[Failing, None] = {}
-        # Zenoh's timestamps have the session's id in them, and are unique within it.
+        # Zenoh's timestamps contain the session's id and are unique within it.
         self._owner = str(session.new_timestamp())
         self._sent = 0
         self._closers: list[Callable[[], None]] = []
         self._closed = False
-        # Not Session.is_closed(): it waits for Zenoh's lock with the GIL held, and who has that lock may want the GIL.
+        # Not Session.is_closed(): it waits for Zenoh's lock with the GIL held, and the lock's holder may want the GIL.
         self._broken = False
 
     @property
     def closed(self) -> bool:
-        """Whether the link or its session was closed, as far as we know."""
+        """Whether the link or its session is known to be closed."""
         return self._closed or self._broken
 
     def check_open(self) -> None:
-        """Do nothing while the link is open.
+        """Check that the link is open.
 
         Raises:
             ClientClosed: It is not.
@@ -144,7 +144,7 @@ class Link:
             raise ClientClosed("the client is closed")
 
     def enter(self, goal: Failing) -> None:
-        """Take a goal under our wing: it fails when the simulator goes or the link is closed.
+        """Track a goal: it fails when the simulator goes or the link is closed.
 
         Raises:
             ClientClosed: The link is closed already.
@@ -152,12 +152,12 @@ class Link:
         self.check_open()
         self.presence.start()
         with self._lock:
-            # Again, for it may have been closed meanwhile: whom it has in its list by then, it fails.
+            # Checked again: closing fails only the goals that are tracked by then.
             self.check_open()
             self._goals[goal] = None
 
     def leave(self, goal: Failing) -> None:
-        """Forget a goal that is done."""
+        """Stop tracking a goal that is done."""
         with self._lock:
             self._goals.pop(goal, None)
 
@@ -176,11 +176,11 @@ class Link:
             raise ClientClosed("the client is closed") from None
 
     def drive(self, condition: Callable[[], bool], _timeout: float | None, *, at_once: bool = False) -> bool:  # noqa: ARG002 - as a wire
-        """Return whether something is true; nothing is to be done for it, as time goes on by itself."""
+        """Return whether a condition holds; time moves by itself, so there is nothing to advance."""
         return condition()
 
     def next_goal_id(self) -> str:
-        """Return an id that no other goal of anybody has."""
+        """Return a goal id that is unique across all clients."""
         with self._lock:
             self._sent += 1
             return made_goal_id(self._owner, self._sent)
@@ -191,7 +191,7 @@ class Link:
             self._closers.append(closer)
 
     def ask(self, port: Port, payload: bytes | None, *, timeout: float, then: Callable[[Answer], None]) -> None:
-        """Send a request; *then* gets the answer, once: a reply in Zenoh's thread, its absence in the worker's."""
+        """Send a request; *then* receives the answer, once: a reply in Zenoh's thread, its absence in the worker's."""
         once = _Once(then, self.worker)
         handler = zenoh.handlers.Callback(once.on_reply, once.on_end, indirect=False)
         try:
@@ -202,7 +202,7 @@ class Link:
     look_up = ask
 
     def call(self, port: Port, payload: bytes | None, *, timeout: float) -> Call:
-        """Send a request whose answer is waited for."""
+        """Send a request and return its pending reply."""
         call = Call()
         try:
             self._get(port, payload, call.handler, timeout)
@@ -211,7 +211,7 @@ class Link:
         return call
 
     def absence(self) -> HmrsimError | None:
-        """Return why it is useless to go on; None while the simulator is there or may still come (back)."""
+        """Return why no answer can come any more; None while the simulator is alive or may still come (back)."""
         if self.closed:
             return ClientClosed("the client was closed")
         if not self.presence.gone:
@@ -225,7 +225,7 @@ class Link:
         )
 
     def close(self) -> None:
-        """Fail what is under way; the session stays open."""
+        """Fail everything under way; the session stays open."""
         with self._lock:
             if self._closed:
                 return
@@ -238,7 +238,7 @@ class Link:
         self.worker.close()
 
     def fail(self, error: Exception) -> None:
-        """Give up all that is under way."""
+        """Fail everything under way."""
         with self._lock:
             goals = list(self._goals)
         for goal in goals:
@@ -250,7 +250,7 @@ class Link:
         try:
             self.session.get(port.key, handler, payload=payload, encoding=port.encoding, timeout=timeout)
         except zenoh.ZError:
-            # Our keys are valid, so it is the session: somebody closed it behind our back.
+            # The keys are valid, so the session is at fault: its owner has closed it.
             self._broken = True
             raise
 
@@ -260,7 +260,7 @@ class Link:
 
 
 class _Once:
-    """SingleFlight the replies to one query and its end into one answer."""
+    """Combine the replies to one query and its end into one answer."""
 
     def __init__(self, then: Callable[[Answer], None], worker: Worker) -> None:
         self._then: Callable[[Answer], None] | None = then
@@ -277,7 +277,7 @@ class _Once:
         if then is None:
             return
         if answer is None:
-            # Zenoh may end a query with its lock held: whatever used the session in here would wait for ever.
+            # Zenoh may end a query with its lock held: a call on the session in this callback would deadlock.
             self._worker.after(0.0, lambda: then(None))
         else:
             then(answer)

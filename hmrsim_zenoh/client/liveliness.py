@@ -1,4 +1,4 @@
-"""Whether the simulator is there, by its liveliness token."""
+"""The simulator's liveliness, by its Zenoh token."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 
 class Presence:
-    """Follows the simulator's token, and tells when it has been gone for longer than a grace.
+    """Follows the simulator's token and reports when it has been gone for longer than the grace period.
 
-    The grace is for routers that restart. Nothing is asked or subscribed before `start`.
+    The grace period covers router restarts. Nothing is queried or subscribed before `start`.
     """
 
     def __init__(
@@ -47,22 +47,22 @@ class Presence:
 
     @property
     def seen(self) -> bool:
-        """Whether the token was ever there."""
+        """Whether the token has ever been seen."""
         return self._seen
 
     @property
     def gone(self) -> bool:
-        """Whether the token has been away for longer than the grace, counted from `start`."""
+        """Whether the token has been missing for longer than the grace period, counted from `start`."""
         with self._changed:
             return not self._alive and time.monotonic() - self._gone_since >= self._grace
 
     def start(self) -> None:
-        """Begin to follow the token; returns at once.
+        """Begin to follow the token and return at once.
 
         Raises:
             ClientClosed: The session is closed.
         """
-        # Not the lock that the callback takes: Zenoh may be calling it right now.
+        # Not the callback's lock: Zenoh may be calling it right now.
         with self._starting:
             if self._subscriber is not None:
                 return
@@ -74,7 +74,7 @@ class Presence:
                 raise ClientClosed("the client is closed") from None
 
     def alive(self, timeout: float) -> bool:
-        """Return whether the token is there; asks, the first time, for at most *timeout* seconds."""
+        """Return whether the token is there; the first call queries for at most *timeout* seconds."""
         self.start()
         if not self._asked and not self._alive:
             answered = threading.Event()
@@ -90,7 +90,7 @@ class Presence:
             return self._changed.wait_for(lambda: self._alive, timeout)
 
     def close(self) -> None:
-        """Follow the token no longer."""
+        """Stop following the token."""
         with self._starting:
             subscriber, self._subscriber = self._subscriber, None
         if subscriber is not None:
@@ -100,7 +100,7 @@ class Presence:
         handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
             lambda _reply: self._set(alive=True), then, indirect=False
         )
-        # A session that is closed is nobody's presence.
+        # A closed session has no liveliness.
         with suppress(zenoh.ZError):
             self._session.liveliness().get(self._token, handler, timeout=self._grace)
 
@@ -119,9 +119,9 @@ class Presence:
             self._worker.after(self._grace, self._look_again)
 
     def _look_again(self) -> None:
-        """Ask before we give up: a token that came back may have been told of in the wrong order."""
+        """Query once more before giving up: Zenoh may have reordered the notifications of a token that came back."""
         if not self._alive:
-            # In the worker's thread, for Zenoh may end a query with its lock held.
+            # In the worker's thread, since Zenoh may end a query with its lock held.
             self._ask(lambda: self._worker.after(0.0, self._conclude))
 
     def _conclude(self) -> None:

@@ -1,7 +1,7 @@
-"""A client's part in lockstep: what is sent goes along with the next advance, and what happened comes with its grant.
+"""A client's participation in lockstep: requests go with the next advance, and events come with its grant.
 
-To a goal's ticket this is a wire as any other: it answers ``send_goal``, ``cancel_goal`` and ``get_result``. But time
-stands still while nobody waits: so whoever waits for something lets time go on until it has happened.
+A goal handle sees an ordinary transport, which answers ``send_goal``, ``cancel_goal`` and ``get_result``. Simulated
+time stands still while no thread waits: a thread that waits for a condition advances time until it holds.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ if TYPE_CHECKING:
 _LAST_WORDS: Final = 1.0
 _MAX_LOOK: Final = 3.0
 _LATEST: Final = 2.0**31
-"""Seconds that ROS can state."""
+"""The largest time in seconds that ROS can represent."""
 _SURE: Final = 2
-"""So many times in a row nothing is scheduled: everybody knew it, and nobody did anything about it."""
+"""Idle grants in a row after which waiting fails: all participants were told and none sent a command."""
 
 
 @dataclass(frozen=True)
 class _Command:
-    """What goes along with an advance, and as what it was asked."""
+    """A command of the next advance, and the request that it stands for."""
 
     payload: bytes
     port: Port
@@ -51,26 +51,26 @@ class _Command:
 
 @dataclass(frozen=True)
 class _Listener:
-    """Who follows an action's feedback, and whether anybody cares at the moment."""
+    """A subscriber to an action's feedback, and whether it wants feedback at the moment."""
 
     on_payload: Callable[[bytes], None]
     wanted: Callable[[], bool]
 
 
 class Lockstep:
-    """The part that a client takes in a simulator's time. Any thread may use it; one at a time lets time go on.
+    """A client's participation in a simulator's lockstep. Any thread may use it; one at a time advances time.
 
     Args:
         link: The client's link.
         name: The participant's name.
 
     Raises:
-        RequestError: The simulator does not want us, as when somebody of that name is there.
-        NobodyThere, SimulatorGone, ClientClosed: There is nobody to take part with.
+        RequestError: The simulator refuses this participant, for instance as the name is taken.
+        NobodyThere, SimulatorGone, ClientClosed: There is no simulator to join.
     """
 
     ordered = True
-    """Whether what is sent later arrives later."""
+    """Whether requests arrive in the order in which they are sent."""
 
     def __init__(self, link: Link, name: str) -> None:
         self._link = link
@@ -96,21 +96,21 @@ class Lockstep:
 
     @property
     def over(self) -> bool:
-        """Whether time moves by itself now, or not any more."""
+        """Whether lockstep is over: time moves by itself now, or has ended."""
         return self._over
 
     @property
     def lost(self) -> bool:
-        """Whether time goes on without us, or the simulator has gone; whoever was told so may take part anew."""
+        """Whether time goes on without this client, or the simulator has gone; the client may then join again."""
         return self._error is not None
 
     def next_goal_id(self) -> str:
-        """Return the id of the next goal: the simulator would make the same."""
+        """Return the id of the next goal: the simulator would generate the same."""
         with self._lock:
             self._goals += 1
             return made_goal_id(self._name, self._goals)
 
-    # --- a wire -------------------------------------------------------------------------------------------------------
+    # --- transport ----------------------------------------------------------------------------------------------------
 
     def ask(self, port: Port, payload: bytes, *, timeout: float, then: Callable[[Answer], None]) -> None:
         """Send a request with the next advance; *timeout* does not count, as time stands still."""
@@ -128,7 +128,7 @@ class Lockstep:
         self._link.ask(port, payload, timeout=timeout, then=then)
 
     def look_up(self, port: Port, payload: bytes, *, timeout: float, then: Callable[[Answer], None]) -> None:
-        """Ask for what has happened before: no grant brings it; time stands until the answer has come."""
+        """Query an earlier event, which no grant contains; time stands still until the answer has come."""
         call = self._link.call(port, payload, timeout=min(timeout, _MAX_LOOK))
         call.wait(_MAX_LOOK)
         then(call.answer)
@@ -142,35 +142,35 @@ class Lockstep:
         self._link.listen(key, on_payload, wanted)
 
     def drive(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:
-        """Let time go on until something is true; return whether it is.
+        """Advance time until a condition holds; return whether it does.
 
-        It is not if that takes more than *timeout* wall seconds, or lockstep is over.
+        It does not if that takes more than *timeout* wall seconds, or lockstep is over.
 
         Args:
-            condition: What to wait for.
-            timeout: Wall seconds; None for as long as it takes.
-            at_once: Let what was sent be applied, but no time go by.
+            condition: The condition to wait for.
+            timeout: Wall seconds; None for no limit.
+            at_once: Whether to apply the pending commands without advancing time.
 
         Raises:
-            Idle: It can't happen.
-            Dropped, NobodyThere, SimulatorGone, ClientClosed: Nor then.
+            Idle: The condition can't become true.
+            Dropped, NobodyThere, SimulatorGone, ClientClosed: Likewise.
         """
         return self._drive(condition, timeout, self.now if at_once else None)
 
     # --- time ---------------------------------------------------------------------------------------------------------
 
     def sleep(self, seconds: float) -> bool:
-        """Let simulated seconds go by; return whether they have, as lockstep may be over before.
+        """Advance by simulated seconds; return whether they have passed, since lockstep may end before.
 
         Raises:
-            Dropped, NobodyThere, SimulatorGone, ClientClosed: Time will not go on for us.
-            ValueError: There is no such time.
+            Dropped, NobodyThere, SimulatorGone, ClientClosed: This client can't advance time any more.
+            ValueError: The time is out of range.
         """
         begin = self.now
         end = begin + seconds
         if not 0 <= end < _LATEST:
             raise ValueError(f"{seconds} s is no time to sleep for; it is {begin} s now")
-        # Time that goes back was reset, and nobody will wait for its old course.
+        # Time went back: the simulation was reset, and the old deadline is void.
         return self._drive(lambda: not begin <= self.now < end, None, end)
 
     def advance(
@@ -181,20 +181,20 @@ class Lockstep:
         report: Sequence[Kind] = (),
         timeout: float = math.inf,
     ) -> bool:
-        """Send what is to be sent, and let time go on once; callbacks are called before this returns.
+        """Send the pending commands and advance once; callbacks run before this returns.
 
         Args:
             until: Simulated seconds; None for as far as anything is scheduled.
-            wake: For what time stops: anybody's results, feedback, changes of status.
-            report: What to be told of besides.
+            wake: The events that stop time: results, feedback and status changes of any goal.
+            report: Further events to report.
             timeout: Wall seconds.
 
         Returns:
-            Whether time was granted; if not, the next call waits for the same grant, whatever it asks for.
+            Whether time was granted; if not, the next call waits for the same grant, whatever its arguments.
 
         Raises:
             Idle: Nothing is scheduled, for the second time in a row.
-            Dropped, NobodyThere, SimulatorGone, ClientClosed: Time will not go on for us.
+            Dropped, NobodyThere, SimulatorGone, ClientClosed: This client can't advance time any more.
         """
         limit = time.monotonic() + timeout
         with self._turns.take(self._ended, timeout) as ours:
@@ -208,7 +208,7 @@ class Lockstep:
             self._over = True
         self._turns.look()
         self._participant.leave()
-        # Whoever waits for a grant has one now.
+        # A thread that waits for a grant has one now.
         with self._turns.take(lambda: False, _LAST_WORDS) as ours:
             if ours and self._participant.asking:
                 with suppress(HmrsimError):
@@ -238,10 +238,10 @@ class Lockstep:
         return condition()
 
     def _ended(self) -> bool:
-        """Return whether there is nothing more to be granted.
+        """Return whether no more grants will come.
 
         Raises:
-            Dropped, NobodyThere, SimulatorGone: It ended so.
+            Dropped, NobodyThere, SimulatorGone: Lockstep ended with this error.
         """
         if self._error is not None:
             raise self._error
@@ -255,9 +255,9 @@ class Lockstep:
         return ("result", "feedback") if any(each.wanted() for each in listeners) else ("result",)
 
     def _step(self, until: float | None, wake: Sequence[Kind], report: Sequence[Kind], limit: float) -> bool:
-        """Ask to advance, unless that was done already, and take what is granted; return whether anything was."""
+        """Request an advance, unless one is pending, and process the grant; return whether there was one."""
         if self._undelivered:
-            # Whoever was at it was interrupted in a callback.
+            # The thread that ran the callbacks was interrupted in one.
             self._hand_out()
             return True
         if not self._participant.asking:
@@ -286,7 +286,7 @@ class Lockstep:
         self._idle = self._idle + 1 if grant.reason == "idle" and not applied else 0
         self._sent = []
         with self._lock:
-            # The simulation was reset before they could be applied.
+            # The simulation was reset before the commands were applied.
             self._queue[:0] = lost
         self._undelivered.extend(partial(each.then, answer) for each, answer in zip(applied, answers, strict=True))
         self._undelivered.extend(partial(self._tell, event) for event in grant.events)
@@ -297,7 +297,7 @@ class Lockstep:
             raise Idle("nothing is scheduled in the simulation, and nobody does anything: time can't go on")
 
     def _hand_out(self) -> None:
-        """Call back for all that was granted; what an interrupt leaves over comes with the next step."""
+        """Run the callbacks of a grant; those that an interrupt leaves over run in the next step."""
         while self._undelivered:
             self._undelivered.popleft()()
 
@@ -311,7 +311,7 @@ class Lockstep:
                 listener.on_payload(dump({"goal_id": event.goal_id, "feedback": event.feedback}))
 
     def _end(self) -> None:
-        """Go on without lockstep: to the goals' tickets what was not answered is lost, so that they ask again."""
+        """Go on without lockstep: unanswered requests count as lost, so that goal handles send them again."""
         with self._lock:
             self._over = True
             unanswered = [*chain.from_iterable(self._results.values()), *(command.then for command in self._queue)]
@@ -324,7 +324,7 @@ class Lockstep:
 
 
 def _command(key: ActionKey, request: bytes) -> bytes:
-    """Return a request as an advance takes it."""
+    """Return a request as a command of an advance."""
     head = b'{"robot":"%b","action":"%b",' % (key.robot.encode(), key.action.encode())
     if key.verb is Verb.SEND_GOAL:
         return head + request[1:]
@@ -332,7 +332,7 @@ def _command(key: ActionKey, request: bytes) -> bytes:
 
 
 def _answer(item: dict[str, object] | None) -> Answer:
-    """Return an item of *accepted* as the answer that it would be on its own key."""
+    """Return an item of *accepted* as the reply to a request on its own key."""
     if item is None:
         return None
     return RequestError.from_json(dump(item)) if "error" in item else dump(item)

@@ -1,7 +1,7 @@
-"""Taking part in a simulator's lockstep: the requests ``join``, ``advance`` and ``leave``, and nothing around them.
+"""A participant in a simulator's lockstep: the requests ``join``, ``advance`` and ``leave``.
 
-Time moves only when every participant has asked to advance. A reply may be lost like any other: the same request is
-sent again, and gets the same answer.
+Time moves only when every participant has requested an advance. If a reply is lost, the same request is
+sent again and gets the same answer.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 Kind = Literal["result", "feedback", "status"]
-"""What one can be woken for, or told of."""
+"""Kinds of events that can wake a participant or be reported to it."""
 
 M = TypeVar("M", bound=BaseModel)
 
 _NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
-# Zenoh ends a query after 10 s by default; others may think for longer, and a pause may last.
+# Zenoh's default query timeout is 10 s; other participants may take longer, and a pause may last.
 _FOR_EVER: Final = 1e6
 _ONE_TRY: Final = 3.0
 _LAST_WORDS: Final = 1.0
@@ -38,7 +38,7 @@ _LOCKSTEP: Final = "lockstep"
 
 
 class Happening(BaseModel):
-    """Something that happened to a goal, anybody's; *status*, *result* and *feedback* as its kind has them."""
+    """An event of a goal of any client; its kind determines which of *status*, *result* and *feedback* it has."""
 
     kind: str
     robot: str
@@ -50,13 +50,13 @@ class Happening(BaseModel):
 
 
 class Grant(BaseModel):
-    """How far time went, and what happened on the way.
+    """The reply to an advance: how far time went, and the events on the way.
 
     Attributes:
-        epoch: The epoch to ask for next.
+        epoch: The epoch of the next request.
         now: Simulated seconds.
         reason: ``event``, ``until``, ``idle`` or ``end``.
-        accepted: What each command would have been answered on its own key; none for what was not applied.
+        accepted: The reply to each applied command, as on its own key.
         events: In order.
     """
 
@@ -81,13 +81,13 @@ class _State(BaseModel):
 
 @dataclass(frozen=True)
 class Wish:
-    """What is asked of an advance.
+    """The request of an advance.
 
     Attributes:
         until: Simulated seconds; None for as far as anything is scheduled.
-        wake: What ends the advance.
-        report: What to be told of besides; feedback once a goal, as it is in the end.
-        commands: To be applied first, in this order; JSON objects.
+        wake: The kinds of events that end the advance.
+        report: Further kinds of events to report; of feedback only the latest of each goal.
+        commands: The commands to apply first, in this order; JSON objects.
     """
 
     until: float | None = None
@@ -97,12 +97,12 @@ class Wish:
 
 
 class Participant:
-    """Somebody on whom a simulator's time waits. For one thread at a time, but for `fail`.
+    """A participant for which a simulator's time waits. For one thread at a time, except for `fail`.
 
     Attributes:
-        name: As the simulator knows it.
-        epoch: The epoch to ask for next.
-        now: Simulated seconds, as they were granted last.
+        name: The participant's name.
+        epoch: The epoch of the next request.
+        now: Simulated seconds of the last grant.
     """
 
     def __init__(self, link: Link, name: str) -> None:
@@ -118,16 +118,16 @@ class Participant:
 
     @property
     def asking(self) -> bool:
-        """Whether an advance was asked for that has not been answered yet."""
+        """Whether an advance is pending."""
         return self._wish is not None
 
     def join(self) -> int:
-        """Take part from now on; return how many goals were sent under this name before.
+        """Join, and return how many goals were sent under this name before.
 
         Raises:
-            NameTaken: Somebody else has our name.
-            RequestError: The simulator does not want us; its words say why.
-            NobodyThere, SimulatorGone, ClientClosed: There is nobody to take part with.
+            NameTaken: Another participant has this name.
+            RequestError: The simulator refuses this participant; the text says why.
+            NobodyThere, SimulatorGone, ClientClosed: There is no simulator to join.
         """
         self._link.enter(self)
         try:
@@ -142,17 +142,17 @@ class Participant:
         return joined.goals
 
     def ask(self, wish: Wish) -> None:
-        """Ask to advance; `take` gets the answer."""
+        """Request an advance; `take` returns the answer."""
         self._resynchronised = False
         self._ask(wish)
         self._wish = wish
 
     def take(self, timeout: float = math.inf) -> Grant | None:
-        """Wait for the answer; None if it does not come in *timeout* wall seconds, and may be waited for again.
+        """Wait for the answer; None if it does not come within *timeout* wall seconds: the caller may wait again.
 
         Raises:
-            Dropped: The simulator goes on without us.
-            RequestError: It can't read the request, of which nothing was done.
+            Dropped: The simulator goes on without this participant.
+            RequestError: The simulator can't read the request and applied none of it.
             NobodyThere, SimulatorGone, ClientClosed: There will be no answer.
         """
         limit = time.monotonic() + timeout
@@ -168,20 +168,20 @@ class Participant:
         return None
 
     def leave(self) -> None:
-        """Take part no longer, and say so if anybody is there."""
+        """Leave, and tell the simulator if it is there."""
         if self._token is not None:
             self._send("leave", dump({"participant": self.name}), _LAST_WORDS).wait(_LAST_WORDS)
         self.close()
 
     def close(self) -> None:
-        """Take part no longer, without a word."""
+        """Leave without telling the simulator."""
         self._link.leave(self)
         token, self._token = self._token, None
         if token is not None and not self._link.closed:
             token.undeclare()
 
     def fail(self, error: Exception) -> None:
-        """Give up what is being waited for; in any thread."""
+        """Fail the pending request; from any thread."""
         self._failure = error
         self._call.give_up()
 
@@ -214,7 +214,7 @@ class Participant:
         return self._link.call(Port(self._link.keys.world(f"time/{request}")), payload, timeout=timeout)
 
     def _answered(self, timeout: float) -> bool:
-        """Wait for the answer; an answer of None was lost, and there is hope for another."""
+        """Wait for the answer; an answer of None was lost, and the request may be repeated."""
         self._check()
         if not self._call.wait(timeout):
             return False
@@ -230,15 +230,20 @@ class Participant:
             raise self._failure
 
     def _ended(self, error: RequestError) -> Grant | None:
-        """Return what an error means that says no more than that time moves by itself now; None to ask once more."""
+        """Return the last grant if time moves by itself now; None to repeat the request after a reset.
+
+        Raises:
+            Dropped: The simulator goes on without this participant.
+            RequestError: The error has another cause.
+        """
         field = _field(error)
         state = self._state(error)
         if state.clock != _LOCKSTEP:
             return Grant(epoch=state.epoch, now=state.now, reason="end")
         if field == "epoch" and not self._resynchronised:
-            # The simulation was reset while we were thinking.
+            # The simulation was reset before this request.
             if self._wish is not None and state.now < self.now:
-                # What we wished for was meant for its old time; let us know what the reset did, and think again.
+                # The request was meant for the old time; an advance without commands shows the new one first.
                 self._wish = replace(self._wish, until=state.now, commands=())
             self.epoch, self.now = state.epoch, state.now
             return None
@@ -255,10 +260,10 @@ class Participant:
 
 
 def check_name(name: str) -> None:
-    """Refuse what can't be a participant's name.
+    """Check a participant's name.
 
     Raises:
-        ValueError: It can't.
+        ValueError: The name is invalid.
     """
     if not _NAME.fullmatch(name):
         raise ValueError(
@@ -267,7 +272,7 @@ def check_name(name: str) -> None:
 
 
 def _field(error: RequestError) -> object:
-    """Return what of a request was wrong; None if the simulator doesn't say."""
+    """Return the mistake in a request; None if the simulator doesn't name it."""
     return error.details[0].get("field") if error.details else None
 
 

@@ -1,4 +1,4 @@
-"""The simulated time, as the simulator publishes it."""
+"""The simulated time that the simulator publishes."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ def read_clock(payload: bytes) -> float:
     """Return the simulated seconds of a ``Clock``.
 
     Raises:
-        UnreadableError: It is none.
+        UnreadableError: The payload is not a ``Clock``.
     """
     message: Clock = read(plain(Clock), payload)
     return message.clock.to_nanoseconds() / NANOSECONDS
 
 
 class Subscriber(Protocol):
-    """What a clock knows of a `Client`."""
+    """The part of a `Client` that a clock uses."""
 
     keys: Keys
 
     def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, history: bool = False) -> Subscription:
-        """Call back with key and payload of each sample."""
+        """Call back with the key and payload of each sample."""
 
 
 class SimClock:
-    """Follows ``_world/clock``.
+    """Subscribes to ``_world/clock``.
 
     Args:
-        client: Where the clock is heard.
-        on_time: Called with each time that is heard, in the subscription's thread.
+        client: The client that subscribes.
+        on_time: Called with each time received, in the subscription's thread.
     """
 
     def __init__(self, client: Subscriber, on_time: Callable[[float], None]) -> None:
@@ -52,11 +52,11 @@ class SimClock:
 
     @property
     def now(self) -> float | None:
-        """Simulated seconds; None until the clock was heard."""
+        """Simulated seconds; None until a message was received."""
         return self._now
 
     def close(self) -> None:
-        """Follow the clock no longer."""
+        """Unsubscribe."""
         self._subscription.close()
 
     def _on_sample(self, key: str, payload: bytes) -> None:

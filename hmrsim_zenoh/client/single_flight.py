@@ -1,4 +1,4 @@
-"""Whose turn it is: of many threads that wait, one at a time does something about it."""
+"""Turns among waiting threads: one at a time does the work that all of them wait for."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class SingleFlight:
-    """Lets one thread at a time do what all of them wait for."""
+    """Lets one thread at a time do the work that all of them wait for."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -19,14 +19,14 @@ class SingleFlight:
 
     @contextmanager
     def take(self, needless: Callable[[], bool], timeout: float) -> Iterator[bool]:
-        """Wait for our turn; yields whether it is, as it may have become needless, or take too long.
+        """Wait for the calling thread's turn; yield False if it became needless or timed out.
 
         Args:
-            needless: Says whether there is nothing to wait for any more; asked after each turn of somebody else.
+            needless: Returns whether there is nothing left to wait for; called after each turn of another thread.
             timeout: Wall seconds.
 
         Raises:
-            RuntimeError: It is ours already: a callback waits for what comes after it.
+            RuntimeError: The calling thread has the turn already: a callback waits for an event that comes after it.
         """
         me = threading.get_ident()
         if self._who == me:
@@ -45,6 +45,6 @@ class SingleFlight:
                     self._changed.notify_all()
 
     def look(self) -> None:
-        """Let all who wait see whether it is needless."""
+        """Have all waiting threads check whether their turn is needless."""
         with self._changed:
             self._changed.notify_all()

@@ -1,4 +1,4 @@
-"""Samples of a key, handed to a callback in a thread of its own."""
+"""A subscription that passes samples to a callback in its own thread."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _MAX_WAITING: Final = 10_000
 
 
 class Subscription:
-    """Calls back for each sample until it is closed.
+    """Calls back for each sample until closed.
 
-    The callback may take its time: what Zenoh brings meanwhile waits, the latest 10,000 of it. A callback that
-    blocked Zenoh's own thread would hold up the simulator.
+    The callback may block: the latest 10,000 samples wait meanwhile. A callback that blocked Zenoh's own thread
+    would hold up the simulator.
     """
 
     def __init__(
@@ -35,12 +35,12 @@ class Subscription:
         self._waiting: deque[tuple[str, bytes]] = deque(maxlen=_MAX_WAITING)
         self._closed = False
         self._subscriber = self._declared(session, history=history)
-        # Not in Zenoh's receive loop: a daemon thread that the interpreter ends there takes the process with it.
+        # Not in Zenoh's receive loop: a daemon thread that the interpreter ends there crashes the process.
         self._thread = threading.Thread(target=self._run, name=f"subscription to {key}", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Call back no more; waits for a call that is under way, unless it is the one that closes."""
+        """Stop calling back; waits for a running callback, unless it is the one that closes."""
         with self._changed:
             if self._closed:
                 return
@@ -60,7 +60,7 @@ class Subscription:
         """Close it."""
         self.close()
 
-    def _declared(self, session: zenoh.Session, *, history: bool) -> Any:  # two kinds of subscriber
+    def _declared(self, session: zenoh.Session, *, history: bool) -> Any:  # plain and advanced subscriber
         handler = zenoh.handlers.Callback(self._on_sample, indirect=False)
         if not history:
             return session.declare_subscriber(self._key, handler)

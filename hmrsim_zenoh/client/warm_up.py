@@ -1,6 +1,6 @@
-"""Work of a client that takes long when it is done first, done before a robot waits for it.
+"""Slow first-time work of a client, done before a robot waits for it.
 
-pydantic builds what reads and writes a message when that is first used: a tenth of a second for MoveIt's large ones.
+pydantic builds a message's validator and serializer upon first use, which takes 0.1 s for MoveIt's large messages.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _ENDED = b'{"status":0,"result":{}}'
 
 
 def for_client(action: AnyAction) -> None:
-    """Be ready to send goals of an action, and to read what comes of them."""
+    """Prepare to send goals of an action and to read their feedback and results."""
     result: type[Message] = action.result
     SendGoalRequest(goal_id="", goal=action.goal()).model_dump_json()
     read(plain(SendGoalResponse), _ACCEPTED)

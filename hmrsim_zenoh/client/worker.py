@@ -1,4 +1,4 @@
-"""One thread for what a client has to do later: Zenoh's own threads must neither wait nor sleep."""
+"""A thread for a client's deferred calls: Zenoh's own threads must neither wait nor sleep."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class Worker:
         self._due: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
         self._closed = False
-        # Not when first needed: that is in Zenoh's thread, which must not wait for another one to start.
+        # Not upon first use: that is in Zenoh's thread, which must not wait for another thread to start.
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
     def after(self, delay: float, call: Callable[[], None]) -> None:
-        """Call a function in *delay* seconds of wall time; never if the worker is closed by then."""
+        """Call a function after *delay* wall seconds, unless the worker is closed by then."""
         with self._changed:
             if self._closed:
                 return
@@ -36,7 +36,7 @@ class Worker:
             self._changed.notify()
 
     def close(self) -> None:
-        """Drop what is due, and wait for what is being done."""
+        """Drop the pending calls and wait for the running one."""
         with self._changed:
             self._closed = True
             self._due.clear()

@@ -1,4 +1,4 @@
-"""The simulator's side of the JSON wire: queries become commands, and events become replies and publications.
+"""The server of the JSON wire: queries become commands, and events become replies and publications.
 
-`hmrsim_zenoh.host` puts it together with a simulator.
+`hmrsim_zenoh.host` composes it with a simulator.
 """

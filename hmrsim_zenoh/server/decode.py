@@ -1,7 +1,7 @@
-"""Queries on the JSON wire, and the commands that they stand for.
+"""Decoding of the JSON wire's queries to commands.
 
-What can't be read is answered here, at once, with Zenoh's error reply; all else is answered by what comes of the
-command, which carries the query as its ``reply_to``.
+An invalid query gets an error reply at once. Any other query travels with its command as ``reply_to`` and is answered
+when the command has been processed.
 """
 
 from __future__ import annotations
@@ -51,20 +51,20 @@ _WORLD_TOPICS = {"clock": Topic.CLOCK}
 
 
 class _Shared:
-    """A query that several answers are for; it is dropped after the last."""
+    """A query with several answers; it is dropped after the last one."""
 
     def __init__(self, query: zenoh.Query) -> None:
         self.query = query
         self.open = 0
 
     def one_more(self) -> _Share:
-        """Return the part of one more answer."""
+        """Return a part of the query for one more answer."""
         self.open += 1
         return _Share(self)
 
 
 class _Share:
-    """One answer's part of a shared query; it is used like a query."""
+    """One answer's part of a shared query; it has the interface of a query."""
 
     def __init__(self, shared: _Shared) -> None:
         self._shared = shared
@@ -73,7 +73,7 @@ class _Share:
         self._shared.query.reply(key, payload, encoding=encoding)
 
     def reply_err(self, payload: bytes, *, encoding: str) -> None:
-        """Say nothing: who asks for everything gets what there is."""
+        """Drop the error: a query with wildcards gets the values that exist."""
 
     def drop(self) -> None:
         self._shared.open -= 1
@@ -86,9 +86,9 @@ class PendingReply:
     """A query that awaits its answer.
 
     Attributes:
-        query: Zenoh's, or a part of one that asks for several things.
-        key: The concrete key to answer on.
-        action: Whose answer it will be, if it asks an action.
+        query: Zenoh's query, or a part of one with several answers.
+        key: The concrete key of the reply.
+        action: The action that the query is for, if any.
     """
 
     query: zenoh.Query | _Share
@@ -105,7 +105,7 @@ class PendingReply:
             self.query.drop()
 
     def refuse(self, payload: bytes) -> None:
-        """Send the one answer: Zenoh's error reply."""
+        """Send the one answer as Zenoh's error reply."""
         try:
             self.query.reply_err(payload, encoding=encoding.JSON)
         except zenoh.ZError as error:
@@ -116,7 +116,7 @@ class PendingReply:
 
 @dataclass(frozen=True, slots=True)
 class _Latched:
-    """A key whose latest can be got, and what it is the latest of."""
+    """A latched key and the topic whose latest value it holds."""
 
     key: zenoh.KeyExpr
     topic: Topic
@@ -124,20 +124,20 @@ class _Latched:
     action: str = ""
 
     def reading(self, reply_to: PendingReply) -> AnyCommand:
-        """Return the command that asks for it."""
+        """Return the command that reads it."""
         return ReadTime(reply_to) if self.topic is Topic.TIME else Read(self.topic, self.robot, self.action, reply_to)
 
 
 class Requests:
-    """Reads queries.
+    """Decodes queries.
 
     Args:
         keys: How keys are spelled.
-        actions: All actions by name, to read goals.
+        actions: All actions by name, to decode goals.
         serves: The names of the actions of each robot.
-        fixed: Latched topics of the world: topic to encoding, and what gives the payload.
+        fixed: Latched topics of the world: topic to encoding and a function that returns the payload.
         services: The world's services by name.
-        max_payload: Bytes that a request may have.
+        max_payload: The largest request in bytes.
     """
 
     def __init__(
@@ -154,7 +154,7 @@ class Requests:
         self._time = TimeRequests(keys, actions, max_payload)
         self._services = services
         self._wakeup_key = keys.wakeup_key()
-        # Clients ask on the same keys again and again.
+        # Clients use the same keys again and again.
         self._parse = lru_cache(_KEPT_KEYS)(keys.parse)
         self._actions = actions
         self._serves = serves
@@ -163,7 +163,7 @@ class Requests:
         self._max_payload = max_payload
 
     def decode(self, query: zenoh.Query) -> list[AnyCommand]:
-        """Return the commands that a query stands for; answer here what can't be read."""
+        """Return the commands of a query; an invalid query is answered here."""
         key = self._keys.without_history(str(query.key_expr))
         if key == self._wakeup_key:
             query.drop()
@@ -189,7 +189,7 @@ class Requests:
                 return [self._read_topic(query, key, robot, topic)]
             case None if self._keys.owner(key) in self._serves:
                 raise UnreadableError(f"{key!r} is no key of {self._keys.owner(key)}; see docs/keys.md")
-        # Others may have keys below our prefix, such as a planner's; it is for them to answer.
+        # Other programs, such as a planner, may serve keys below the prefix; they answer these queries.
         query.drop()
         return []
 
@@ -240,7 +240,7 @@ class Requests:
         return Read(_TOPICS[topic], robot, reply_to=PendingReply(query, key))
 
     def _decode_wildcard(self, query: zenoh.Query, pattern: str) -> list[AnyCommand]:
-        """Return one reading for each latched key that a pattern matches; nothing but readings may be asked so."""
+        """Return one reading for each latched key that a key expression matches; wildcards serve readings only."""
         wanted = zenoh.KeyExpr(pattern)
         fixed = [topic for topic in self._fixed if wanted.intersects(zenoh.KeyExpr(self._keys.world(topic)))]
         latched = [item for item in self._latched if wanted.intersects(item.key)]
@@ -258,7 +258,7 @@ class Requests:
 
     @cached_property
     def _latched(self) -> list[_Latched]:
-        """All latched keys whose latest the simulation has to be asked for."""
+        """All latched keys whose latest value is read in the simulation."""
         keys = self._keys
         topics = {**_WORLD_TOPICS, Topic.TIME.value: Topic.TIME}
         found = [_Latched(zenoh.KeyExpr(keys.world(name)), topic) for name, topic in topics.items()]
@@ -278,14 +278,14 @@ class Requests:
             self._read(plain(ReadRequest), query)
 
     def _read(self, reader: Any, query: zenoh.Query, *, empty: bytes = b"") -> Any:
-        """Return what a query asks for; *empty* is what no payload stands for."""
+        """Return a query's request; *empty* stands for an absent payload."""
         payload = query.payload
         if payload is not None and len(payload) > self._max_payload:
             raise UnreadableError(f"payload of {len(payload)} bytes; at most {self._max_payload} are taken")
         return read(reader, payload.to_bytes() if payload else empty, max_payload=self._max_payload)
 
     def refuse(self, query: zenoh.Query, reason: str, text: str) -> None:
-        """Answer a query that is not going to be read."""
+        """Answer a query that will not be decoded."""
         key = str(query.key_expr)
         asked = self._keys.parse(key)
         if isinstance(asked, ActionKey) and asked.verb is Verb.SEND_GOAL:
@@ -295,7 +295,7 @@ class Requests:
             PendingReply(query, key).refuse(encoding.error(text))
 
     def not_served(self, action: str, goal_id: str | None, reason: str, text: str) -> GoalResponse:
-        """Return the answer to a goal that never comes to the simulation."""
+        """Return the reply to a goal that does not reach the simulation."""
         known = self._actions.get(action)
         code = known.codes.rejected if known else 1
         return GoalResponse(False, goal_id or "", stamp=1, reason=reason, error_code=code, error_msg=text)

@@ -1,4 +1,4 @@
-"""The requests about time, ``_world/time/…``: bytes to commands, answers to bytes."""
+"""The time requests, ``_world/time/…``: bytes to commands, answers to bytes."""
 
 from __future__ import annotations
 
@@ -44,20 +44,20 @@ SERVICE_TYPES: Final = {
         "state": "TimeState",
     }.items()
 }
-"""What can be asked, and the type of it."""
+"""The requests and their types."""
 
 _Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=200)]
 _Kind = Literal["status", "feedback", "result"]
 
 
 class JoinRequest(Envelope):
-    """Who wants to take part."""
+    """The request to join lockstep."""
 
     name: _Name
 
 
 class LeaveRequest(Envelope):
-    """Who takes part no longer."""
+    """The request to leave lockstep."""
 
     participant: str
 
@@ -73,7 +73,7 @@ class CommandRequest(Envelope):
 
 
 class AdvanceRequest(Envelope):
-    """How far time may move, what for it shall stop, and what shall be done first."""
+    """The request to advance: the time limit, the events that stop it, and the commands to apply first."""
 
     participant: str
     epoch: int
@@ -84,23 +84,23 @@ class AdvanceRequest(Envelope):
 
 
 class SetRequest(Envelope):
-    """How time shall move from now on; what is left out stays."""
+    """The request to change the clock; omitted fields keep their values."""
 
     clock: Literal["realtime", "lockstep"] | None = None
     real_time_factor: Annotated[float, Field(ge=0)] | None = None
 
 
 class ReadRequest(Envelope):
-    """The request to read what is latched: it has no fields."""
+    """The request to read a latched value: it has no fields."""
 
 
 class TimeRequests:
-    """Reads what is asked about time.
+    """Decodes time requests.
 
     Args:
-        keys: How keys are spelled; it knows the further names of actions.
-        actions: All actions by name, to read goals.
-        max_payload: Bytes that a request may have.
+        keys: How keys are spelled, including the aliases of actions.
+        actions: All actions by name, to decode goals.
+        max_payload: The largest request in bytes.
     """
 
     def __init__(self, keys: Keys, actions: Mapping[str, AnyAction], max_payload: int) -> None:
@@ -117,19 +117,19 @@ class TimeRequests:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What can be asked, as the ends of keys."""
+        """The names of the requests, as the ends of keys."""
         return tuple(f"{_FOLDER}{name}" for name in self._readers)
 
     def read(self, topic: str, payload: bytes, reply_to: Any) -> TimeCommand:
-        """Return the command that a request stands for.
+        """Return the command of a request.
 
         Args:
             topic: One of `names`.
             payload: The request.
-            reply_to: To go with the command.
+            reply_to: The command's ``reply_to``.
 
         Raises:
-            UnreadableError: It makes no sense.
+            UnreadableError: The request is invalid.
         """
         return self._readers[topic.removeprefix(_FOLDER)](payload, reply_to)
 
@@ -176,13 +176,13 @@ class TimeRequests:
         if request.goal is None:
             raise unreadable_at(where, "a command needs a goal to send, or the id of one to cancel", None)
         action = self._actions.get(name)
-        # Whoever serves no such action says so; nobody can read its goal.
+        # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
         goal = None if action is None else self._goal(action, request.goal, f"{where}.goal")
         return SendGoal(robot, name, goal, request.goal_id)
 
     def _goal(self, action: AnyAction, goal: dict[str, Any], where: str) -> Any:
         try:
-            # As JSON once more: a list or a number is read as it is in any other request.
+            # Encoded as JSON again, so that a list or a number is validated as in any other request.
             kind: type[Message] = action.goal
             return read(plain(kind), to_json(goal), max_payload=self._max_payload)
         except UnreadableError as error:
@@ -209,7 +209,7 @@ def encoded(answer: TimeAnswer) -> tuple[bytes, str]:
 
 
 def state(answer: TimeState) -> bytes:
-    """Return how time moves, as JSON."""
+    """Return the state of the clock as JSON."""
     return dump(answer._asdict())
 
 

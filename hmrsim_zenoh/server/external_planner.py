@@ -1,6 +1,6 @@
-"""The planner outside: whether one is there, what it is asked, and what it answers.
+"""The external planner: its discovery, the requests to it and its answers.
 
-It is somebody else's plain queryable. What it says becomes a command, also when it says nothing that can be used.
+The planner is a plain Zenoh queryable of another program. Each of its answers becomes a command, also an unusable one.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.wire.keys import Keys
 
 _MAX_TIMEOUT = 1e9
-"""Wall seconds that Zenoh is told to wait where there is no end to it."""
+"""Zenoh's query timeout in wall seconds where the planner has no time limit."""
 
 _TIMED_OUT = b"Timeout"
-"""What Zenoh itself says in the place of a planner that takes too long."""
+"""Zenoh's own reply in place of a planner that times out."""
 
 _SHOWN = 200
-"""Characters that are shown of what a planner says."""
+"""Characters of a planner's answer that are shown."""
 
 
 class Planner:
-    """Asks the planner on the network.
+    """Sends requests to the planner on the network.
 
     Args:
-        session: Where to look for it.
+        session: The session to find it on.
         keys: How keys are spelled.
-        put: Takes commands, in any thread.
-        timeout: Wall seconds that it may take to answer.
-        max_payload: Bytes that an answer may have.
+        put: Accepts commands, from any thread.
+        timeout: Wall seconds within which the planner has to answer.
+        max_payload: The largest answer in bytes.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class Planner:
         self._max_payload = max_payload
         self._lock = threading.Lock()
         self._told = False
-        # Our own queryable matches the key, too. Of several planners the first to answer is listened to.
+        # The simulator's own queryable matches the key, too. Of several planners the first answer counts.
         self._querier = session.declare_querier(
             keys.planner(),
             target=zenoh.QueryTarget.ALL,
@@ -69,12 +69,12 @@ class Planner:
         self._querier.declare_matching_listener(zenoh.handlers.Callback(self._on_matching))
 
     def look(self) -> list[AnyCommand]:
-        """Return what has to be told before a goal: a planner may have come just before it."""
+        """Return the commands that precede a goal: a planner may have appeared just before it."""
         with self._lock:
             return self._changes()
 
     def _on_matching(self, _status: zenoh.MatchingStatus) -> None:
-        # With the lock: who looks meanwhile and finds nothing new comes after it.
+        # With the lock held: a concurrent call that finds nothing new is ordered after this one.
         with self._lock, suppress(SimulationStopped):
             for command in self._changes():
                 self._put(command)
@@ -87,7 +87,7 @@ class Planner:
         return [PlannerPresent(present)]
 
     def ask(self, event: PlanWanted) -> None:
-        """Ask for a path; the answer is put when it comes."""
+        """Request a path; the answer is put when it comes."""
         question = _Question(event.request, self)
         handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(question.take, question.end)
         payload, mime = encoding.message(event.goal), encoding.of_message(event.goal)
@@ -97,7 +97,7 @@ class Planner:
             question.answer(_failed(f"the planner can't be asked: {error}"))
 
     def read(self, reply: zenoh.Reply) -> ComputePathToPose.Result:
-        """Return what a reply says."""
+        """Return a reply's answer."""
         if reply.err is not None:
             said = reply.err.payload.to_bytes()
             if said == _TIMED_OUT:
@@ -118,7 +118,7 @@ class Planner:
         return result
 
     def answered(self, request: int, result: ComputePathToPose.Result) -> None:
-        """Hand an answer on."""
+        """Pass an answer on."""
         with suppress(SimulationStopped):
             self._put(PlanAnswered(request, result))
 
@@ -127,8 +127,8 @@ class _Question:
     """One request, which gets exactly one answer; called in Zenoh's threads.
 
     Args:
-        request: Its number.
-        planner: Who asks.
+        request: The request's number.
+        planner: The planner's client.
     """
 
     def __init__(self, request: int, planner: Planner) -> None:
@@ -137,17 +137,17 @@ class _Question:
         self._open = True
 
     def take(self, reply: zenoh.Reply) -> None:
-        """Take a reply; all but the first are dropped."""
+        """Process a reply; all but the first are dropped."""
         if self._open:
             self.answer(self._planner.read(reply))
 
     def end(self) -> None:
-        """Take note that no more replies will come."""
+        """Process the end of the replies."""
         if self._open:
             self.answer(_failed("the planner has left, or said nothing"))
 
     def answer(self, result: ComputePathToPose.Result) -> None:
-        """Give the answer."""
+        """Pass on the answer."""
         self._open = False
         self._planner.answered(self._request, result)
 

@@ -1,11 +1,11 @@
-"""Queries on their way to the simulation: one channel for all keys, which the simulation's own thread drains.
+"""The queue of queries for the simulation: one channel for all keys, which the simulation thread drains.
 
-As long as time is not paced, no Python runs in Zenoh's threads for a query: the simulation's thread takes it from
-the channel, or sleeps in the channel when there is nothing to do. A channel can't be waited for with a timeout,
-so that a paced simulation has a second thread carry queries over to a condition that can.
+As long as time is not paced, no Python runs in Zenoh's threads for a query: the simulation thread takes it from
+the channel, or blocks on the channel when it is idle. A channel has no wait with a timeout, so a paced simulation
+has a second thread that forwards queries to a condition variable, which has one.
 
-Further key expressions have a channel and a thread each, which carries their queries over always: the simulation's
-thread can sleep in one channel only. That costs a query a tenth of a millisecond where time is not paced.
+Each further key expression has its own channel and a thread that always forwards its queries: the simulation thread
+can block on one channel only. Forwarding costs 0.1 ms a query where time is not paced.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 _CHANNEL = 16_384
-"""Queries that may wait in the channel; Zenoh holds back its peers when it is full."""
+"""The channel's capacity in queries; Zenoh applies backpressure to its peers when it is full."""
 
 _CLOSE_SECONDS = 1.0
-"""Wall seconds for refusing what came too late."""
+"""Wall seconds for refusing late queries."""
 
 
 class _Reader(NamedTuple):
-    """Who understands the queries on a key expression.
+    """The handlers of the queries on a key expression.
 
     Attributes:
         decode: Turns a query into commands, in the simulation's thread; it answers what can't be read.
-        refuse: Answers a query that there is no room for, or that came after the end; called in any thread.
+        refuse: Answers a query that does not fit, or that came after the end; called in any thread.
     """
 
     decode: Callable[[zenoh.Query], list[AnyCommand]]
@@ -49,15 +49,15 @@ class _Reader(NamedTuple):
 
 
 class QueryInbox(Inbox):
-    """An inbox that is filled by the queries on one key expression, and on others that `serve` adds.
+    """An inbox of the queries on one key expression and on further ones that `serve` adds.
 
     Args:
-        session: Where to declare the queryable.
-        key_expr: What to answer.
+        session: The session to declare the queryable on.
+        key_expr: The key expression to serve.
         decode: Turns a query into commands, in the simulation's thread; it answers what can't be read.
         refuse: Answers a query that there is no room for, or that came after the end; called in any thread.
         wakeup_key: A key under *key_expr* that *decode* ignores; it wakes the simulation's thread.
-        most_waiting: Queries that may wait for the simulation's thread.
+        most_waiting: Queries that may wait for the simulation thread.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class QueryInbox(Inbox):
         self._queries: deque[tuple[_Reader, zenoh.Query]] = deque()
         self._asleep = False
         self._carrier: threading.Thread | None = None
-        # Not complete: a controller answers for its trees below the same prefix, and Zenoh asks none but one that is.
+        # Not complete: a controller serves its trees below the same prefix, and Zenoh would not query it otherwise.
         self._queryable = session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=False)
         self._channel = self._queryable.handler
         self._further: list[tuple[zenoh.Queryable[Channel], threading.Thread]] = []
@@ -91,20 +91,20 @@ class QueryInbox(Inbox):
         refuse: Callable[[zenoh.Query], None],
         complete: bool = False,
     ) -> None:
-        """Take the queries on a further key expression, too; they are answered until `leave`.
+        """Serve a further key expression, too, until `leave`.
 
         Args:
-            key_expr: What to answer.
+            key_expr: The key expression to serve.
             decode: As above.
-            refuse: As above; also answers what comes after `close`.
-            complete: Whether we say that we have all that there is.
+            refuse: As above; also answers queries after `close`.
+            complete: Whether the queryable is declared complete.
         """
         queryable = self._session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=complete)
         self._further.append((queryable, self._start_carrier(queryable.handler, _Reader(decode, refuse))))
 
     @property
     def waiting(self) -> bool:
-        """Whether something is there to be taken; it may turn out to hold no command."""
+        """Whether a query or a command waits; a query may turn out to hold no command."""
         if not self._commands and not self._queries:
             self._take_over()
         return bool(self._commands or self._queries)
@@ -112,7 +112,7 @@ class QueryInbox(Inbox):
     def poll(self) -> AnyCommand | None:
         """Return the next command; None when there is none now, and after `close` when there will be none."""
         while not self._commands:
-            # Whatever others carry over, the channel has its turn.
+            # The channel has its turn, however much the forwarding threads add.
             self._take_over()
             if not self._queries:
                 return None
@@ -121,7 +121,7 @@ class QueryInbox(Inbox):
         return super().poll()
 
     def put(self, command: AnyCommand) -> None:
-        """Add a command and wake the simulation.
+        """Add a command and wake the simulation thread.
 
         Raises:
             SimulationStopped: The inbox is closed.
@@ -130,7 +130,7 @@ class QueryInbox(Inbox):
         self._ring()
 
     def put_query(self, query: zenoh.Query, reader: _Reader | None = None) -> None:
-        """Add a query that came another way; it is read as those on our own key expression if nothing else is said."""
+        """Add a query from another channel; by default it is decoded as those on the inbox's own key expression."""
         reader = reader or self._reader
         with self._changed:
             taken = len(self._queries) < self._most_waiting and not self._closed
@@ -143,7 +143,7 @@ class QueryInbox(Inbox):
             reader.refuse(query)
 
     def wait(self, timeout: float | None) -> None:
-        """Return when something is there, the inbox was closed, or *timeout* seconds of wall time have passed."""
+        """Wait for a query or command, for the inbox to be closed, or for *timeout* wall seconds."""
         if timeout is None and self._carrier is None:
             self._sleep()
             return
@@ -153,7 +153,7 @@ class QueryInbox(Inbox):
             self._changed.wait_for(lambda: self.waiting or self._closed, timeout)
 
     def close(self) -> None:
-        """Take no more commands, and wake the simulation; what waits in the channel is still there for `poll`."""
+        """Accept no more commands and wake the simulation thread; `poll` still returns the queries in the channel."""
         with self._changed:
             if self._closed:
                 return
@@ -166,7 +166,7 @@ class QueryInbox(Inbox):
             self._carrier.join(_CLOSE_SECONDS)
 
     def leave(self) -> None:
-        """Answer nobody any more, and end all threads; after `close`."""
+        """Undeclare the queryables and end all threads; after `close`."""
         for queryable, forwarder in self._further:
             try:
                 queryable.undeclare()
@@ -175,7 +175,7 @@ class QueryInbox(Inbox):
             forwarder.join(_CLOSE_SECONDS)
 
     def _sleep(self) -> None:
-        """Wait in the channel, without a timeout."""
+        """Block on the channel, without a timeout."""
         self._asleep = True
         try:
             if not (self.waiting or self._closed):
@@ -186,7 +186,7 @@ class QueryInbox(Inbox):
             self._asleep = False
 
     def _ring(self) -> None:
-        """Wake the simulation's thread if it sleeps in the channel: a query of our own ends its sleep."""
+        """Wake the simulation thread if it blocks on the channel, by a query on the wakeup key."""
         if self._asleep and not self._closed:
             handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(lambda _reply: None, indirect=False)
             try:
@@ -200,15 +200,15 @@ class QueryInbox(Inbox):
         return forwarder
 
     def _forward(self, channel: Channel, reader: _Reader) -> None:
-        """Carry queries from a channel to the condition until the channel is closed."""
+        """Forward queries from a channel to the condition variable until the channel is closed."""
         while (query := _recv(channel)) is not None:
             self.put_query(query, reader)
 
     def _take_over(self) -> None:
-        """Take the next query from the channel, if there is one and that is for this thread to empty.
+        """Return the next query in the channel, if there is one and this thread is the channel's reader.
 
-        Of two readers one could overtake the other, and a cancel its goal. Once closed, the channel's end is waited
-        for, which is near.
+        With two readers a cancel request could overtake its goal. After closing, the call waits for the channel's end,
+        which is near.
         """
         if self._carrier is None:
             query = _recv(self._channel) if self._closed else _try_recv(self._channel)

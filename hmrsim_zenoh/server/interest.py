@@ -1,6 +1,6 @@
-"""Who listens: one declared publisher for all keys of a kind tells whether anybody subscribes to one of them.
+"""Detection of subscribers: one declared publisher for all keys of a kind tells whether any of them has a subscriber.
 
-Declaring one a robot would take minutes in large worlds; Zenoh matches wildcards as well.
+A publisher for each robot would take minutes to declare in large worlds; Zenoh matches key expressions as well.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
 K = TypeVar("K", bound="Hashable")
 
 _LOOK_SECONDS: Final = 0.05
-"""Between two looks for who has come or gone, while anybody listens to anything."""
+"""Wall seconds between two checks for new or gone subscribers, while there is any subscriber."""
 _JOIN_SECONDS: Final = 1.0
 
 
 class SubscriberWatch(Generic[K]):
-    """Whether anybody listens, by whatever kinds of keys there are.
+    """Whether there are subscribers, for each kind of keys.
 
     Args:
-        session: Where to look; all ends when it is closed.
+        session: The session to look on; closing it ends the detection.
         patterns: A key expression for each kind.
         anything: A key expression that includes all others.
-        changed: Called in a thread of its own after a kind got its first listener or lost its last.
+        changed: Called in a thread of its own after a kind got its first subscriber or lost its last.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class SubscriberWatch(Generic[K]):
         self._publishers: dict[K, zenoh.Publisher] = {}
         self._told: dict[K, zenoh.MatchingListener[zenoh.handlers.Handler[zenoh.MatchingStatus]]] = {}
         self._changes = 0
-        # Matched by whoever listens to anything: one question where nobody does.
+        # Matches every subscriber: a single check where there is none.
         self._anything = session.declare_publisher(anything)
         for kind, pattern in patterns.items():
             self.watch(kind, pattern)
@@ -53,7 +53,7 @@ class SubscriberWatch(Generic[K]):
         self._thread.start()
 
     def watch(self, kind: K, pattern: str) -> None:
-        """Look for listeners to one more kind, too."""
+        """Watch one more kind of keys."""
         publisher = self._session.declare_publisher(pattern)
         told = publisher.declare_matching_listener(zenoh.handlers.RingChannel(1))
         with self._lock:
@@ -65,13 +65,13 @@ class SubscriberWatch(Generic[K]):
         return kind in self._publishers
 
     def __getitem__(self, kind: K) -> bool:
-        """Return whether anybody listens to a kind of keys."""
+        """Return whether a kind of keys has a subscriber."""
         return self._listened[kind]
 
     def look(self) -> int:
-        """Look for listeners where there were none; return how often anything has changed.
+        """Check the kinds that had no subscriber; return how often anything has changed.
 
-        Whoever subscribes and then sends a goal must see all of it.
+        A client that subscribes and then sends a goal must see all of it.
         """
         if _matched(self._anything):
             with self._lock:
@@ -81,7 +81,7 @@ class SubscriberWatch(Generic[K]):
         return self._changes
 
     def in_key(self, key: str) -> bool:
-        """Return whether anybody listens to a key just now; slower than to ask for a kind."""
+        """Return whether a key has a subscriber now; slower than the check of a kind."""
         publisher = self._session.declare_publisher(key)
         try:
             return _matched(publisher)
@@ -89,17 +89,17 @@ class SubscriberWatch(Generic[K]):
             publisher.undeclare()
 
     def join(self) -> None:
-        """Wait for the end of the thread, after the session was closed.
+        """Wait for the thread to end, after the session was closed.
 
-        One that comes back from Zenoh when Python has ended takes the process down with it.
+        A thread that returns from Zenoh after Python has ended crashes the process.
         """
         self._thread.join(_JOIN_SECONDS)
 
     def _run(self) -> None:
-        """Take note of who comes and goes, until the session is closed.
+        """Track subscribers until the session is closed.
 
-        A listener for each kind would need a thread of its own: Zenoh's, which a Python callback keeps waiting for the
-        GIL, stands still for 10 s when the session is closed meanwhile.
+        A matching listener for each kind would need its own thread: Zenoh's thread, which a Python callback keeps
+        waiting for the GIL, blocks for 10 s when the session is closed meanwhile.
         """
         listener = self._anything.declare_matching_listener(zenoh.handlers.RingChannel(1))
         there = _matched(self._anything)
@@ -116,7 +116,7 @@ class SubscriberWatch(Generic[K]):
             return
 
     def _take_note(self) -> None:
-        """Look where Zenoh says that something has changed."""
+        """Check the kinds whose matching status has changed."""
         with self._lock:
             before = self._changes
             for kind, told in self._told.items():

@@ -1,4 +1,4 @@
-"""Liveliness tokens: by them the network knows that the simulator and its robots are there."""
+"""The liveliness tokens of the simulator and its robots."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.wire.keys import Keys
 
 MAX_TOKENS = 1000
-"""Robots up to which each has a token: declaring them takes time that grows with their number squared."""
+"""The largest number of robots with tokens: declaring them takes quadratic time."""
 
 
 class Tokens:
     """The tokens of one simulation.
 
     Args:
-        session: Where to declare them.
+        session: The session to declare them on.
         keys: How keys are spelled.
     """
 
@@ -31,18 +31,18 @@ class Tokens:
         self._robots: dict[str, zenoh.LivelinessToken] = {}
 
     def declare(self, robots: Collection[str]) -> None:
-        """Tell that the robots are there, and then that the simulator is."""
+        """Declare the robots' tokens and then the simulator's."""
         self._follow(robots)
         self._simulator = self._liveliness.declare_token(self._keys.alive())
 
     def follow(self, robots: Collection[str], lost: Collection[str] = ()) -> None:
-        """Tell that these robots are there and no others, if the simulator is; nothing is heard of who is lost."""
+        """Declare the tokens of exactly these robots, if the simulator has its own; lost robots have none."""
         if self._simulator is not None:
             with suppress(zenoh.ZError):
                 self._follow(robots, lost)
 
     def undeclare(self) -> None:
-        """Tell that nobody is there any more."""
+        """Undeclare all tokens."""
         tokens = [*self._robots.values(), *([self._simulator] if self._simulator else [])]
         self._robots, self._simulator = {}, None
         for token in tokens:

@@ -1,4 +1,4 @@
-"""How much feedback of a goal is published: no more than somebody can look at."""
+"""The rate limit of published feedback."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ if TYPE_CHECKING:
     from hmrsim.protocol.outputs import FeedbackSent
 
 MIN_WALL_SECONDS: Final = 1 / 20
-"""Between two feedback messages of one goal: there are never more than 20 a wall second."""
+"""Wall seconds between two feedback messages of one goal: at most 20 a second."""
 
 
 class Thinning:
-    """Lets through what is not too soon after the last of the same goal, and always a goal's last."""
+    """Passes feedback that is not too soon after the goal's previous one, and always a goal's last."""
 
     def __init__(self) -> None:
         self._sent: dict[str, float] = {}
 
     def passes(self, event: FeedbackSent) -> bool:
-        """Return whether feedback is to be published; it counts as published then."""
+        """Return whether to publish feedback; if so, it counts as published."""
         now = time.monotonic()
         if not event.last and now - self._sent.get(event.goal_id, -1.0) < MIN_WALL_SECONDS:
             return False
@@ -27,5 +27,5 @@ class Thinning:
         return True
 
     def forget(self, goal_id: str) -> None:
-        """Drop what is known of a goal, as it has ended."""
+        """Forget a goal that has ended."""
         self._sent.pop(goal_id, None)

@@ -1,6 +1,6 @@
-"""Work of a server that takes long when it is done first, done before a client waits for it.
+"""Slow first-time work of a server, done before a client waits for it.
 
-pydantic builds what reads and writes a message when that is first used: a tenth of a second for MoveIt's large ones.
+pydantic builds a message's validator and serializer upon first use, which takes 0.1 s for MoveIt's large messages.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
 
 
 def for_server(action: AnyAction) -> None:
-    """Be ready to read goals of an action, and to write their results."""
+    """Prepare to decode goals of an action and to encode their results."""
     goal: type[Message] = action.goal
     read(plain(goal), b"{}")
     encoding.message(action.result())
 
 
 def steps(simulator: Simulator) -> Iterator[None]:
-    """Be ready for the actions that the robots of a simulation serve, and for routes to the places of its world.
+    """Prepare for the actions of a simulation's robots and for routes to the places of its world.
 
-    Yields after each step, of which none takes longer than a tenth of a second.
+    Yields after each step; a step takes at most 0.1 s.
     """
     world, servers = simulator.world, simulator.dispatcher.servers
     served = {name for robot in (*simulator.robots, WORLD) for name in servers.actions_of(robot)}
@@ -51,5 +51,5 @@ def _find_ways(simulator: Simulator, goal: tuple[float, float], speed: float) ->
     try:
         simulator.graph.find_ways(goal, speed)
     except NoRoute:
-        # A goal that leads there is aborted with this reason.
+        # A goal to such a place is aborted with this reason.
         return

@@ -1,4 +1,4 @@
-"""What a served simulation tells of itself: the handshake ``_world/info``, and the ways of its world."""
+"""The description of a served simulation: the handshake ``_world/info`` and the open lanes of its world."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ _TYPES = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH, "scene": e
 
 
 class Description:
-    """Describes a simulation; what is long is made once, until `forget`.
+    """Describes a simulation; long descriptions are cached until `forget`.
 
     Args:
-        simulator: Which.
-        time: Tells how its time moves.
+        simulator: The simulator.
+        time: Returns the state of the clock.
     """
 
     def __init__(self, simulator: Simulator, time: Callable[[], TimeState]) -> None:
@@ -43,7 +43,7 @@ class Description:
         self._view: bytes | None = None
 
     def forget(self) -> None:
-        """Look anew at who is there, and where."""
+        """Drop the cached descriptions."""
         self._info = self._route_graph = self._view = None
 
     @property
@@ -54,12 +54,12 @@ class Description:
 
     @property
     def aliases(self) -> Mapping[str, str]:
-        """Further names of actions."""
+        """The aliases of actions."""
         return self._simulator.world.remap
 
     @property
     def latched(self) -> dict[str, tuple[str, Callable[[], bytes]]]:
-        """What can be got by its topic: the encoding, and what gives the payload."""
+        """The latched topics: the encoding, and a function that returns the payload."""
         makers = {"info": self.info, "route_graph": self.route_graph, "scene": self.scene, "view": self.view}
         return {topic: (_TYPES[topic], maker) for topic, maker in makers.items()}
 
@@ -71,19 +71,19 @@ class Description:
         return dump({**self._info, **now, "planner_present": self._simulator.plans.present})
 
     def route_graph(self) -> bytes:
-        """Return the ways that are open to the robots."""
+        """Return the lanes that are open to the robots."""
         if self._route_graph is None:
             graph = to_geojson(self._simulator.world, closed=self._simulator.graph.closed, lifts=True)
             self._route_graph = json.dumps(graph).encode()
         return self._route_graph
 
     def scene(self) -> bytes:
-        """Return all that can be seen now."""
-        # A tenth of what json takes, which would be noticed with a thousand robots.
+        """Return the current scene."""
+        # Ten times as fast as json, which matters with a thousand robots.
         return to_json(scene(self._simulator))
 
     def view(self) -> bytes:
-        """Return what does not change, for programs that show it: the world with its defaults, and forms."""
+        """Return the static data for viewers: the world with its defaults, and forms."""
         if self._view is None:
             self._view = to_json(shown(self._simulator.world))
         return self._view
