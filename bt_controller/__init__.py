@@ -1,7 +1,7 @@
-"""Behaviour trees that drive robots from outside: a client of the simulator, in a process of its own.
+"""Behaviour trees that control robots: a client of the simulator in a separate process.
 
-What is exported is for those who write trees in Python: leaves that send a robot somewhere or have it do something, and
-the classes from which nodes of one's own, for XML trees too, are made. It is loaded when it is first used.
+The exports serve authors of trees in Python: leaves for the robots' actions, and base classes for custom nodes, also of
+XML trees. Each export is loaded when it is first used.
 """
 
 from __future__ import annotations
@@ -55,11 +55,11 @@ _HOMES = MappingProxyType(
         "Wait": "behaviours.wait",
     }
 )
-"""The module of each."""
+"""The module of each export."""
 
 
 def __getattr__(name: str) -> object:
-    """Load what is exported when it is asked for (PEP 562)."""
+    """Load an export on first access (PEP 562)."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -6,4 +6,4 @@ from hmrsim.errors import HmrsimError
 
 
 class TreeError(HmrsimError):
-    """There is no such tree, or it can't be built; the text names it and says what would do."""
+    """There is no such tree, or it can't be built; the text names it and a remedy."""

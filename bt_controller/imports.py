@@ -1,4 +1,4 @@
-"""Modules of the user: importing them, and telling what went wrong in them."""
+"""Importing the user's modules, and reporting their errors."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def imported(name: str, module_name: str) -> ModuleType:
 
 
 def described(error: Exception) -> str:
-    """Return an error of somebody else's code as one line: what, and where."""
+    """Return an error of the user's code as one line: the error and its place."""
     if isinstance(error, SyntaxError):
         return f"{type(error).__name__}: {error.msg} ({error.filename}:{error.lineno})"
     text = f"{type(error).__name__}: {error}".splitlines()[0]

@@ -1,1 +1,1 @@
-"""Behaviours for trees, one file each; `bt_controller.core.action_leaf` serves the actions that have none here."""
+"""Behaviours for trees, one file each; `bt_controller.core.action_leaf` serves all other actions."""

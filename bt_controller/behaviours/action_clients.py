@@ -1,4 +1,4 @@
-"""Leaves for any action, under the names that py_trees_ros has: the goal is given, or found on the blackboard."""
+"""Leaves for any action, named as in py_trees_ros: the goal is constant or read from the blackboard."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class FromConstant(ActionLeaf[G, R, F]):
-    """Sends always the same goal.
+    """Sends a constant goal.
 
     Args:
         name: The behaviour's name.
@@ -45,14 +45,14 @@ class FromConstant(ActionLeaf[G, R, F]):
 
 
 class FromBlackboard(ActionLeaf[G, R, F]):
-    """Sends the goal that is on the blackboard when the leaf begins; fails if there is none.
+    """Sends the goal that is on the blackboard upon initialise; fails if there is none.
 
-    Put py_trees' `WaitForBlackboardVariable` before it to wait for one.
+    A preceding `WaitForBlackboardVariable` of py_trees waits for one.
 
     Args:
         name: The behaviour's name.
         action: The action, or its name.
-        key: Where on the blackboard the goal will be.
+        key: The goal's blackboard key.
         generate_feedback_message: What to say of feedback; None for its plain fields.
         robot: Whose action; None for the robot that the tree is run for.
         on_success: What to write on the blackboard when the goal has succeeded, by key.

@@ -1,4 +1,4 @@
-"""How full the battery is, under the name that py_trees_ros has."""
+"""The battery state, by a behaviour named as in py_trees_ros."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.sensor_msgs import BatteryState
 
 _HYSTERESIS: Final = 5.0
-"""Per cent above the threshold from which the warning is taken back."""
+"""Hysteresis in per cent: the warning ends so far above the threshold."""
 
 
 class ToBlackboard(subscribers.ToBlackboard):
     """Writes ``battery``, the latest BatteryState, and ``battery_low_warning`` on the blackboard.
 
-    The warning is given below the threshold, and taken back five per cent above it, so that it does not flicker.
+    The warning begins below the threshold and ends five per cent above it, so that it does not flicker.
 
     Args:
         name: The behaviour's name.
@@ -35,7 +35,7 @@ class ToBlackboard(subscribers.ToBlackboard):
         self.blackboard.register_key("battery_low_warning", Access.READ)
 
     def update(self) -> Status:
-        """Write the message, and whether it is a warning."""
+        """Write the message and the warning."""
         status = super().update()
         if status is Status.SUCCESS:
             battery: BatteryState = self.message()
@@ -50,7 +50,7 @@ class ToBlackboard(subscribers.ToBlackboard):
 
 
 class WaitUntilCharged(subscribers.Handler):
-    """Waits until the battery is as full as it is to be, for as long as it charges; fails when it does not.
+    """Waits until the battery has reached a charge; fails when it does not charge.
 
     Args:
         percentage: The share of the capacity, from 0 to 1, as in a BatteryState.
@@ -63,7 +63,7 @@ class WaitUntilCharged(subscribers.Handler):
         self._percentage = percentage
 
     def update(self) -> Status:
-        """Return whether it is."""
+        """Return whether the battery has reached the charge."""
         battery: BatteryState = self.message()
         self.feedback_message = f"battery: {battery.percentage:.0%}"
         if battery.percentage >= self._percentage or is_full(battery):
@@ -77,5 +77,5 @@ def is_charging(battery: BatteryState) -> bool:
 
 
 def is_full(battery: BatteryState) -> bool:
-    """Return whether a charger has nothing more to give."""
+    """Return whether a battery is fully charged."""
     return battery.power_supply_status == battery.POWER_SUPPLY_STATUS_FULL

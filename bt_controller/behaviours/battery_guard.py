@@ -1,4 +1,4 @@
-"""A mission that is interrupted when the battery is low, and goes on where it was when that is charged."""
+"""A mission that is suspended while a low battery is charged, and then resumed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class BatteryGuard(BatteryGuardNode):
-    """Runs a mission; in between, when the battery is low, what charges it.
+    """Runs a mission, and suspends it to charge when the battery is low.
 
     ::
 
@@ -20,13 +20,13 @@ class BatteryGuard(BatteryGuardNode):
 
     Args:
         name: The behaviour's name.
-        mission: What to do. It stands still while the battery is charged, and so do its timers: its goals are
-            canceled, its finished steps stay finished, and what was canceled is sent again. Before that the robot
-            drives back to where it was interrupted, unless it goes on with a drive to somewhere.
-        charge: What charges the battery. If it ends while the battery is charging, as with a dock, that is waited
-            for; if it waits itself and undocks, too, the mission goes on at once.
+        mission: The mission. It and its timers stand still while the battery is charged: its active goals are
+            canceled and sent again afterwards, and its finished steps stay finished. First the robot drives back to
+            where it was interrupted, unless the mission resumes with a drive.
+        charge: The subtree that charges the battery. If it ends while the battery is charging, as docking does, the
+            guard waits for the charge; if it waits and undocks itself, the mission resumes at once.
         below: The share of the capacity below which to charge, from 0 to 1.
-        until: The share from which the mission goes on.
+        until: The share from which the mission resumes.
         robot: Whose battery; None for the robot that the tree is run for.
     """
 

@@ -1,4 +1,4 @@
-"""The control that interrupts a mission to charge, of which the leaf for Python and the node for XML are made."""
+"""The control that suspends a mission to charge: the base of the Python behaviour and of the XML node."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 
 
 _PATIENCE: Final = 3.0
-"""Simulated seconds in which a battery that is being charged says so."""
+"""Simulated seconds within which a battery has to report that it is charging."""
 
 
 _MAX_FAILURES: Final = 3
-"""So often a battery is charged without a goal of the mission having ended in between."""
+"""The largest number of charges without a completed goal of the mission in between."""
 
 
 class _Phase(Enum):
-    """What a guard is at."""
+    """The phases of a guard."""
 
     MISSION = "mission"
     STOPPING = "stopping"
@@ -46,25 +46,25 @@ class _Phase(Enum):
 
 
 class _WayBack(NavToPoseActionClient):
-    """The drive that a guard makes by itself.
+    """The guard's own drive back to the mission.
 
     Attributes:
-        implied: That no file names the node.
+        implied: Marks a node that no file names.
     """
 
     implied: Final = True
 
 
 class BatteryGuard(Control):
-    """Interrupts its first child, the mission, to charge by its second when the battery is low; then goes on with it.
+    """Suspends its first child, the mission, to charge by its second when the battery is low; then resumes it.
 
-    The mission stands still meanwhile, and so does its time. Its goals are canceled, and the battery is charged when
-    all of them have ended; steps that were done are not done again. The mission goes on when the second child has
-    succeeded and the battery was as full as it is to be; if it is not yet, but is charging, that is waited for. First
-    the robot drives back to where it was, unless the mission goes on with a drive to somewhere.
+    The mission and its time stand still meanwhile. Its goals are canceled, and the second child is ticked when all of
+    them have ended; completed steps are not repeated. The mission resumes when the second child has succeeded and the
+    battery has reached its target charge; a battery that is still charging is waited for. First the robot drives back
+    to where it was, unless the mission resumes with a drive.
 
     Succeeds when the mission does. Fails when the mission, the charging or the way back fails, and when the battery
-    was charged three times without a goal of the mission having ended in between: then a charge is not enough for one.
+    was charged three times without a completed goal of the mission in between: then a charge is too small for it.
     """
 
     INPUTS: ClassVar = {
@@ -72,7 +72,7 @@ class BatteryGuard(Control):
         "until": input_port(SHARE, "Go on from this share", default=0.9),
     }
     least = most = 2
-    """How many the tree gives it; the way back is its own."""
+    """The number of children in a tree; the drive back is the guard's own child."""
 
     def __init__(
         self,
@@ -87,13 +87,13 @@ class BatteryGuard(Control):
         super().__init__(name, children=[*children, back], behaviour_class_name=behaviour_class_name)
 
     def setup(self, **kwargs: Any) -> None:
-        """Be ready for the robot's battery.
+        """Watch the robot's battery.
 
         Args:
-            **kwargs: *topics*, *robot* and *wake*; and what others want.
+            **kwargs: *topics*, *robot* and *wake*, and the arguments of other behaviours.
 
         Raises:
-            PortError: What the file says makes no sense.
+            PortError: A port's value in the file is invalid.
             NotServed: The robot has no battery.
         """
         super().setup(**kwargs)
@@ -103,12 +103,12 @@ class BatteryGuard(Control):
         if not 0 <= below < until <= 1:
             raise PortError(f"{self._whose('below')}: {below} and 'until' {until} are not as 0 <= below < until <= 1")
         self._topics.watch(self._robot, "battery_state", kwargs.get("wake"))
-        # How often a battery was charged before says nothing of how full it is now.
+        # Charges before this run do not count.
         for child in self.children[1:]:
             repeat(child)
 
     def initialise(self) -> None:
-        """Begin with the mission."""
+        """Start with the mission."""
         self._phase = _Phase.MISSION
         self._told: _Phase | None = None
         self._ended = -1
@@ -120,7 +120,7 @@ class BatteryGuard(Control):
         self._stood = 0.0
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child whose turn it is."""
+        """Tick the current child."""
         mission, _, back = self.children
         battery: BatteryState = self._topics.latest(self._robot, "battery_state")
         if self._phase in (_Phase.MISSION, _Phase.RETURN) and battery.percentage < self.read("below"):
@@ -144,23 +144,23 @@ class BatteryGuard(Control):
         return mission.status
 
     def next_tick_time(self) -> float:
-        """Return that nobody tells how full the battery is where time stands while trees are ticked."""
+        """Return that the battery has to be polled in lockstep."""
         told = self.status is Status.RUNNING and self._phase is not _Phase.FILLING and not self._topics.asks
         return math.inf if told else EACH_PERIOD
 
     def next_ticked(self) -> list[Behaviour]:
-        """Return the child whose turn it is."""
+        """Return the current child."""
         turns = {_Phase.MISSION: 0, _Phase.CHARGE: 1, _Phase.RETURN: 2}
         turn = self.children[turns[self._phase]] if self._phase in turns else None
         return [turn] if turn is not None and turn.status is Status.RUNNING else []
 
     @property
     def behind(self) -> float:
-        """By how many seconds the time of what is ticked next is behind."""
+        """By how many seconds the time of the next child is behind."""
         return self._stood if self._phase is _Phase.MISSION else 0.0
 
     def _gets_on(self) -> bool:
-        """Return whether it makes sense to charge once more: goals have ended since, or it was not so often."""
+        """Return whether to charge once more: goals have ended since the last charge, or there were few charges."""
         ended = verdicts(self.children[0])
         self._in_vain = self._in_vain + 1 if ended == self._ended else 0
         self._ended = ended
@@ -184,7 +184,7 @@ class BatteryGuard(Control):
             self._where = NavigateToPose.Goal(pose=PoseStamped(header=odometry.header, pose=odometry.pose.pose))
 
     def _charge(self, battery: BatteryState) -> Generator[Behaviour, None, bool]:
-        """Let the second child charge the battery; return whether that may still be, or is, done."""
+        """Charge the battery by the second child; return whether that has not failed."""
         charge = self.children[1]
         self._filled = self._filled or is_full(battery) or battery.percentage >= self.read("until")
         if self._phase is _Phase.CHARGE:
@@ -203,7 +203,7 @@ class BatteryGuard(Control):
         return True
 
     def _return(self) -> Generator[Behaviour, None, bool]:
-        """Bring the robot back to where the mission can go on; return whether that may still be, or is, done."""
+        """Drive the robot back to where the mission resumes; return whether that has not failed."""
         mission, _, back = self.children
         if not finds_its_way(mission):
             yield from back.tick()

@@ -1,4 +1,4 @@
-"""What the robot sees: on the blackboard, and as a condition."""
+"""The robot's detections: on the blackboard, and as a condition."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class ToBlackboard(subscribers.ToBlackboard):
 
     Args:
         name: The behaviour's name.
-        key: Where to.
+        key: The blackboard key.
         robot: Whose; None for the robot that the tree is run for.
     """
 
@@ -28,11 +28,11 @@ class ToBlackboard(subscribers.ToBlackboard):
 
 
 class IsDetected(subscribers.Handler):
-    """Succeeds while the robot's sensors see something; fails while they don't.
+    """Succeeds while the robot's sensors detect an entity; fails while they don't.
 
     Args:
-        entity: The name of what is to be seen, or its class.
-        name: The behaviour's name; says what if left out.
+        entity: The entity's name, or its class.
+        name: The behaviour's name; names the entity if left out.
         robot: Whose; None for the robot that the tree is run for.
     """
 
@@ -41,7 +41,7 @@ class IsDetected(subscribers.Handler):
         self._entity = entity
 
     def update(self) -> Status:
-        """Return whether it is seen."""
+        """Return whether the entity is detected."""
         seen: Detection3DArray = self.message()
         if any(self._entity in _names(detection) for detection in seen.detections):
             self.feedback_message = "detected"

@@ -1,4 +1,4 @@
-"""Drive into docks, and out of them."""
+"""Behaviours that dock and undock the robot."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ class Dock(FromConstant[DockRobot.Goal, DockRobot.Result, DockRobot.Feedback]):
 
     Args:
         dock: The dock's name.
-        max_staging_time: Simulated seconds in which the robot has to be at the dock, those included in which it waits
-            for others to leave; 0 for as long as it takes.
+        max_staging_time: Simulated seconds within which the robot has to reach the dock, including the wait for
+            other robots to leave; 0 for no limit.
         name: The behaviour's name; says the dock if left out.
         robot: Whose action; None for the robot that the tree is run for.
     """
@@ -26,7 +26,7 @@ class Dock(FromConstant[DockRobot.Goal, DockRobot.Result, DockRobot.Feedback]):
 
 
 class Undock(FromConstant[UndockRobot.Goal, UndockRobot.Result, UndockRobot.Feedback]):
-    """Lets the robot leave its dock.
+    """Undocks the robot.
 
     Args:
         name: The behaviour's name.

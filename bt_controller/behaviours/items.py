@@ -1,4 +1,4 @@
-"""Pick items up, and lay them down."""
+"""Behaviours that pick items up and put them down."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Pickup(FromConstant[moveit_msgs.Pickup.Goal, moveit_msgs.Pickup.Result, mo
 
 
 class Place(FromConstant[moveit_msgs.Place.Goal, moveit_msgs.Place.Result, moveit_msgs.Place.Feedback]):
-    """Lays down an item that the robot holds.
+    """Puts down an item that the robot holds.
 
     Args:
         item: Its name.

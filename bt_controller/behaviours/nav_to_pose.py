@@ -1,4 +1,4 @@
-"""Drive to a pose, or to a place."""
+"""Behaviours that drive to a pose or a place."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class NavToPoseActionClient(ActionLeaf[NavigateToPose.Goal, NavigateToPose.Result, NavigateToPose.Feedback]):
-    """Sends a goal of ``navigate_to_pose``; tells how far the robot still has to go."""
+    """Sends a goal of ``navigate_to_pose``; its feedback message is the remaining distance."""
 
     def __init__(
         self,
@@ -57,10 +57,10 @@ class GoTo(NavToPoseActionClient):
         super().__init__(name or f"Go to {shown}", lambda: goal, robot=robot)
 
     def setup(self, **kwargs: Any) -> None:
-        """Look action and place up.
+        """Look up the action and the place.
 
         Args:
-            **kwargs: As `ActionLeaf.setup`; *places*, where those of the world are.
+            **kwargs: As `ActionLeaf.setup`; *places*, the places of the world.
 
         Raises:
             NotServed: There is no such robot, action or place.
@@ -75,7 +75,7 @@ class GoTo(NavToPoseActionClient):
 
 
 def pose_goal(x: float, y: float) -> NavigateToPose.Goal:
-    """Return the goal to drive to a point, in the world's unit of length."""
+    """Return the goal of a drive to a point, in the world's unit of length."""
     return NavigateToPose.Goal(pose=pose_stamped(x, y))
 
 

@@ -1,4 +1,4 @@
-"""Where the world's places are, on the blackboard."""
+"""The poses of the world's places, on the blackboard."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ class ToBlackboard(Behaviour):
             self.blackboard.register_key(key, Access.WRITE)
 
     def setup(self, **kwargs: Any) -> None:
-        """Look the places up.
+        """Look up the places.
 
         Args:
-            **kwargs: *places*, where those of the world are.
+            **kwargs: *places*, the places of the world.
 
         Raises:
             NotServed: There is no such place.
@@ -47,7 +47,7 @@ class ToBlackboard(Behaviour):
             raise NotServed(f"{self.name!r}: {error}") from None
 
     def update(self) -> Status:
-        """Write them."""
+        """Write the poses."""
         for key, pose in self._poses.items():
             self.blackboard.set(key, pose)
         self.feedback_message = f"wrote {', '.join(self._poses)}"

@@ -1,8 +1,8 @@
-"""Leaves that ask the world's services, under the names that py_trees_ros has.
+"""Leaves that call the world's services, named as in py_trees_ros.
 
-Where time goes by itself the answer is waited for from tick to tick; where it stands while trees are ticked it is
-there at once, so that every run is the same. A service that takes simulated time, such as ``step_simulation``, has
-no answer then, and the leaf fails.
+Where time moves by itself, the leaf waits for the response from tick to tick. In lockstep, time stands still while
+trees are ticked, and the response is there within the tick, so that every run is the same. A service that takes
+simulated time, such as ``step_simulation``, has no response then, and the leaf fails.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.link import Answer
 
 _TIMEOUT: Final = 10.0
-"""Wall seconds that an answer may take."""
+"""The response's timeout in wall seconds."""
 
 _AT_ONCE: Final = 5.0
-"""Wall seconds that it may take where it needs no simulated time."""
+"""The response's timeout in wall seconds where it needs no simulated time."""
 
 
 class FromBlackboard(Behaviour):
-    """Asks a service with the request that is on the blackboard when the leaf begins; fails if there is none.
+    """Calls a service with the request that is on the blackboard upon initialise; fails if there is none.
 
-    An answer that says that nothing came of it, by its ``result``, is FAILURE.
+    A response whose ``result`` is an error is FAILURE.
 
     Args:
         name: The behaviour's name.
         service_type: The service's type, such as `SetDoorState`.
         service_name: The service, such as ``set_door_state``.
-        key_request: Where on the blackboard the request will be.
-        key_response: Where to write the answer; None for nowhere.
+        key_request: The request's blackboard key.
+        key_response: The response's blackboard key; None to drop the response.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class FromBlackboard(Behaviour):
             self.blackboard.register_key(key_response, Access.WRITE)
 
     def setup(self, **kwargs: Any) -> None:
-        """Remember whom to ask.
+        """Keep the client.
 
         Args:
             **kwargs: *client*, *wake* and *topics*.
@@ -86,7 +86,7 @@ class FromBlackboard(Behaviour):
         if self._client is None:
             raise RuntimeError(f"{self.name!r} was ticked before it was set up")
         key, payload = self._client.keys.world(self._service), request.model_dump_json().encode()
-        # Whoever is interrupted and begins anew does not take an old answer for its own.
+        # A leaf that was interrupted and starts again ignores the response to an older request.
         answers: list[Answer | HmrsimError] = []
         self._answers = answers
         self.feedback_message = "sent request"
@@ -108,12 +108,12 @@ class FromBlackboard(Behaviour):
             self._topics.forget()
 
     def request(self) -> Message | None:
-        """Return what to ask; None if there is nothing."""
+        """Return the request; None if there is none."""
         key = self._key_request
         return self.blackboard.get(key) if self.blackboard.exists(key) else None
 
     def update(self) -> Status:
-        """Return what has become of the request."""
+        """Return the status of the request."""
         if self._answers is None:
             return Status.FAILURE
         if not self._answers:
@@ -142,14 +142,14 @@ class FromBlackboard(Behaviour):
 
 
 class FromConstant(FromBlackboard):
-    """Asks a service always the same.
+    """Calls a service with a constant request.
 
     Args:
         name: The behaviour's name.
         service_type: The service's type, such as `SetDoorState`.
         service_name: The service, such as ``set_door_state``.
         service_request: The request.
-        key_response: Where to write the answer; None for nowhere.
+        key_response: The response's blackboard key; None to drop the response.
     """
 
     def __init__(

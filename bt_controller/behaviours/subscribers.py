@@ -1,8 +1,8 @@
-"""Leaves that look at what a robot publishes, under the names that py_trees_ros has.
+"""Leaves that read a robot's topics, named as in py_trees_ros.
 
-The topics are ``odom``, ``battery_state`` and ``detections``. Each has a latest message always, so that, other than
-with py_trees_ros, *clearing_policy* lets a leaf take that by default. With `ClearingPolicy.ON_INITIALISE` or
-`ON_SUCCESS` it wants one that is newer than its beginning or its last success.
+The topics are ``odom``, ``battery_state`` and ``detections``. Each always has a latest message, so that, other than
+with py_trees_ros, the default *clearing_policy* accepts it. With `ClearingPolicy.ON_INITIALISE` or `ON_SUCCESS` a leaf
+accepts only a message that is newer than its initialise or its last success.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Handler(Behaviour):
-    """Knows the latest message of a topic; subclasses make a behaviour of it.
+    """Reads the latest message of a topic; the base of the subscribers.
 
     Args:
         name: The behaviour's name.
@@ -53,13 +53,13 @@ class Handler(Behaviour):
         self._cleared: Message | None = None
 
     def setup(self, **kwargs: Any) -> None:
-        """Be ready for the topic.
+        """Watch the topic.
 
         Args:
             **kwargs: *topics*, *robot* and *wake*.
 
         Raises:
-            NotServed: There is no such robot, or it publishes no such thing.
+            NotServed: There is no such robot, or it does not publish this topic.
             NobodyThere: No simulator answers.
         """
         self._topics = kwargs["topics"]
@@ -67,17 +67,17 @@ class Handler(Behaviour):
         self._topics.watch(self._robot, self.topic_name, kwargs.get("wake"))
 
     def initialise(self) -> None:
-        """Begin to wait for something newer, if the leaf wants that."""
+        """Discard older messages, if the policy says so."""
         if self.clearing_policy == ClearingPolicy.ON_INITIALISE:
             self._cleared = self._latest()
 
     def message(self) -> Any:
-        """Return the latest message; None while that is too old."""
+        """Return the latest message; None while it is too old."""
         latest = self._latest()
         return None if latest is self._cleared else latest
 
     def succeeded(self) -> Status:
-        """Return SUCCESS, from which on newer messages count if the leaf wants that."""
+        """Return SUCCESS, and discard older messages if the policy says so."""
         if self.clearing_policy == ClearingPolicy.ON_SUCCESS:
             self._cleared = self._latest()
         return Status.SUCCESS
@@ -89,15 +89,15 @@ class Handler(Behaviour):
 
 
 class CheckData(Handler):
-    """Compares a field of the latest message with a value: SUCCESS when that holds.
+    """Compares a field of the latest message with a value: SUCCESS when the comparison holds.
 
     Args:
         name: The behaviour's name.
         topic_name: The topic.
         variable_name: The field, such as ``twist.twist.linear.x``.
-        expected_value: What to compare it with.
+        expected_value: The value to compare it with.
         comparison_operator: A function of both, such as `operator.lt`.
-        fail_if_no_data: Whether to fail instead of waiting while there is no message that is new enough.
+        fail_if_no_data: Whether to fail instead of waiting while no message is new enough.
         fail_if_bad_comparison: Whether to fail instead of waiting while the comparison does not hold.
         robot: Whose; None for the robot that the tree is run for.
         clearing_policy: Which messages are too old.
@@ -141,7 +141,7 @@ class CheckData(Handler):
 
 
 class WaitForData(Handler):
-    """Waits for a message, whatever it says: the next one, by default.
+    """Waits for a message of any content: the next one, by default.
 
     Args:
         name: The behaviour's name.
@@ -173,13 +173,13 @@ class WaitForData(Handler):
 
 
 class ToBlackboard(Handler):
-    """Writes the latest message, or fields of it, on the blackboard.
+    """Writes the latest message, or some of its fields, on the blackboard.
 
     Args:
         name: The behaviour's name.
         topic_name: The topic.
-        blackboard_variables: The key for the message; or by key the field of it, None for all of it.
-        initialise_variables: What to write before the first tick, by key.
+        blackboard_variables: The message's key; or its fields by key, where None is the whole message.
+        initialise_variables: Values to write before the first tick, by key.
         robot: Whose; None for the robot that the tree is run for.
         clearing_policy: Which messages are too old.
 
@@ -208,7 +208,7 @@ class ToBlackboard(Handler):
             self.blackboard.set(key, value)
 
     def update(self) -> Status:
-        """Write what there is; wait for the first."""
+        """Write the message; wait for the first one."""
         message = self.message()
         if message is None:
             self.feedback_message = "no message so far"
@@ -220,12 +220,12 @@ class ToBlackboard(Handler):
 
 
 class EventToBlackboard(Handler):
-    """Writes on the blackboard whether a message has come since the leaf was ticked last; succeeds always.
+    """Writes on the blackboard whether a message has come since the last tick; always succeeds.
 
     Args:
         name: The behaviour's name.
         topic_name: The topic.
-        variable_name: The key for it.
+        variable_name: The blackboard key.
         robot: Whose; None for the robot that the tree is run for.
 
     Raises:
@@ -248,7 +248,7 @@ class EventToBlackboard(Handler):
 
 
 def _field(name: str, topic: str, field: str | None) -> Callable[[Any], Any]:
-    """Return what reads a field of a message of a topic; of None, the message itself."""
+    """Return a function that reads a field of a topic's message; of None, the message itself."""
     if field is None:
         return lambda message: message
     read = operator.attrgetter(field)

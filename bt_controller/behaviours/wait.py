@@ -1,4 +1,4 @@
-"""Stay where the robot is."""
+"""A behaviour that keeps the robot in place."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 
 
 class Wait(FromConstant[nav2_msgs.Wait.Goal, nav2_msgs.Wait.Result, nav2_msgs.Wait.Feedback]):
-    """Keeps the robot where it is, for as long as it works there.
+    """Keeps the robot in place for a time, for instance while it works there.
 
     Args:
         seconds: Simulated seconds.

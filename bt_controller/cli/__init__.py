@@ -33,7 +33,7 @@ def _main(argv: Sequence[str] | None) -> int:
     try:
         code: int = args.command(args)
     except BrokenPipeError:
-        # Whoever read our output has gone before the end; Python would complain once more on its way out.
+        # The reader of stdout has gone; Python would report a broken pipe again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except Exception as error:

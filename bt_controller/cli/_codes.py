@@ -1,4 +1,4 @@
-"""How commands end."""
+"""The exit codes of the commands."""
 
 from __future__ import annotations
 

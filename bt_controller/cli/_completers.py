@@ -1,4 +1,4 @@
-"""What a shell completes: the names of the simulator that runs."""
+"""Shell completion with names of the running simulator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which errors end a command with which exit code."""
+"""The exit codes of errors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hmrsim_zenoh.errors import (
 
 
 def exit_code(error: Exception) -> int | None:
-    """Return the exit code of an error whose text is fit to be shown; None for a bug."""
+    """Return the exit code of an error with a user-readable text; None for a bug."""
     if isinstance(error, (TreeError, PortError, BadOptions, PortTaken, NameTaken)):
         return WRONG_USE
     if isinstance(error, (NobodyThere, SimulatorGone, Unreachable, RequestTimeout)):

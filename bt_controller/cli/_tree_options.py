@@ -1,4 +1,4 @@
-"""The options that say which tree, of which nodes, with which values."""
+"""The options that select a tree, its nodes and its values."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _KEY: Final = re.compile(r"[\w-]+(/[\w-]+)*")
 
 
 def add_tree_options(parser: Any) -> None:
-    """Add TREE, and what is to be said of it."""
+    """Add TREE and its options."""
     parser.add_argument("tree", metavar="TREE", help="FILE.xml or MODULE:FUNCTION")
     parser.add_argument(
         "--tree", dest="tree_id", metavar="ID", help="which of the trees of FILE.xml (default: its own)"
@@ -44,10 +44,10 @@ def add_tree_options(parser: Any) -> None:
 
 
 def tree_of(args: argparse.Namespace) -> Plan:
-    """Return the tree that the options mean; what may be wrong with it is told on stderr.
+    """Return the tree that the options select; its warnings go to stderr.
 
     Raises:
-        TreeError: There is none, or something is wrong with it.
+        TreeError: There is no such tree, or it is invalid.
     """
     values = {key: Given(text, key) for key, text in args.values}
     plan = load(args.tree, tree=args.tree_id, nodes=args.nodes, values=values)

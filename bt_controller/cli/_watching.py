@@ -1,4 +1,4 @@
-"""What ``bt-controller`` shows of trees: on the terminal, in files, on the network."""
+"""The outputs of ``bt-controller`` for trees: the terminal, files and the network."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def add_watching_options(parser: argparse.ArgumentParser) -> None:
 
 
 def check_pictures(args: argparse.Namespace) -> None:
-    """Refuse pictures that can't be drawn, before the work is done that they are to show.
+    """Check that pictures can be drawn, before the trees run.
 
     Raises:
         BadOptions: There is no folder for a file, or Graphviz is missing.
@@ -62,7 +62,7 @@ def check_pictures(args: argparse.Namespace) -> None:
 
 
 def draw(args: argparse.Namespace, trees: Mapping[str, Sequence[Node]], *, statuses: bool) -> None:
-    """Write the pictures that a command line asks for.
+    """Write the pictures that the command line requests.
 
     Raises:
         BadOptions: A file can't be written, or Graphviz is missing.
@@ -78,7 +78,7 @@ def draw(args: argparse.Namespace, trees: Mapping[str, Sequence[Node]], *, statu
 
 
 def display(args: argparse.Namespace) -> AbstractContextManager[Watcher | None]:
-    """Return what shows trees on stdout, if anything does."""
+    """Return the display of trees on stdout, if any."""
     if args.quiet:
         return nullcontext()
 
@@ -86,7 +86,7 @@ def display(args: argparse.Namespace) -> AbstractContextManager[Watcher | None]:
         return nullcontext(JsonDisplay(sys.stdout))
     if not sys.stdout.isatty():
         return nullcontext(PlainDisplay(sys.stdout))
-    # Loads rich, which takes 60 ms and serves terminals alone.
+    # Loads rich, which takes 60 ms and is needed for terminals only.
     from bt_controller.watching.live_display import live_display  # noqa: PLC0415
 
     return live_display()
@@ -96,7 +96,7 @@ def display(args: argparse.Namespace) -> AbstractContextManager[Watcher | None]:
 def watching(
     args: argparse.Namespace, client: Client, missions: Sequence[Mission], clock: Clock, shown: Watcher | None
 ) -> Iterator[Callable[[Mission, float | None], None]]:
-    """Tell all who want to know of ticks; yields whom to call after each.
+    """Open the outputs of ticks; yield the function to call after each tick.
 
     Raises:
         BadOptions: A file can't be written.
@@ -119,7 +119,7 @@ def watching(
 
 
 def why_failed(missions: Sequence[Mission]) -> dict[str, list[dict[str, str]]]:
-    """Return the behaviours that made trees fail, and what they say, by robot."""
+    """Return the behaviours that made trees fail, with their feedback messages, by robot."""
     return {
         mission.robot: [{"node": node.name, "message": node.message} for node in reasons(nodes_of(mission.root))]
         for mission in missions
@@ -128,7 +128,7 @@ def why_failed(missions: Sequence[Mission]) -> dict[str, list[dict[str, str]]]:
 
 
 def in_words(why: Sequence[Mapping[str, str]]) -> str:
-    """Return why a tree failed, as what follows its status."""
+    """Return the reason of a tree's failure, to be printed after its status."""
     told = "; ".join(f"{each['node']}: {each['message']}" if each["message"] else each["node"] for each in why)
     return f": {told}" if told else ""
 

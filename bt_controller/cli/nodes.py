@@ -1,4 +1,4 @@
-"""``bt-controller nodes``: tell what XML trees can be made of."""
+"""``bt-controller nodes``: list the nodes of XML trees."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _nodes(args: argparse.Namespace) -> int:
 
 
 def _kind(node: type[Node]) -> str:
-    """Return what BehaviorTree.CPP calls a node of this kind."""
+    """Return BehaviorTree.CPP's name of a node's kind."""
     for base, kind in ((Control, "control"), (Decoration, "decorator"), (Condition, "condition")):
         if issubclass(node, base):
             return kind
@@ -108,7 +108,7 @@ def _described(node: type[Node]) -> dict[str, Any]:
 
 
 def _page(tag: str, node: type[Node]) -> str:
-    """Return all that there is to say of a node."""
+    """Return a node's full description."""
     lines = [f"{tag} ({_kind(node)})", *(f"  {line}".rstrip() for line in (inspect.getdoc(node) or "").splitlines())]
     for port in _ports(node):
         needed = ", required" if port["required"] and port["direction"] == "input" else ""
@@ -119,7 +119,7 @@ def _page(tag: str, node: type[Node]) -> str:
 
 
 def _model(nodes: dict[str, type[Node]]) -> str:
-    """Return the nodes as editors of BehaviorTree.CPP's files want to be told of them."""
+    """Return the nodes as a TreeNodesModel for editors of BehaviorTree.CPP's files."""
     root = Element("root", BTCPP_format="4")
     model = SubElement(root, "TreeNodesModel")
     for tag, node in nodes.items():

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from bt_controller.running.runner import Outcome
 
 _GRACE: Final = 3.0
-"""Wall seconds for which the simulator may be out of reach, and in which canceled goals may end."""
+"""Wall seconds for which the simulator may be unreachable, and within which canceled goals have to end."""
 
 _SHOW_CURSOR: Final = b"\x1b[?25h"
 """The live display hides it."""
@@ -128,7 +128,7 @@ def _robot(text: str) -> str:
 
 
 def _checked(check: Callable[[str], object], text: str) -> str:
-    """Return a text that passes a check, whose ValueError says what is wrong with it."""
+    """Return a text that passes a check; the check's ValueError becomes the option's error."""
     try:
         check(text)
     except ValueError as error:
@@ -137,13 +137,13 @@ def _checked(check: Callable[[str], object], text: str) -> str:
 
 
 def _chosen(args: argparse.Namespace, client: Client) -> list[str]:
-    """Return the robots that are named, and after them those that are selected."""
+    """Return the robots that are named, followed by those that are selected."""
     found = selected(Directory.from_info(client.info()), args.robots) if args.robots else []
     return list(dict.fromkeys([*args.robot, *found]))
 
 
 def _resumed(args: argparse.Namespace, plan: Plan) -> str | None:
-    """Return under which name goals are found again; None where each run begins anew."""
+    """Return the name under which goals are resumed; None to start anew."""
     wanted = plan.resumable if args.resume is None else args.resume is not False
     return f"{args.name}/{args.resume or plan.name}" if wanted else None
 
@@ -167,7 +167,7 @@ def _run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
         client.wait_for_simulator(options.timeout)
         missions = missions_for(_chosen(args, client), plan, resume=_resumed(args, plan))
         prepare(missions)
-        # The trees stay until the end: the collector of cycles need not look through those of a thousand robots.
+        # The trees live until the end: the garbage collector need not traverse those of a thousand robots.
         gc.freeze()
         clock = clock_for(client, mailbox, feedback=args.period is not None, grace=_GRACE)
 
@@ -186,7 +186,7 @@ def _run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
 
 
 def _report(outcome: Outcome, why: Mapping[str, Sequence[Mapping[str, str]]], *, as_json: bool) -> int:
-    """Say how it ended, and return the exit code of an end that no signal brought."""
+    """Report the outcome, and return the exit code of a run that no signal ended."""
     if outcome.interrupted:
         doubt = f", but those of {', '.join(outcome.left)} have not ended yet" if outcome.left else ""
         print(f"bt-controller: interrupted; the goals were canceled{doubt}", file=sys.stderr)

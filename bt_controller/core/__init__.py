@@ -1,4 +1,4 @@
-"""What leaves and nodes of behaviour trees are made of: ports, action leaves, topics and suspension.
+"""The base of leaves and nodes: ports, action leaves, topics and suspension.
 
 Behaviours for Python trees and nodes for XML trees build on it.
 """

@@ -1,12 +1,12 @@
-"""One leaf for every action, with the lifecycle that py_trees documents.
+"""A leaf for any action, with the lifecycle that py_trees documents.
 
 ::
 
-    setup        looks the action up, once: a robot that lacks it is an error before the first tick
-    initialise   sends the goal, and does not wait
-    update       RUNNING until the goal is done; SUCCEEDED → SUCCESS, whatever else → FAILURE and why
-    terminate    INVALID cancels the goal, also when it is not known yet whether it is accepted
-    suspend      cancels the goal, too; ticked again, the leaf sends it again if it was not done nevertheless
+    setup        looks up the action once: a robot that lacks it is an error before the first tick
+    initialise   sends the goal without waiting
+    update       RUNNING until the goal is done; SUCCEEDED → SUCCESS, any other end → FAILURE with a message
+    terminate    INVALID cancels the goal, also before its acceptance is known
+    suspend      cancels the goal; the next tick sends it again unless it was done nevertheless
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 GoalSource: TypeAlias = T | Callable[[], T | None] | str
-"""A goal, a function that returns it or None, or the blackboard key under which it will be."""
+"""A goal, a function that returns a goal or None, or the goal's blackboard key."""
 
 
 class ActionLeaf(Behaviour, Generic[G, R, F]):
@@ -44,13 +44,13 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
     Args:
         name: The behaviour's name.
         action: The action, its name, its full name ``robot/action`` or an alias of that, as the world has it.
-        goal: What to send; looked up anew each time. A leaf without a goal fails.
+        goal: The goal, evaluated upon each initialise. A leaf without a goal fails.
         robot: Whose action; None for the robot that the tree is run for.
-        describe: What to say of feedback; None for its plain fields.
-        on_success: What to write on the blackboard when the goal has succeeded, by key.
+        describe: Formats feedback as the feedback message; None for its plain fields.
+        on_success: Values to write on the blackboard when the goal has succeeded, by key.
 
     Attributes:
-        verdicts: How many goals have come to an end that counted.
+        verdicts: The number of goals whose end counted.
 
     Raises:
         ValueError: There is no action of this name.
@@ -88,18 +88,18 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
 
     @property
     def action(self) -> Action[G, R, F] | None:
-        """The action, where it is known before the simulator is asked."""
+        """The action, where it is known without asking the simulator."""
         return None if isinstance(self._action, str) else self._action
 
     @property
     def open_goals(self) -> list[GoalHandle[R, F]]:
-        """The goals that were sent and are not done; more than one where a canceled one has yet to end."""
+        """The goals that are not done; more than one while a canceled goal has not ended."""
         self._open = [handle for handle in self._open if not handle.done]
         return self._open
 
     @property
     def is_unfinished(self) -> bool:
-        """Whether the leaf was suspended, and its goal has ended so that it is to be sent again."""
+        """Whether the leaf was suspended and has to send its goal again."""
         return self._suspended and self._handle is not None and self._is_undone(self._handle)
 
     def setup(self, **kwargs: Any) -> None:
@@ -133,7 +133,7 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         if goal is None:
             self.feedback_message = "no goal to send"
             return
-        # Who is running replaces the goal of the step that it is at.
+        # A running leaf replaces the goal of its current step.
         if self._resumption is not None and self.status is not Status.RUNNING:
             self._resumption.begin(goal)
         self._send(goal)
@@ -159,7 +159,7 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         self.feedback_message = "sent goal request"
 
     def update(self) -> Status:
-        """Return what has become of the goal."""
+        """Return the status of the goal."""
         handle = self._handle
         if handle is None:
             return Status.FAILURE
@@ -177,22 +177,22 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         return self.ended(handle)
 
     def repeat(self) -> None:
-        """Do anew what has ended in an earlier life of the controller: no step of the mission, but for its sake."""
+        """Repeat goals that ended in an earlier run of the controller: the subtree is no step of the mission itself."""
         if self._resumption is not None:
             self._resumption.repeats = True
 
     def suspend(self) -> None:
-        """Cancel the goal, if it is under way, and mean to go on with it when ticked next; returns at once.
+        """Cancel the goal, if it is active, and resume it with the next tick; returns at once.
 
-        The leaf's status stays as it is. Let it not be ticked before its open goals have ended, and what the goal has
-        become counts: the leaf sends it again only if it was CANCELED.
+        The leaf's status stays as it is. The caller must not tick it before its open goals have ended. Then the goal's
+        end counts: the leaf sends it again only if it was CANCELED.
         """
         if self.status is Status.RUNNING and self._handle is not None and not self._handle.done:
             self._suspended = True
             self.cancel()
 
     def ended(self, handle: GoalHandle[R, F]) -> Status:
-        """Return what the end of the goal means to the tree."""
+        """Return the behaviour's status for the end of the goal."""
         if handle.error is None and handle.status is GoalStatus.SUCCEEDED:
             return self._succeeded("successfully completed")
         self.feedback_message = _verdict(handle)
@@ -205,7 +205,7 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         return Status.SUCCESS
 
     def _is_undone(self, handle: GoalHandle[R, F]) -> bool:
-        """Return whether a goal has ended so that it is to be sent again: suspended, or in an earlier life."""
+        """Return whether to send a goal again, as it ended by suspension or in an earlier run."""
         if self._suspended and handle.error is None and handle.status is GoalStatus.CANCELED:
             return True
         return self._resumption is not None and self._resumption.is_undone(handle)
@@ -216,7 +216,7 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
             self.cancel()
 
     def cancel(self) -> None:
-        """Cancel what is still under way; returns at once."""
+        """Cancel the active goals; returns at once."""
         for handle in self.open_goals:
             handle.cancel()
 
@@ -243,7 +243,7 @@ def _verdict(handle: GoalHandle[Any, Any]) -> str:
 
 
 def _plain_fields(feedback: Message) -> str:
-    """Return the fields of a message that are values, not messages; durations in seconds."""
+    """Return the plain fields of a message, without nested messages; durations in seconds."""
     shown = []
     for name in type(feedback).model_fields:
         value = getattr(feedback, name)
@@ -255,4 +255,4 @@ def _plain_fields(feedback: Message) -> str:
 
 
 def _let_be() -> None:
-    """Do nothing: nobody wants to be woken."""
+    """Do nothing: the default of *wake*."""

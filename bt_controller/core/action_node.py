@@ -1,4 +1,4 @@
-"""The actions of XML trees: a goal made of ports, and a result that goes to ports, as Nav2's BtActionNode has it."""
+"""The action nodes of XML trees: a goal from input ports and a result to output ports, as in Nav2's BtActionNode."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ACTION_INPUTS: Final[Mapping[str, Port]] = MappingProxyType(
         "server_timeout": input_port(DOUBLE, "Milliseconds; read and not needed: nothing waits here", required=False),
     }
 )
-"""What every action takes."""
+"""The input ports of every action node."""
 
 ACTION_OUTPUTS: Final[Mapping[str, Port]] = MappingProxyType(
     {
@@ -37,16 +37,16 @@ ACTION_OUTPUTS: Final[Mapping[str, Port]] = MappingProxyType(
         "error_msg": output_port(STRING, "What is wrong"),
     }
 )
-"""What every action of Nav2's gives."""
+"""The output ports of every Nav2 action node."""
 
 
 class ActionNode(Node, ActionLeaf[Any, Any, Any]):
-    """Sends the goal that its ports make, and follows it.
+    """Sends the goal that its input ports define, and follows it.
 
-    SUCCEEDED and CANCELED are SUCCESS, as in Nav2: whoever else cancels a goal knows what for. ABORTED and a
-    rejection are FAILURE, with the code on ``error_code_id``. Halted, the node cancels its goal. One that has ended
-    and is ticked again without having been reset, as children of a PipelineSequence are, sends nothing, and ends as
-    it did.
+    SUCCEEDED and CANCELED are SUCCESS, as in Nav2: another client that cancels the goal decides so. ABORTED and a
+    rejection are FAILURE, with the code on ``error_code_id``. When halted, the node cancels its goal. A node that has
+    ended and is ticked again without a reset, as children of a PipelineSequence are, sends no goal and returns its last
+    status.
     """
 
     ACTION: ClassVar[str]
@@ -62,14 +62,14 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         super().__init__(name, self.ACTION, self.goal, behaviour_class_name=behaviour_class_name)
 
     def setup(self, **kwargs: Any) -> None:
-        """Look the action up, by the name that the file gives it, if any.
+        """Look up the action, by the name that the file gives it, if any.
 
         Args:
             **kwargs: As those of `ActionLeaf` and of all nodes.
 
         Raises:
             NotServed: There is no such robot, or it has no such action.
-            PortError: What the file says is not what a port takes; or the name is another action's.
+            PortError: A port's value in the file is invalid; or the name is another action's.
             NobodyThere: No simulator answers.
         """
         if server := self.read("server_name"):
@@ -80,28 +80,27 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         super().setup(**kwargs)
 
     def goal(self) -> Message | None:
-        """Return the goal as the ports say it; None to fail without one, with a feedback message of why."""
+        """Return the goal of the input ports; None to fail without one, with a feedback message."""
         raise NotImplementedError
 
     def take(self, result: Any) -> None:
-        """Put a result of SUCCEEDED on the output ports."""
+        """Write the result of a succeeded goal to the output ports."""
 
     def take_nothing(self) -> None:
-        """Put on the output ports what stands for no result: the goal ended otherwise, or the node was halted."""
+        """Write empty values to the output ports: the goal did not succeed, or the node was halted."""
 
     def code_of(self, result: Any) -> tuple[int, str]:
         """Return the code and the message of a result."""
         return result.error_code, result.error_msg
 
     def wants_other_goal(self) -> bool:
-        """Return whether the goal that is under way shall be replaced by what `goal` makes now."""
+        """Return whether to replace the active goal by the one that `goal` returns now."""
         return False
 
     def next_tick_time(self) -> float:
-        """Return that a running goal tells by itself, and that one which has ended stays as it is.
+        """Return that the node needs no polling: a running goal wakes it, and one that has ended stays as it is.
 
-        What a port leads to changes in ticks only, so whatever `wants_other_goal` looks at there needs no look of
-        its own.
+        Entries of the blackboard change in ticks only, so the ports that `wants_other_goal` reads need no polling.
         """
         return EACH_PERIOD if self.status is Status.INVALID else math.inf
 
@@ -111,19 +110,19 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
             super().initialise()
 
     def update(self) -> Status:
-        """Return what has become of the goal, after replacing it if that is due."""
+        """Return the status of the goal, after replacing it if necessary."""
         if self.status is Status.RUNNING and self.wants_other_goal():
-            # The robot drops the old one when it accepts the new one, as Nav2's servers do.
+            # The robot preempts the old goal when it accepts the new one, as Nav2's servers do.
             super().initialise()
         if self._handle is None:
             self._blame(self.UNANSWERED, self.feedback_message)
             self.take_nothing()
-            # One that was to be replaced.
+            # A goal that was replaced.
             self.cancel()
         return super().update()
 
     def ended(self, handle: GoalHandle[Any, Any]) -> Status:
-        """Put the code and the result where the ports lead, and return what they mean."""
+        """Write the code and the result to the output ports, and return the status."""
         if handle.error is not None:
             self._blame(self._code_of_error(handle.error) or self.UNANSWERED, str(handle.error))
             self.take_nothing()
@@ -141,13 +140,13 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         return Status.SUCCESS if handle.status is GoalStatus.CANCELED else status
 
     def terminate(self, new_status: Status) -> None:
-        """Cancel the goal if the node is halted; what it has given before is no longer true then."""
+        """Cancel the goal if the node is halted; its earlier outputs are void then."""
         if new_status is Status.INVALID and self.status is Status.RUNNING:
             self.take_nothing()
         super().terminate(new_status)
 
     def _code_of_error(self, error: Exception) -> int:
-        """Return the code of a goal that has no result; 0 if nobody gave it any."""
+        """Return the code of a goal without a result; 0 if it has none."""
         if isinstance(error, ResultExpired) and self.action is not None:
             return self.action.codes.unknown
         return getattr(error, "error_code", 0) if isinstance(error, GoalRejected) else 0

@@ -1,4 +1,4 @@
-"""A blackboard for each robot: py_trees has one for the whole process."""
+"""A blackboard per robot: py_trees has one for the whole process."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 class Entries(dict[str, Any]):
-    """What is on a blackboard.
+    """The entries of a blackboard.
 
     Attributes:
-        writes: How often each entry was written, also with the value that it had.
-        changes: How often any was written with another value.
+        writes: The number of writes of each entry, including unchanged values.
+        changes: The number of writes that changed a value.
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class Entries(dict[str, Any]):
         self.changes = 0
 
     def __setitem__(self, key: str, value: Any) -> None:
-        """Write an entry, and count it."""
+        """Write an entry and count the write."""
         self.writes[key] += 1
         self.changes += key not in self or self[key] != value
         super().__setitem__(key, value)
@@ -38,8 +38,8 @@ class Entries(dict[str, Any]):
 class Board:
     """The blackboard of one tree.
 
-    Any tree works with it, whatever keys it uses: while it is in use it stands where py_trees looks. So trees
-    have to be built, set up, ticked and stopped by one thread, one after the other.
+    It works with any tree: while in use, it replaces py_trees' global blackboard. So trees have to be built, set
+    up, ticked and stopped by one thread, one after the other.
     """
 
     def __init__(self) -> None:
@@ -49,17 +49,17 @@ class Board:
 
     @property
     def changes(self) -> int:
-        """How often an entry was written with another value."""
+        """The number of writes that changed a value."""
         return self._storage.changes
 
     @property
     def storage(self) -> Mapping[str, Any]:
-        """What is on it, as py_trees keeps it."""
+        """The entries, as py_trees keeps them."""
         return self._storage
 
     @contextmanager
     def in_use(self) -> Iterator[None]:
-        """Let py_trees use this blackboard."""
+        """Make py_trees use this blackboard."""
         others = Blackboard.storage, Blackboard.metadata, Blackboard.clients
         Blackboard.storage, Blackboard.metadata, Blackboard.clients = (
             self._storage,

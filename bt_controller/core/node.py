@@ -4,8 +4,8 @@ What is different from py_trees:
 
 - **Idle** is INVALID: a node that was never ticked, or was reset by its parent. A node may be ticked again after it
   has ended without having been reset; then its status is what it ended with.
-- **Skipped** is INVALID as the outcome of a tick: whoever ticked it goes on as if it weren't there.
-- Who ends keeps the statuses of its children until it begins again, so that one can see how they ended.
+- **Skipped** is INVALID as the outcome of a tick: the parent goes on as if the node weren't there.
+- A node that has ended keeps the statuses of its children until it begins again, so that displays show how they ended.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ if TYPE_CHECKING:
     from bt_controller.core.ports import Places, Port
 
 EACH_PERIOD = -math.inf
-"""What `Node.next_tick_time` returns where nobody tells a node when to look again."""
+"""The value of `Node.next_tick_time` for a node that has to be polled."""
 
 
 class PortError(HmrsimError):
-    """A port has no value, or one of another kind; the text says which, and whose."""
+    """A port has no value, or one of another kind; the text names the port and the node."""
 
 
 class Node(PortsMixin):
-    """What all nodes have: ports, and when they have to be ticked.
+    """The base of all nodes: ports, and the time of the next tick.
 
-    Subclasses say their ports in `INPUTS` and `OUTPUTS`, made by `input_port` and `output_port`.
+    Subclasses declare their ports in `INPUTS` and `OUTPUTS`, made by `input_port` and `output_port`.
 
     Attributes:
         origin: File and line, for messages.
@@ -50,18 +50,18 @@ class Node(PortsMixin):
     origin: str = ""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
-        """Tell py_trees of the ports; keep the class out of its register: we have one of ours."""
+        """Declare the ports to py_trees; keep the class out of its registry, since this package has its own."""
         cls.INPUT_PORTS, cls.OUTPUT_PORTS = dict(cls.INPUTS), dict(cls.OUTPUTS)
         super().__init_subclass__(register=False, **kwargs)
 
     def setup(self, **kwargs: Any) -> None:
-        """Remember who knows the places; texts of ports are looked at, so that what is wrong is said at once.
+        """Keep the places, and check the ports' texts early.
 
         Args:
-            **kwargs: *places*, a `Places`; and what others want.
+            **kwargs: *places*, a `Places`, and the arguments of other behaviours.
 
         Raises:
-            PortError: What the file says is not what a port takes.
+            PortError: A port's value in the file is invalid.
         """
         super().setup(**kwargs)
         self._places: Places | None = kwargs.get("places")
@@ -71,7 +71,7 @@ class Node(PortsMixin):
                 self.read(port)
 
     def read(self, port: str) -> Any:
-        """Return the value of an input port; of one that need not have any and has none, None.
+        """Return the value of an input port; None if it is optional and has no value.
 
         Raises:
             PortError: It has none, or one of another kind.
@@ -83,7 +83,7 @@ class Node(PortsMixin):
             if information.required and information.default_value is None:
                 raise PortError(f"{self._whose(port)} has no value: nothing has written it so far")
             default = information.default_value
-            # A key that the port leads to where the file says nothing is no value.
+            # The default key of a port that the file omits is no value.
             return None if isinstance(default, str) and default.startswith("{") else default
         kind = information.kind
         if isinstance(value, str) and kind.type is not str:
@@ -96,24 +96,24 @@ class Node(PortsMixin):
         return value
 
     def write(self, port: str, value: Any) -> None:
-        """Put a value where an output port leads; nowhere if the file says nothing of it."""
+        """Write a value to an output port's key; drop it if the file omits the port."""
         self.blackboard_client.set(port, value)
 
     def next_tick_time(self) -> float:
-        """Return when this node has to be ticked again if nothing happens to its goals or its children.
+        """Return when this node has to be ticked again without an event of its goals or children.
 
         Returns:
-            Simulated seconds; infinite for never, `EACH_PERIOD` if nobody can tell.
+            Simulated seconds; infinite for never, `EACH_PERIOD` if it has to be polled.
         """
         return math.inf
 
     def next_ticked(self) -> Sequence[Behaviour]:
-        """Return the children that the next tick may look at."""
+        """Return the children that the next tick may tick."""
         return ()
 
     @property
     def behind(self) -> float:
-        """By how many seconds the time of the children is behind this node's, as it stood still for them."""
+        """By how many seconds the children's time is behind this node's, since it stood still for them."""
         return 0.0
 
     def _whose(self, port: str) -> str:
@@ -122,25 +122,25 @@ class Node(PortsMixin):
 
 
 class Leaf(Node, Behaviour):
-    """A node without children that takes no time, and to which nothing becomes different by itself.
+    """A node without children that takes no time and does not depend on changing state.
 
-    A subclass of which that is not true says when to look again.
+    Other subclasses override the time of the next tick.
     """
 
 
 class Condition(Leaf):
-    """A node that looks at something: at the blackboard, the time, a topic."""
+    """A node that reads changing state: the blackboard, the time, a topic."""
 
     def next_tick_time(self) -> float:
-        """Return that nobody tells it when that has changed; a subclass may know better."""
+        """Return that the node has to be polled; a subclass may be notified of changes."""
         return EACH_PERIOD
 
 
 class _Parent(Node):
-    """How a node with children is ticked."""
+    """The tick of a node with children."""
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick children by ``yield from child.tick()``, and return the node's status; INVALID if it is skipped."""
+        """Tick the children by ``yield from child.tick()``, and return the node's status; INVALID if it is skipped."""
         raise NotImplementedError
 
     def next_tick_time(self) -> float:
@@ -148,7 +148,7 @@ class _Parent(Node):
         return math.inf if self.status is Status.RUNNING else EACH_PERIOD
 
     def next_ticked(self) -> Sequence[Behaviour]:
-        """Return the children that the next tick may look at: by default, those that run."""
+        """Return the children that the next tick may tick: by default, the running ones."""
         return [child for child in self.children if child.status is Status.RUNNING]
 
     def tick(self) -> Iterator[Behaviour]:
@@ -185,9 +185,9 @@ class Control(_Parent, Composite):
     """A node with any number of children."""
 
     least = 1
-    """How many children there have to be."""
+    """The least number of children."""
     most = math.inf
-    """How many there may be."""
+    """The largest number of children."""
 
 
 class Decoration(_Parent, Decorator):
@@ -200,7 +200,7 @@ class Decoration(_Parent, Decorator):
         return child
 
     def update(self) -> Status:
-        """Return the status; py_trees' decorators have to have this, ours `advance`."""
+        """Return the status; py_trees' decorators need this method, those of this package `advance`."""
         status: Status = self.status
         return status
 

@@ -24,13 +24,13 @@ _REFERENCE: Final = re.compile(r"\{(.+)\}")
 
 
 def node(kind: type[N], *children: Behaviour, name: str | None = None, **ports: object) -> N:
-    """Return a node of an XML tree, with what its ports carry.
+    """Return a node of an XML tree with the values of its ports.
 
     Args:
         kind: Its class.
         *children: Its children, if it takes any; a decorator takes one.
         name: Its name; that of its class if left out.
-        **ports: What its ports carry: values, text as in a file, or ``"{key}"`` for what is on the blackboard.
+        **ports: The ports' values: Python values, text as in a file, or ``"{key}"`` for an entry of the blackboard.
 
     Raises:
         ValueError: It has no such port, or lacks one.
@@ -44,7 +44,7 @@ def node(kind: type[N], *children: Behaviour, name: str | None = None, **ports: 
 
 
 def connect(built: Node, **ports: object) -> None:
-    """Say what the ports of a node carry; once.
+    """Set the ports of a node, once.
 
     Raises:
         ValueError: It has no such port, or lacks one.

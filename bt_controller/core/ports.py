@@ -1,7 +1,7 @@
-"""What goes through the ports of XML trees' nodes, and how it is written in a file.
+"""The kinds of ports of XML trees' nodes, and their text format in files.
 
-A value in a file is text, and so is what `Script` or ``--set`` puts on the blackboard as text: a port reads it as
-its kind says. What another node has put there is a value already.
+A value in a file is text, and so is a text that `Script` or ``--set`` writes on the blackboard: a port parses it as its
+kind. The output of another node is a value already.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Places(Protocol):
 
 
 class Given(str):
-    """A text that the user has put on the blackboard, which knows where: a message about it says ``--set KEY=TEXT``.
+    """A text of the user on the blackboard, with its key: error messages refer to it as ``--set KEY=TEXT``.
 
     Args:
         text: The text.
@@ -55,14 +55,14 @@ class Given(str):
 
 @dataclass(frozen=True)
 class Kind(Generic[T]):
-    """What a port carries.
+    """The kind of a port's values.
 
     Attributes:
-        name: As BehaviorTree.CPP or ROS call it.
+        name: The type's name in BehaviorTree.CPP or ROS.
         type: Its Python type; `object` for anything.
-        parse: Makes a value of a text; raises ValueError saying what is expected. Without places any name will do
-            for one.
-        served: What a text may be that is to have an effect here; empty for anything.
+        parse: Parses a text; raises ValueError with the expected format. Without places, any name is accepted as a
+            place.
+        served: The texts that have an effect in this simulator; empty for any.
     """
 
     name: str
@@ -71,10 +71,10 @@ class Kind(Generic[T]):
     served: tuple[str, ...] = ()
 
     def read(self, text: str, places: Places | None) -> T:
-        """Return the value that a text means; without places any name will do for one.
+        """Return the value of a text; without places, any name is accepted as a place.
 
         Raises:
-            ValueError: It means none; the text says what is expected.
+            ValueError: The text is invalid; the error names the expected format.
         """
         try:
             return self.parse(text, places)
@@ -83,13 +83,13 @@ class Kind(Generic[T]):
             raise ValueError(f"{said}{error}") from None
 
     def doubt(self, text: str) -> str | None:
-        """Return what is to be said of a text that can be read, but that nobody here knows."""
+        """Return a warning about a valid text that has no effect in this simulator."""
         if not self.served or text in self.served:
             return None
         return f"no robot here serves {shown(text)}; there are {', '.join(filter(None, self.served))}"
 
     def holds(self, value: object) -> bool:
-        """Return whether a value is of this kind as it is."""
+        """Return whether a value is of this kind without parsing."""
         if self.type is float:
             return isinstance(value, (int, float)) and not isinstance(value, bool)
         if self.type is int:
@@ -109,7 +109,7 @@ class Port(PortInformation):
 
 
 def input_port(kind: Kind[Any], description: str = "", *, default: Any = None, required: bool | None = None) -> Port:
-    """Return an input port; required unless it has a default, or is said not to be."""
+    """Return an input port; required unless it has a default or *required* is False."""
     needed = default is None if required is None else required
     return Port(_declared(kind), required=needed, description=description, default_value=default, kind=kind)
 
@@ -174,7 +174,7 @@ def _unsigned(text: str, places: Places | None) -> int:
 
 
 def _children(text: str, places: Places | None) -> int:
-    """Return how many of a node's children are meant; negative counts from the end."""
+    """Return a number of children; negative numbers count from the end."""
     return _whole(text, places)
 
 

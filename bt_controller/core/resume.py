@@ -1,7 +1,7 @@
-"""Going on where a controller was when it ended: each goal has the same id in each of its lives.
+"""Resuming a mission after the controller restarts: each goal has the same id in every run.
 
-A restarted controller walks its tree from the beginning. What was done, or is under way, the simulator knows by its
-id already: the leaf takes it over instead of doing it again.
+A restarted controller ticks its tree from the beginning. The simulator knows finished and active goals by their ids:
+the leaf adopts such a goal instead of sending a new one.
 
 A step is what a leaf does from when it begins to its end, and is known by mission, place in the tree, and the goal
 with which it begins. Another goal at the same place is another step, of which nothing was done: also where the goal
@@ -31,15 +31,15 @@ _PREEMPTED: Final = "preempted by goal "
 
 
 class Resumption:
-    """The ids of a leaf's goals.
+    """Generates the ids of a leaf's goals.
 
     Args:
-        owner: Whose goals they are: participant, mission, robot and place in the tree.
-        robot: Whose action.
-        action: What they are goals of.
+        owner: The owner of the goals: participant, mission, robot and place in the tree.
+        robot: The robot that serves the action.
+        action: The goals' action.
 
     Attributes:
-        repeats: Whether what has ended in an earlier life is done again.
+        repeats: Whether goals that ended in an earlier run are repeated.
     """
 
     def __init__(self, owner: str, robot: str, action: AnyAction) -> None:
@@ -57,8 +57,8 @@ class Resumption:
     def next_id(self) -> str:
         """Return the id of the step's next goal.
 
-        One that was rejected, or of which nobody heard, was never begun as far as we know: the next has its id. So
-        the ids of those that were begun have no gaps, and the next life finds them one after the other.
+        A goal that was rejected or never arrived did not begin: the next goal has its id. So the ids of the goals that
+        began have no gaps, and the next run finds them one after the other.
         """
         if self._latest is not None:
             step, latest = self._latest
@@ -73,11 +73,10 @@ class Resumption:
         self._latest = self._step, handle
 
     def is_undone(self, handle: GoalHandle[Any, Any]) -> bool:
-        """Return whether a goal of an earlier life has ended so that the next one of the step tells more.
+        """Return whether a goal of an earlier run has ended so that the step's next goal counts instead.
 
-        That is if it was canceled by then, or dropped for another goal, as by what this life did first; and if what
-        it computed is not known any more. What happens to it later is meant for us, unless it is the step's next
-        goal.
+        That holds if the goal was canceled or preempted by then, for instance by the first goals of this run, and if
+        its result has expired. A later end counts for this run, unless the step's next goal caused it.
         """
         if handle.found is None:
             return False
@@ -107,7 +106,7 @@ def place_of(node: Behaviour) -> str:
 
 
 def _digest(goal: Message) -> str:
-    """Return what is the same for equal goals; when they were made does not count."""
+    """Return a key that is the same for equal goals, whatever their stamps."""
     wanted = _without_stamps(json.loads(goal.model_dump_json()))
     return hashlib.blake2b(json.dumps(wanted, sort_keys=True).encode(), digest_size=16).hexdigest()
 

@@ -1,4 +1,4 @@
-"""Simulated time for trees: `now` for our own nodes, and for py_trees, whose timers and decorators ask ``time``."""
+"""Simulated time for trees: `now` for this package's nodes, and a ``time`` module for py_trees' timers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 _TELLING: Final[tuple[Any, ...]] = (timers, decorators)
-"""The modules of py_trees that look at ``time``."""
+"""The modules of py_trees that use ``time``."""
 
 NANOSECONDS: Final = 1e9
 """In a second."""
@@ -34,7 +34,7 @@ class _Instant(float):
 
 
 class _Time:
-    """Stands where py_trees has the module ``time``."""
+    """Replaces the module ``time`` in py_trees."""
 
     def __init__(self, now: float) -> None:
         self._now = _Instant(now)
@@ -49,7 +49,7 @@ class _Time:
 
 
 def now() -> float:
-    """Return the simulated seconds of the tick that is under way; Python's own where nobody knows them."""
+    """Return the simulated seconds of the current tick; Python's own time outside of ticks."""
     known = _NOW.get()
     return time.monotonic() if known is None else known
 
@@ -66,7 +66,7 @@ def nanoseconds(seconds: float) -> int:
 
 @contextmanager
 def time_behind(seconds: float) -> Iterator[None]:
-    """Let what is ticked in here tell an earlier time: time stood still for who was suspended."""
+    """Tick with an earlier time: time stood still for a suspended subtree."""
     known = _NOW.get()
     with simulated_time(None if known is None else known - seconds):
         yield
@@ -74,7 +74,7 @@ def time_behind(seconds: float) -> Iterator[None]:
 
 @contextmanager
 def simulated_time(now: float | None) -> Iterator[None]:
-    """Let trees tell this time; Python's own where nobody knows the simulated one."""
+    """Tick trees at this simulated time; None means Python's own time."""
     if now is None:
         yield
         return

@@ -1,7 +1,7 @@
-"""Letting a subtree stand still where it is, and go on from there.
+"""Suspending a subtree, and resuming it.
 
-Nothing in it is stopped: composites keep their place, decorators their counts. Only its goals are canceled, and
-whoever let it stand still does not tick it until it is to go on; then leaves send again what was not done.
+No behaviour is stopped: composites keep their current child, decorators their counts. Only the goals are canceled, and
+the parent does not tick the subtree until it resumes it; then leaves send their unfinished goals again.
 """
 
 from __future__ import annotations
@@ -17,29 +17,29 @@ _DRIVES: Final = ("navigate_to_pose", "navigate_through_poses", "follow_waypoint
 
 
 def suspend(root: Behaviour) -> None:
-    """Cancel the goals of a subtree; returns at once. Tick it again only when it `has_come_to_rest`."""
+    """Cancel the goals of a subtree and return at once. The caller ticks it again only when it `has_come_to_rest`."""
     for leaf in _leaves(root):
         leaf.suspend()
 
 
 def has_come_to_rest(root: Behaviour) -> bool:
-    """Return whether no goal of a subtree is under way."""
+    """Return whether no goal of a subtree is active."""
     return not any(leaf.open_goals for leaf in _leaves(root))
 
 
 def finds_its_way(root: Behaviour) -> bool:
-    """Return whether a suspended subtree goes on with a drive to somewhere, from wherever the robot is then."""
+    """Return whether a suspended subtree resumes with a drive, which may start anywhere."""
     return any(leaf.is_unfinished and leaf.action is not None and leaf.action.name in _DRIVES for leaf in _leaves(root))
 
 
 def repeat(root: Behaviour) -> None:
-    """Let a subtree that is set up take over what is under way from an earlier life, and do anew what has ended."""
+    """Let a subtree adopt the active goals of an earlier run and repeat those that have ended."""
     for leaf in _leaves(root):
         leaf.repeat()
 
 
 def verdicts(root: Behaviour) -> int:
-    """Return how many goals of a subtree have come to an end that counted for it."""
+    """Return the number of a subtree's goals whose end counted."""
     return sum(leaf.verdicts for leaf in _leaves(root))
 
 

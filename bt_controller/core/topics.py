@@ -1,7 +1,7 @@
-"""What robots publish, as trees see it: the latest message of a topic.
+"""The robots' topics, as trees read them: the latest message.
 
-In lockstep it is asked for while time stands, so that a tree sees the same in every run; otherwise it is subscribed
-to, and whoever watches a topic is woken by each message.
+In lockstep the message is queried while time stands still, so that a tree sees the same in every run; otherwise the
+topic is subscribed to, and each message wakes the trees that watch it.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ class _Round:
 
 
 class Topics:
-    """The latest of what robots publish.
+    """The latest messages of the robots' topics.
 
     Args:
         client: The connection to the simulator.
-        asks: Whether to ask each time instead of subscribing: where time stands while trees are ticked. Then nobody
-            is woken.
+        asks: Whether to query each time instead of subscribing, as in lockstep. Then messages do not wake
+            trees.
     """
 
     def __init__(self, client: Client, *, asks: bool) -> None:
@@ -68,7 +68,7 @@ class Topics:
         self._changes = 0
 
     def watch(self, robot: str, topic: str, wake: Callable[[], None] | None = None) -> None:
-        """Be ready for a robot's topic; *wake* is called in any thread when there is something new.
+        """Watch a robot's topic; *wake* is called in any thread when there is a new message.
 
         Raises:
             NotServed: The robot has nothing to publish there.
@@ -89,7 +89,7 @@ class Topics:
         """Return the latest message of a topic that is watched; of a robot that has no connection, what it said last.
 
         Raises:
-            NotServed: The robot has never said anything.
+            NotServed: The robot has never published a message.
             NobodyThere, SimulatorGone, Unreachable: No simulator answers.
         """
         watched = robot, topic
@@ -105,7 +105,7 @@ class Topics:
         return message
 
     def ask(self, robot: str, topic: str) -> Any:
-        """Return the latest message of a topic that need not be watched; it is asked for.
+        """Query the latest message of a topic, watched or not.
 
         Raises:
             NotServed: The robot has nothing to publish there.
@@ -114,11 +114,11 @@ class Topics:
         return read(plain(TOPICS[topic]), self._ask(robot, topic))
 
     def forget(self) -> None:
-        """Let everything be asked for anew: something may be different, though no time has gone by."""
+        """Drop the cache: messages may have changed, though no time has passed."""
         self._changes += 1
 
     def close(self) -> None:
-        """Follow nothing any longer."""
+        """Unsubscribe from all topics."""
         for subscription in self._subscriptions:
             subscription.close()
 

@@ -1,4 +1,4 @@
-"""Trees to try, and to begin from.
+"""Example trees.
 
 `bt-controller run bt_controller.examples:go_to_pose` runs the first; the demo runs `hospital`.
 """

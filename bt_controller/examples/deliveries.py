@@ -1,4 +1,4 @@
-"""The hospital's fleet: samples, medicine and meals turn up, and whoever is nearest brings them.
+"""The hospital's fleet: samples, medicine and meals appear, and the nearest robot delivers them.
 
 ::
 

@@ -1,4 +1,4 @@
-"""The missions of the hospital's fleet: who fetches what, and where to.
+"""The missions of the hospital's fleet: which robot brings which item, and where to.
 
 ::
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def mission(robot: str) -> Behaviour:
-    """Return the tree of one robot of the fleet; one that has no errand of its own makes a round."""
+    """Return the tree of one robot of the fleet; a robot without an errand patrols."""
     match robot:
         case "wall_e":
             steps = [_deliver("medicine", "pharmacy", "ward_a"), GoTo("nurse_station")]
@@ -57,6 +57,6 @@ def _visit(place: str) -> Behaviour:
 
 
 def _pick_up(item: str) -> Behaviour:
-    """Return a pickup that is tried once more: somebody else may have been in the way."""
+    """Return a pickup with one retry: another robot may have been in the way."""
     again = Pickup(item, name=f"Pick up {item} again")
     return Selector(f"Get {item}", memory=True, children=[Pickup(item), again])

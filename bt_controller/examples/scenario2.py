@@ -1,4 +1,4 @@
-"""Trees to try, and to begin from."""
+"""A small example tree."""
 
 from __future__ import annotations
 

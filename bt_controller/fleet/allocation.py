@@ -1,4 +1,4 @@
-"""Who gets which task. A policy is a function of what there is at an instant; `nearest` is one."""
+"""Task allocation. A policy is a function of the current tasks and robots; `nearest` is one."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PendingTask:
-    """A task that nobody has.
+    """An unassigned task.
 
     Attributes:
         task: The task.
-        at: Where its item is, in the world's unit of length.
-        since: When it turned up, in simulated seconds.
+        at: The item's position, in the world's unit of length.
+        since: When the task appeared, in simulated seconds.
         failed: The robots that have failed at it: others come first.
     """
 
@@ -31,13 +31,13 @@ class PendingTask:
 
 @dataclass(frozen=True)
 class Robot:
-    """What counts of a robot.
+    """A robot's state, as far as allocation needs it.
 
     Attributes:
         name: Its name.
         type: Its type.
         actions: The names of its actions.
-        at: Where it is, in the world's unit of length.
+        at: Its position, in the world's unit of length.
         charge: How full its battery is, 0 to 1; 1 where it has none.
         idle: Whether it works, and has nothing to do.
     """
@@ -70,10 +70,10 @@ class Assignment:
 
 
 class Policy(Protocol):
-    """Says who gets what."""
+    """An allocation policy."""
 
     def __call__(self, waiting: Sequence[PendingTask], robots: Sequence[Robot], *, least: float) -> list[Assignment]:
-        """Return which robots get which tasks; no task and no robot twice.
+        """Assign robots to tasks; no task and no robot twice.
 
         Args:
             waiting: The tasks, the longest waiting first.

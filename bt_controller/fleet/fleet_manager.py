@@ -1,4 +1,4 @@
-"""The manager of a fleet: knows the robots, lets tasks turn up, and has the task queue hand them out."""
+"""The manager of a fleet: it knows the robots, generates tasks, and assigns them through the task queue."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _ODOMETRY, _BATTERY = "odom", "battery_state"
 
 
 class FleetManager(Leaf):
-    """Lets tasks turn up, and gives each to a robot; succeeds when all of them are done or given up.
+    """Generates tasks and assigns each to a robot; succeeds when all of them are done or given up.
 
     It is looked at when a task turns up, and when a robot is free: there is nothing to poll.
 
@@ -141,7 +141,7 @@ class FleetManager(Leaf):
         self._tell(f"{robot} can't {what}: {why}")
 
     def gave_up(self, robot: str) -> None:
-        """Note that a robot will not do its task, and that nobody can in its place."""
+        """Note that a robot will not do its task, and that no other robot can."""
         item = self.task_queue.given[robot].task.item
         self.task_queue.give_up(robot, f"{robot} holds it and is out of order")
         self._tell(f"{item} is given up: {self.task_queue.lost[item]}")

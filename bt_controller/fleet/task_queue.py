@@ -1,4 +1,4 @@
-"""The task queue of a fleet: which tasks wait, which robot has which, and what became of the others. Plain data."""
+"""The task queue of a fleet: waiting, assigned, finished and lost tasks, as plain data."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ class Given:
 
 @dataclass
 class TaskQueue:
-    """Hands tasks out, and takes back what a robot could not do.
+    """Assigns tasks, and takes back tasks that a robot could not do.
 
     Attributes:
-        policy: Who gets what.
+        policy: The allocation policy.
         least: The charge below which robots get nothing.
-        waiting: The tasks that nobody has, the longest waiting first.
-        given: Who has which task.
+        waiting: The unassigned tasks, the longest waiting first.
+        given: The assigned tasks, by robot.
         done: The tasks that are done.
         lost: The items of the tasks that were given up, and why.
         loaded: The robots that hold an item of a task that was given up.

@@ -1,4 +1,4 @@
-"""What a fleet has to do, and when that turns up."""
+"""The tasks of a fleet, and when they appear."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the robots of a fleet do: one task after the other, as the task queue gives them."""
+"""The robots of a fleet: each executes one assigned task after the other."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _LOOK_AGAIN: Final = 30.0
 
 
 class Worker(Control):
-    """A robot of a fleet: fetches and brings what it is given, charges, and goes home when there is nothing to do.
+    """A robot of a fleet: it delivers items, charges, and drives home when it has no task.
 
     It runs until the task queue is closed. A robot that failed gets nothing for a while and until it accepts a goal.
 
@@ -103,7 +103,7 @@ class Worker(Control):
             self._failed = not succeeded
             self._fleet_manager.set_working(self._robot, working=succeeded)
         elif child is self._home:
-            # Whoever can't get home is as good where it is.
+            # A robot that can't get home stays where it is.
             self._out = False
         elif not succeeded:
             self._failed = True
@@ -116,7 +116,7 @@ class Worker(Control):
         else:
             self._fleet_manager.finished(self._robot)
 
-    # --- what it consists of --------------------------------------------------------------------------------------
+    # --- subtrees -------------------------------------------------------------------------------------------------
 
     def _steps(self, name: str, *steps: Behaviour) -> Behaviour:
         return Sequence(f"{self._robot}: {name}", memory=True, children=list(steps))

@@ -1,4 +1,4 @@
-"""Whether an entry of the blackboard has been written since somebody looked."""
+"""Detection of writes to an entry of the blackboard."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Nodes that look where the robot is, which its odometry tells: in the frame of the map."""
+"""Nodes that read the robot's pose, in the map frame, from its odometry."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ BASE_FRAME: Final[Port] = input_port(STRING, "Read and not needed: a robot's pos
 
 
 class Located(Node):
-    """A node that looks where its robot is."""
+    """A node that reads its robot's pose."""
 
     def setup(self, **kwargs: Any) -> None:
-        """Be ready for the robot's odometry.
+        """Watch the robot's odometry.
 
         Args:
-            **kwargs: *topics* and *robot*, and what all nodes get.
+            **kwargs: *topics* and *robot*, and the arguments of all nodes.
 
         Raises:
             NotServed: The robot has gone.
-            PortError: What the file says is not what a port takes.
+            PortError: A port's value in the file is invalid.
         """
         super().setup(**kwargs)
         self._topics: Topics = kwargs["topics"]
@@ -36,17 +36,17 @@ class Located(Node):
         self._topics.watch(self._robots_name, "odom")
 
     def next_tick_time(self) -> float:
-        """Return that nobody tells when the robot is somewhere else."""
+        """Return that the pose has to be polled."""
         return EACH_PERIOD
 
     @property
     def odometry(self) -> Odometry:
-        """What the robot says of its pose and its velocity."""
+        """The robot's odometry: its pose and velocity."""
         latest: Odometry = self._topics.latest(self._robots_name, "odom")
         return latest
 
     @property
     def here(self) -> PoseStamped:
-        """Where the robot is."""
+        """The robot's pose."""
         odometry = self.odometry
         return PoseStamped(header=odometry.header, pose=odometry.pose.pose)

@@ -1,8 +1,8 @@
-"""Whether a path is still open: what the simulator says of its lanes, compared with what it said before.
+"""Whether a path is still open: the simulator's open lanes, compared with those of earlier queries.
 
-The rule: a path is closed where it begins a lane that was open at some time and is not now. Who is on such a lane
-already may leave it. A way that has never been a lane is taken for open: whoever planned it has looked at the walls,
-which don't move.
+The rule: a path is closed where it begins a lane that was open at some time and is not now. A robot on such a lane may
+leave it. A segment that has never been a lane counts as open: its planner has considered the walls, which don't
+move.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class OpenLanes:
         client: The connection to the simulator.
 
     Raises:
-        NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator doesn't say.
+        NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator does not answer.
     """
 
     def __init__(self, client: Client) -> None:
@@ -42,10 +42,10 @@ class OpenLanes:
         self.look()
 
     def look(self) -> None:
-        """Ask which lanes are open now.
+        """Query which lanes are open now.
 
         Raises:
-            NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator doesn't say.
+            NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator does not answer.
         """
         heard = self._client.get(self._client.keys.world("route_graph"))
         if heard != self._heard:

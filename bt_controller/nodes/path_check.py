@@ -39,11 +39,11 @@ class PathCheck(Condition):
         """Look which lanes there are.
 
         Args:
-            **kwargs: *client*, and what all nodes get.
+            **kwargs: *client*, and the arguments of all nodes.
 
         Raises:
-            NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator doesn't say.
-            PortError: What the file says is not what a port takes.
+            NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator does not answer.
+            PortError: A port's value in the file is invalid.
         """
         super().setup(**kwargs)
         self._lanes = OpenLanes(kwargs["client"])

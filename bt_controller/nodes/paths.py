@@ -40,7 +40,7 @@ def length_of(path: Path) -> float:
 
 
 class Trail:
-    """A path, and how far somebody has come along it: it may be that one has to look ahead of that only."""
+    """A path, and the robot's progress along it, from which the search for the closest point may start."""
 
     def __init__(self) -> None:
         self._path: Path | None = None
@@ -104,7 +104,7 @@ def _point_at(path: Path, along: float) -> list[PoseStamped]:
 
 
 def _on(a: PoseStamped, b: PoseStamped, how_far: float) -> PoseStamped:
-    """Return the pose so far from *a* on the way to *b*; it faces as *a* does, as whoever drives there."""
+    """Return the pose at a distance from *a* on the way to *b*; it has the orientation of *a*."""
     if how_far <= 0.0:
         return a
     x, y = between(point_of(a), point_of(b), how_far / apart(a, b))

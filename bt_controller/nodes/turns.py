@@ -1,4 +1,4 @@
-"""How often something may begin again at one instant, so that time goes on for everybody else."""
+"""The limit of repetitions at one instant, so that simulated time can go on."""
 
 from __future__ import annotations
 

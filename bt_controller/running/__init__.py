@@ -1,1 +1,1 @@
-"""Running trees: when they are ticked, how time goes by, how a run ends."""
+"""Running trees: the schedule of ticks, the clock, and the end of a run."""

@@ -1,4 +1,4 @@
-"""How a runner lets time go by until a tree has to be ticked: it waits, or it lets a simulator in lockstep go on."""
+"""A runner's clock until the next tick: it waits, or it advances a simulator in lockstep."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.participant import Kind
 
 _LOOK_AROUND: Final = 0.5
-"""Wall seconds after which a runner looks around when nothing wakes it."""
+"""Wall seconds after which an idle runner checks its connection."""
 
 _LAST_WORDS: Final = 0.5
-"""Wall seconds in which those who take part with us may let us cancel our goals."""
+"""Wall seconds that the other participants have to grant the advance that cancels the goals."""
 
 _FIRST_TIME: Final = 1.0
-"""Wall seconds in which a simulator that has a clock has told the time."""
+"""Wall seconds within which a simulator's first clock message arrives."""
 
 
 _OVERTAKEN: Final = 0.05
@@ -39,17 +39,17 @@ class Clock(Protocol):
 
     @property
     def now(self) -> float | None:
-        """Simulated seconds; None as long as nobody tells."""
+        """Simulated seconds; None while unknown."""
 
     @property
     def elapsed(self) -> float | None:
         """Simulated seconds that never go back: those before a reset count."""
 
     def wait(self, until: float | None) -> frozenset[str]:
-        """Return what came to the mailbox, as soon as something has; or nothing at that time, or earlier.
+        """Wait for the mailbox and return its reasons; none at the time *until*, or earlier.
 
         Args:
-            until: What `elapsed` will be; None for as long as it takes.
+            until: The value of `elapsed` to wait for; None for no limit.
 
         Raises:
             SimulatorGone: Nothing will come any more.
@@ -60,7 +60,7 @@ class Clock(Protocol):
         """Wait for the end of goals that were canceled; at most some wall seconds, or until `STOP`."""
 
     def close(self) -> None:
-        """Follow time no longer."""
+        """Stop following time."""
 
 
 def clock_for(client: Client, mailbox: Mailbox, *, feedback: bool, grace: float) -> Clock:
@@ -73,7 +73,7 @@ def clock_for(client: Client, mailbox: Mailbox, *, feedback: bool, grace: float)
         grace: Wall seconds for which a simulator whose time moves by itself may be out of reach.
 
     Raises:
-        RequestError: The simulator does not want us to take part.
+        RequestError: The simulator refuses this participant.
         NobodyThere, SimulatorGone: No simulator answers.
     """
     lockstep = client.lockstep
@@ -83,7 +83,7 @@ def clock_for(client: Client, mailbox: Mailbox, *, feedback: bool, grace: float)
 
 
 class RealtimeClock:
-    """Time that goes by while we wait.
+    """Simulated time that moves by itself.
 
     Args:
         client: The connection to the simulator.
@@ -109,16 +109,16 @@ class RealtimeClock:
 
     @property
     def now(self) -> float | None:
-        """Simulated seconds; None until the clock was heard."""
+        """Simulated seconds; None until a clock message was received."""
         return self._clock.now
 
     @property
     def elapsed(self) -> float | None:
-        """Simulated seconds that never go back; None until the clock was heard."""
+        """Simulated seconds that never go back; None until a clock message was received."""
         return self._elapsed
 
     def wait(self, until: float | None) -> frozenset[str]:
-        """Return what came to the mailbox, as soon as something has; or nothing, to look around."""
+        """Wait for the mailbox and return its reasons; none after a while, to check the connection."""
         self._until = until
         if until is not None and self._elapsed is not None and self._elapsed >= until:
             return self._mailbox.wait(0.0)
@@ -136,7 +136,7 @@ class RealtimeClock:
                 return
 
     def close(self) -> None:
-        """Follow the clock no longer."""
+        """Unsubscribe from the clock."""
         self._clock.close()
 
     def _on_time(self, now: float) -> None:
@@ -155,7 +155,7 @@ class RealtimeClock:
             self._mailbox.put(CLOCK)
 
     def _gone(self) -> bool:
-        """Return whether the simulator has been out of reach for longer than a router takes to restart."""
+        """Return whether the simulator has been unreachable for longer than a router takes to restart."""
         if self._client.alive:
             self._absent_since = None
             return False
@@ -166,7 +166,7 @@ class RealtimeClock:
 
 
 class LockstepClock:
-    """Time that goes by because we let it."""
+    """Simulated time in lockstep, which the runner advances."""
 
     def __init__(self, client: Client, lockstep: Lockstep, mailbox: Mailbox, *, feedback: bool, grace: float) -> None:
         self._client = client
@@ -189,7 +189,7 @@ class LockstepClock:
         return self._lockstep.now + self._set_back if self._successor is None else self._successor.elapsed
 
     def wait(self, until: float | None) -> frozenset[str]:
-        """Send what the trees want, and return what has come of it."""
+        """Send the trees' requests, advance, and return the reasons to tick."""
         if self._successor is None and self._lockstep.over:
             self._successor = RealtimeClock(self._client, self._mailbox, self._grace, set_back=self._set_back)
         if self._successor is not None:
@@ -205,13 +205,13 @@ class LockstepClock:
         return self._mailbox.wait(0.0)
 
     def settle(self, done: Callable[[], bool], seconds: float) -> None:
-        """Send the cancels, without letting time go by."""
+        """Send the cancel requests without advancing time."""
         if self._successor is not None:
             self._successor.settle(done, seconds)
             return
         until = time.monotonic() + min(seconds, _LAST_WORDS)
         with suppress(HmrsimError):
-            # An advance that was asked for before has to be granted first; others may not let it.
+            # A pending advance has to be granted first, which depends on the other participants.
             for _ in range(2):
                 if not done():
                     self._lockstep.advance(until=self.now, timeout=until - time.monotonic())

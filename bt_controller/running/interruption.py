@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 _PATIENCE: Final = 4.0
-"""Wall seconds that whoever was asked to stop may take: longer than canceled goals may to end."""
+"""Wall seconds for a regular stop: longer than the grace period of canceled goals."""
 
 _OVER: Final = 0
-"""No signal has this number: the watch is over."""
+"""Ends the watch; no signal has this number."""
 
 
 @contextmanager

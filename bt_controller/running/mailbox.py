@@ -1,4 +1,4 @@
-"""Where other threads and signals say that a runner should look again."""
+"""The mailbox by which other threads and signals wake a runner."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from queue import Empty, SimpleQueue
 from typing import Final
 
 CLOCK: Final = "/clock"
-"""It is as late as was waited for."""
+"""The awaited time has come."""
 RESET: Final = "/reset"
-"""It is earlier than it was."""
+"""Time went back."""
 STOP: Final = "/stop"
-"""The user wants an end."""
+"""The user requests the end."""
 
 
 class Mailbox:
-    """Collects why to wake: a robot's name, `CLOCK`, `RESET` or `STOP`.
+    """Collects the reasons to wake: a robot's name, `CLOCK`, `RESET` or `STOP`.
 
     Any thread may put, and so may a signal handler that interrupts the thread which waits.
     """
@@ -24,7 +24,7 @@ class Mailbox:
         self._queue: SimpleQueue[str] = SimpleQueue()
 
     def put(self, reason: str) -> None:
-        """Wake whoever waits; returns at once."""
+        """Wake the waiting thread; returns at once."""
         self._queue.put(reason)
 
     def wait(self, timeout: float) -> frozenset[str]:

@@ -1,4 +1,4 @@
-"""One tree that is run for one robot."""
+"""A tree that runs for one robot, or for a fleet."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ class Mission:
 
         Raises:
             NotServed: The simulator lacks the robot, an action or a topic.
-            PortError: What the file says is not what a port takes.
+            PortError: A port's value in the file is invalid.
         """
         for robot in self._robots:
             known["directory"].check_robot(robot)
@@ -119,7 +119,7 @@ class Mission:
 
         Raises:
             TreeCrashed: A behaviour raised an error.
-            NobodyThere, SimulatorGone: A behaviour had something to ask, and nobody answers any more.
+            NobodyThere, SimulatorGone: A behaviour sent a request, and no simulator answers any more.
         """
         self._ticks += 1
         self._count_at(now)
@@ -183,7 +183,7 @@ class Mission:
             return self._seen(sim_time, known)
 
     def glimpse(self, sim_time: float | None) -> Snapshot | None:
-        """Return what the tree looks like, or nothing while it is ticked: for whoever may be called by a behaviour."""
+        """Return the tree's snapshot, or None during a tick: for callers that a behaviour may call."""
         if not self._ticking.acquire(blocking=False):
             return None
         try:
@@ -221,6 +221,6 @@ def missions_for(robots: Sequence[str], plan: Plan, *, resume: str | None = None
 
 
 def prepare(missions: Iterable[Mission]) -> None:
-    """Be ready for the actions of some trees, before anybody waits for it."""
+    """Prepare for the actions of some trees, before a robot waits for it."""
     for action in {name: action for mission in missions for name, action in mission.actions.items()}.values():
         for_client(action)

@@ -1,8 +1,8 @@
 """Running trees: they are ticked when something happened, or when one of them has to be.
 
-All trees of a runner are ticked by one thread, one after the other. What other threads hear (a goal's verdict,
-feedback, the clock) only wakes it. Its clock says how time goes by. Those to which something happened at one instant
-are ticked in the missions' order, and nobody else is looked at: a thousand robots cost what happens to them.
+One thread ticks all trees of a runner, one after the other. Other threads, which receive results, feedback and the
+clock, only wake it. The runner's clock moves time. The trees with an event at one instant are ticked in the missions'
+order, and no other tree is touched: the cost of a thousand robots is that of their events.
 
 A thing of py_trees to know: a ``Parallel`` whose policy does not synchronise ticks finished children again, so that
 their goals are sent again.
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.client import Client
 
 _PERIOD: Final = 1.0
-"""Simulated seconds between looks at what nobody tells us."""
+"""Simulated seconds between two polls of state that has no notification."""
 
 _MAX_TURNS: Final = 10
 """Ticks of one tree at one instant, if each of them writes something new."""
@@ -84,8 +84,8 @@ class Runner:
         missions: The robots and their trees.
         clock: Its time; closed in the end.
         mailbox: Where to put `STOP` to end it; the clock's.
-        show: Called after each tick of a tree with its mission and the simulated time; None if nobody watches.
-            Whoever wants to see the tree takes a snapshot then, or later.
+        show: Called after each tick of a tree with its mission and the simulated time, or None. The display takes
+            a snapshot then, or later.
         period: Simulated seconds between ticks of every tree; None to tick where it is needed only.
         grace: Wall seconds in which canceled goals may end.
     """
@@ -122,7 +122,7 @@ class Runner:
             NobodyThere, SimulatorGone, Unreachable: It does not say what it has.
             TreeCrashed: A behaviour raised an error.
             Idle: A tree waits for what can't happen.
-            Dropped: The simulator goes on without us.
+            Dropped: The simulator goes on without this client.
         """
         places = NamedPlaces(self._client)
         try:
@@ -144,7 +144,7 @@ class Runner:
         """Cancel the goals while a behaviour keeps the trees' own thread from it; from another thread."""
         for mission in self._missions:
             mission.cancel()
-        # Nobody has taken what is in there, such as what asked for the end.
+        # The mailbox may still hold reasons, such as the one that requested the end.
         self._mailbox.wait(0.0)
         self._clock.settle(self._settled(), _LAST_WORDS)
         outcome = self._with_left(self._outcome(interrupted=True))
@@ -182,7 +182,7 @@ class Runner:
         """Return the numbers of the trees that have to be ticked."""
         time = self._clock.elapsed
         if RESET in woken or (time is not None and not self._timed):
-            # Nobody knows what has become of what they wait for, or when they are due.
+            # After a reset, and before the first clock message, the state of their goals and timers is unknown.
             return self._numbers.values()
         due_now = [] if time is None else self._agenda.take(time)
         return sorted({*due_now, *(self._numbers[robot] for robot in woken & self._numbers.keys())})
@@ -221,7 +221,7 @@ class Runner:
         return -math.inf if time is None else next_period(time, self._period or _PERIOD)
 
     def _settled(self) -> Callable[[], bool]:
-        """Return what tells whether the goals that were canceled have ended; nobody else may ask it."""
+        """Return a function that tells whether the canceled goals have ended; it has to be the only one in use."""
         unsettled = list(self._missions)
 
         def settled() -> bool:

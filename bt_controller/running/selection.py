@@ -1,4 +1,4 @@
-"""Choosing robots by what they are: ``all``, ``type:nurse``, ``action:pickup``, ``component:claw``."""
+"""Selectors of robots: ``all``, ``type:nurse``, ``action:pickup``, ``component:claw``."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _WHAT: Final[Mapping[str, Callable[[Directory, str], tuple[str, ...]]]] = {
 
 
 def check_selector(selector: str) -> None:
-    """Refuse what selects nothing in any world.
+    """Check the syntax of a selector.
 
     Raises:
-        ValueError: It does.
+        ValueError: It is invalid.
     """
     kind, _, wanted = selector.partition(":")
     if selector != ALL and not (kind in _WHAT and wanted):
@@ -36,13 +36,13 @@ def selected(directory: Directory, selectors: Iterable[str]) -> list[str]:
     """Return the robots that any of some selectors is about, by name, each once.
 
     Raises:
-        NotServed: A selector is about nobody; the text says what there is.
+        NotServed: A selector matches no robot; the text lists the valid ones.
     """
     return sorted({robot for selector in selectors for robot in _chosen(directory, selector)})
 
 
 def completions(directory: Directory) -> list[str]:
-    """Return all selectors that are about somebody."""
+    """Return all selectors that match a robot."""
     found = {f"{kind}:{name}" for kind in _WHAT for name in _names(directory, kind)}
     return [ALL, *sorted(found)]
 

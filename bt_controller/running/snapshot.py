@@ -1,4 +1,4 @@
-"""What a tree looks like at an instant, as plain values and as text."""
+"""A tree's state at an instant, as plain values and as text."""
 
 from __future__ import annotations
 
@@ -89,11 +89,11 @@ class Snapshot:
 
     Attributes:
         robot: Whose tree.
-        sim_time: Simulated seconds; None while no clock was heard.
+        sim_time: Simulated seconds; None before the first clock message.
         tick: Which tick it was, from 1.
         nodes: The behaviours, parents before their children.
         ended: Whether it is not going to be ticked again.
-        blackboard: What is on its blackboard, as JSON has it; None if nobody asked.
+        blackboard: The entries of its blackboard as JSON values; None if not requested.
     """
 
     robot: str

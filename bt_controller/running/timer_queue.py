@@ -1,4 +1,4 @@
-"""Who has to be ticked when: the earliest is known at once, however many there are."""
+"""A priority queue of tick times."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Agenda:
         self._heap: list[tuple[int, int]] = []
 
     def put(self, who: int, time: float) -> None:
-        """Say when somebody's time comes, whatever was said before."""
+        """Set the time of a number, replacing any earlier one."""
         if time == math.inf:
             self._times.pop(who, None)
         elif self._times.get(who) != (whole := nanoseconds(time)):

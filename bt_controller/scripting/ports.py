@@ -1,7 +1,7 @@
 """Nodes with scripts in them: how a script's names become ports, so that a file's keys lead where they should.
 
-Each name is an input port ``name``, and one that a script changes an output port ``name>``, too; whoever builds the
-node wires both to the same key.
+Each name is an input port ``name``, and one that a script changes is also an output port ``name>``; the builder of the
+node connects both to the same key.
 """
 
 from __future__ import annotations
@@ -57,10 +57,10 @@ class Scripted(Node):
         """Look up where the scripts' names lead.
 
         Args:
-            **kwargs: What all nodes get.
+            **kwargs: The arguments of all nodes.
 
         Raises:
-            PortError: What the file says is not what a port takes.
+            PortError: A port's value in the file is invalid.
         """
         super().setup(**kwargs)
         # A client's own get takes some names, such as "id", for its own attributes.

@@ -18,7 +18,7 @@ _UTF_8: Final = "utf-8"
 
 
 class Watcher(Protocol):
-    """Who wants to know of ticks."""
+    """A display of ticks."""
 
     def ticked(self, mission: Mission, now: float | None) -> None:
         """Take note of a tick of a tree, at a simulated time."""

@@ -1,4 +1,4 @@
-"""The state of trees on the network: published when it changes and somebody listens, and answered to whoever asks."""
+"""The state of trees on the network: published to subscribers when it changes, and returned to queries."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class Publisher:
     """Publishes the trees of some robots, until it is closed.
 
     One declaration for all robots: Zenoh matches wildcards, and a declaration each takes its time in large fleets.
-    So whoever listens to one tree makes us look at all that change.
+    So a subscriber to one tree makes the controller publish all that change.
 
     Args:
-        session: An open session; it stays the caller's to close.
+        session: An open session, which the caller closes.
         keys: How keys are spelled.
         missions: The robots and their trees.
     """
@@ -40,7 +40,7 @@ class Publisher:
         self._times: dict[str, float | None] = {}
         self._told: dict[str, Snapshot] = {}
         self._publisher = session.declare_publisher(keys.trees())
-        # Others may have trees of other robots: all who match are asked.
+        # Other controllers may serve trees of other robots: Zenoh queries all that match.
         self._declared: list[Any] = [
             self._publisher,
             session.declare_queryable(keys.trees(), self._answer, complete=False),
@@ -60,13 +60,13 @@ class Publisher:
         self.close()
 
     def ticked(self, mission: Mission, now: float | None) -> None:
-        """Publish the tree, if it has changed and anybody listens."""
+        """Publish the tree, if it has changed and has subscribers."""
         self._times[mission.robot] = now
         if self._wanted:
             self._publish(mission)
 
     def close(self) -> None:
-        """Tell that all trees have ended, and nothing more."""
+        """Publish the end of all trees, and nothing afterwards."""
         if self._declared and self._wanted:
             for mission in self._missions.values():
                 self._publish(mission)
@@ -74,7 +74,7 @@ class Publisher:
             self._declared.pop().undeclare()
 
     def _look(self, _status: zenoh.MatchingStatus | None = None) -> None:
-        """Note whether anybody listens just now: what a listener was told may be out of date already."""
+        """Note whether there are subscribers now: their last message may be out of date."""
         self._wanted: bool = self._publisher.matching_status.matching  # type: ignore[attr-defined]  # the stub errs
 
     def _publish(self, mission: Mission) -> None:
@@ -82,14 +82,14 @@ class Publisher:
         if not snapshot.differs(self._told.get(mission.robot)):
             return
         self._told[mission.robot] = snapshot
-        # A tree does not wait for who reads slowly; but its end is told to everybody.
+        # A slow subscriber does not hold up a tree; but all subscribers receive its end.
         control = zenoh.CongestionControl.BLOCK if snapshot.ended else zenoh.CongestionControl.DROP
         key = self._keys.tree(mission.robot)
         self._session.put(key, _payload(snapshot), encoding=_JSON, congestion_control=control)
 
     def _answer(self, query: zenoh.Query) -> None:
-        """Answer with the trees as they are now; in a thread of Zenoh's."""
-        # Who has subscribed and asks then is to hear all that comes after the answer.
+        """Answer a query with the current trees; in a thread of Zenoh's."""
+        # A client that subscribes and then queries has to receive all changes after the answer.
         self._look()
         try:
             asked = self._keys.without_history(str(query.key_expr))

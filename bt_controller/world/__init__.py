@@ -1,4 +1,4 @@
-"""What a controller knows of the world: the robots and places that the simulator tells it.
+"""A controller's model of the world: the robots and places that the simulator reports.
 
 Behaviours look names up here.
 """

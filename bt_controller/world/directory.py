@@ -1,4 +1,4 @@
-"""Which robots a simulator has, and what they can be asked to do."""
+"""The robots of a simulator and their actions."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
 
 class NotServed(HmrsimError):
-    """The simulator has no such robot, or the robot no such action; the text says what there is."""
+    """The simulator has no such robot, or the robot no such action; the text lists those that exist."""
 
 
 @dataclass(frozen=True)
 class Directory:
-    """What the simulator's ``_world/info`` says of its robots.
+    """The robots in the simulator's ``_world/info``.
 
     Attributes:
         actions: By robot, the names of its actions.
@@ -44,7 +44,7 @@ class Directory:
         )
 
     def check_robot(self, robot: str) -> None:
-        """Refuse a robot that isn't there.
+        """Check that a robot exists.
 
         Raises:
             NotServed: There is no such robot.

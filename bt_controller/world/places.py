@@ -1,4 +1,4 @@
-"""The places of the world by name, as the simulator tells them; asked for when somebody wants one."""
+"""The places of the world by name, queried from the simulator upon first use."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class NamedPlaces:
         self._known: Mapping[str, Pose] | None = None
 
     def pose(self, name: str) -> PoseStamped:
-        """Return where a place is.
+        """Return the pose of a place.
 
         Raises:
             ValueError: There is no such place.
-            NobodyThere, SimulatorGone, Unreachable, RequestError: The simulator doesn't say.
+            NobodyThere, SimulatorGone, Unreachable, RequestError: The simulator does not answer.
         """
         known = self._places()
         if name not in known:

@@ -9,7 +9,7 @@ from bt_controller.errors import TreeError
 from hmrsim.diagnostics import shortened, shown
 
 MAX_FAULTS: Final = 50
-"""How many are told at once: more help nobody, and looking for what could be meant takes its time."""
+"""The largest number of mistakes in a message: more do not help, and each suggestion takes time to compute."""
 
 _MAX_LINE: Final = 400
 

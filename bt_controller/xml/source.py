@@ -1,4 +1,4 @@
-"""Reading XML files that may come from anybody: elements that know where they are, and nothing that blows up."""
+"""Reading untrusted XML files: elements know their place in the file, and the size is limited."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ _SHOWN_SUBTREE: Final = "#SubTree"
 """A tag that no file can have."""
 
 _MAX_KEYS: Final = 1_000
-"""Of one tree. py_trees writes the table of them into a message, which nobody reads, for each node."""
+"""The largest number of keys of one tree. py_trees formats all of them into an unused message for each node."""
 
 
 class Part(Element):

@@ -31,7 +31,7 @@ class _End:
         origin: Whose.
         port: Its name.
         key: Where it leads.
-        kind: What it carries; None if nobody knows.
+        kind: The kind of its values; None if unknown.
         written: Whether it is an output.
         needed: Whether it is an input that can't go without a value.
         scripted: Whether it is an entry of a script.

@@ -1,4 +1,4 @@
-"""Nav2's actions that cancel all goals that a robot has of an action, whoever has sent them."""
+"""Nav2's actions that cancel all goals of an action of the robot, also those of other clients."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class _Cancel(Leaf):
-    """Succeeds when the robot has been asked; fails when it does not answer. In lockstep that is not waited for."""
+    """Succeeds when the robot answers the cancel request, else fails. In lockstep it does not wait for the answer."""
 
     ACTION: ClassVar[str]
     """The name of the action."""
@@ -29,11 +29,11 @@ class _Cancel(Leaf):
         """Look the action up.
 
         Args:
-            **kwargs: *client*, *robot* and *directory*, and what all nodes get.
+            **kwargs: *client*, *robot* and *directory*, and the arguments of all nodes.
 
         Raises:
             NotServed: There is no such robot, or it has no such action.
-            PortError: What the file says is not what a port takes.
+            PortError: A port's value in the file is invalid.
         """
         super().setup(**kwargs)
         directory = kwargs.get("directory") or Directory.from_info(kwargs["client"].info())

@@ -33,7 +33,7 @@ class DockRobot(ActionNode):
     }
 
     def goal(self) -> nav2_msgs.DockRobot.Goal:
-        """Return the goal that the ports make."""
+        """Return the goal of the input ports."""
         return nav2_msgs.DockRobot.Goal(
             use_dock_id=self.read("use_dock_id"),
             dock_id=self.read("dock_id"),
@@ -65,7 +65,7 @@ class UndockRobot(ActionNode):
     OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "success": _SUCCESS}
 
     def goal(self) -> nav2_msgs.UndockRobot.Goal:
-        """Return the goal that the ports make."""
+        """Return the goal of the input ports."""
         return nav2_msgs.UndockRobot.Goal(
             dock_type=self.read("dock_type"), max_undocking_time=self.read("max_undocking_time")
         )

@@ -1,4 +1,4 @@
-"""Nav2's behaviours: short motions, and none.
+"""Nav2's behaviors: short motions, and waiting.
 
 Lengths and speeds are in the world's unit, a second; times are simulated seconds.
 """
@@ -39,7 +39,7 @@ class Spin(ActionNode):
     INPUTS: ClassVar = {**_MANEUVER_INPUTS, "spin_dist": input_port(FINITE, "How far, in radians", default=1.57)}
 
     def goal(self) -> nav2_msgs.Spin.Goal:
-        """Return the goal that the ports make."""
+        """Return the goal of the input ports."""
         return nav2_msgs.Spin.Goal(
             target_yaw=self.read("spin_dist"),
             time_allowance=Duration.from_seconds(self.read("time_allowance")),
@@ -54,7 +54,7 @@ class Wait(ActionNode):
     INPUTS: ClassVar = {**ACTION_INPUTS, "wait_duration": input_port(FINITE, "How long, in seconds", default=1.0)}
 
     def goal(self) -> nav2_msgs.Wait.Goal:
-        """Return the goal that the ports make."""
+        """Return the goal of the input ports."""
         return nav2_msgs.Wait.Goal(time=Duration.from_seconds(abs(self.read("wait_duration"))))
 
 
@@ -69,7 +69,7 @@ class BackUp(ActionNode):
     }
 
     def goal(self) -> nav2_msgs.BackUp.Goal:
-        """Return the goal that the ports make."""
+        """Return the goal of the input ports."""
         return nav2_msgs.BackUp.Goal(
             target=Point(x=self.read("backup_dist")),
             speed=self.read("backup_speed"),
@@ -89,7 +89,7 @@ class DriveOnHeading(ActionNode):
     }
 
     def goal(self) -> nav2_msgs.DriveOnHeading.Goal:
-        """Return the goal that the ports make."""
+        """Return the goal of the input ports."""
         return nav2_msgs.DriveOnHeading.Goal(
             target=Point(x=self.read("dist_to_travel")),
             speed=self.read("speed"),

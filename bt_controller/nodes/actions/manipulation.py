@@ -1,4 +1,4 @@
-"""MoveIt's actions, for which nobody else has nodes; their codes are MoveIt's, where 1 is success."""
+"""Nodes for MoveIt's actions, which Nav2 does not have; their codes are MoveIt's, where 1 is success."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Pickup(_MoveItNode):
     INPUTS: ClassVar = {**ACTION_INPUTS, "target_name": input_port(STRING, "The item")}
 
     def goal(self) -> moveit_msgs.Pickup.Goal:
-        """Return the goal that the ports make."""
+        """Return the goal of the input ports."""
         return moveit_msgs.Pickup.Goal(target_name=self.read("target_name"))
 
 
@@ -43,7 +43,7 @@ class Place(_MoveItNode):
     }
 
     def goal(self) -> moveit_msgs.Place.Goal:
-        """Return the goal that the ports make."""
+        """Return the goal of the input ports."""
         pose = self.read("place_pose")
         return moveit_msgs.Place.Goal(
             attached_object_name=self.read("attached_object_name"),

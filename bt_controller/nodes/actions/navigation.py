@@ -21,7 +21,7 @@ class NavigateToPose(ActionNode):
     INPUTS: ClassVar = {**ACTION_INPUTS, "goal": input_port(POSE, "Where to"), "behavior_tree": _TREE}
 
     def goal(self) -> ToPose.Goal:
-        """Return the goal that the ports make."""
+        """Return the goal of the input ports."""
         return ToPose.Goal(pose=self.read("goal"), behavior_tree=self.read("behavior_tree"))
 
 
@@ -32,7 +32,7 @@ class NavigateThroughPoses(ActionNode):
     INPUTS: ClassVar = {**ACTION_INPUTS, "goals": input_port(POSES, "Where to, in order"), "behavior_tree": _TREE}
 
     def goal(self) -> ThroughPoses.Goal:
-        """Return the goal that the ports make."""
+        """Return the goal of the input ports."""
         return ThroughPoses.Goal(poses=Goals(goals=self.read("goals")), behavior_tree=self.read("behavior_tree"))
 
 

@@ -1,4 +1,4 @@
-"""Nav2's actions for which there is nothing to do here: they succeed at once.
+"""Nav2's actions that have no effect in this simulator: they succeed at once.
 
 There are no costmaps, no particles and no collision monitor. There is one planner, one controller and so on, and no
 topic on which to choose others: selectors give their defaults.
@@ -74,7 +74,7 @@ class ToggleCollisionMonitor(_NoOp):
 
 
 class _Selector(Leaf):
-    """Puts its default where the choice is to be; fails without one, as Nav2's does as long as nobody has chosen."""
+    """Writes its default to the output port; fails without a default, as Nav2's selectors do before any selection."""
 
     WHAT: ClassVar[str]
 

@@ -30,7 +30,7 @@ class ComputePathToPose(ActionNode):
     OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "path": output_port(PATH, "The path")}
 
     def goal(self) -> Compute.Goal:
-        """Return the goal that the ports make."""
+        """Return the goal of the input ports."""
         start = self.read("start")
         return Compute.Goal(
             goal=self.read("goal"),
@@ -51,7 +51,7 @@ class ComputePathToPose(ActionNode):
 class FollowPath(ActionNode):
     """Drives along ``path``; when another one comes, or another id, it goes on along that.
 
-    A path without poses is no other one: whoever plans has none for the moment.
+    A path without poses does not replace the current one: the planner has no path for the moment.
     """
 
     ACTION = "follow_path"
@@ -69,7 +69,7 @@ class FollowPath(ActionNode):
     }
 
     def goal(self) -> Follow.Goal:
-        """Return the goal that the ports make."""
+        """Return the goal of the input ports."""
         return Follow.Goal(
             path=self.read("path"),
             controller_id=self.read("controller_id"),

@@ -27,11 +27,11 @@ class _Battery(Condition):
         """Be ready for what the battery tells.
 
         Args:
-            **kwargs: *topics* and *robot*, and what all nodes get.
+            **kwargs: *topics* and *robot*, and the arguments of all nodes.
 
         Raises:
             NotServed: The robot has no battery.
-            PortError: What the file says is not what a port takes.
+            PortError: A port's value in the file is invalid.
         """
         super().setup(**kwargs)
         topic = self.read("battery_topic")

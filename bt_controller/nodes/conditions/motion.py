@@ -76,10 +76,10 @@ class CheckStopStatus(IsStopped):
 
 
 class IsStuck(Located, Condition):
-    """Succeeds if the robot has braked harder than anybody would: by 10 a second or more, each second.
+    """Succeeds if the robot has braked extremely hard: by 10 units of length per second squared or more.
 
-    That is what Nav2 takes for having bumped into something. The robot's speed is compared with that of the tick
-    before, so it depends on how often the node is ticked.
+    Nav2 takes that for a collision. The robot's speed is compared with that of the previous tick, so the result
+    depends on how often the node is ticked.
     """
 
     MIN_ACCELERATION: ClassVar = -10.0

@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's WasEntryUpdated: has somebody written an entry?"""
+"""BehaviorTree.CPP's WasEntryUpdated: whether an entry was written."""
 
 from __future__ import annotations
 

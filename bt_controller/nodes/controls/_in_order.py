@@ -31,7 +31,7 @@ class InOrder(Control):
         self._turn, self._counts = 0, False
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child whose turn it is, and those after it."""
+        """Tick the current child, and those after it."""
         while self._turn < len(self.children):
             child = self.children[self._turn]
             yield from child.tick()

@@ -39,7 +39,7 @@ class RecoveryNode(Control):
         return super().next_tick_time() if self.next_ticked() else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child whose turn it is."""
+        """Tick the current child."""
         first, second = self.children
         while True:
             child = second if self._recovers else first

@@ -40,7 +40,7 @@ class SequenceWithMemory(Sequence):
         self._counts = self._turn > 0
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child whose turn it is, and those after it."""
+        """Tick the current child, and those after it."""
         status = yield from super().advance()
         if self._turn == len(self.children):
             self._turn = 0

@@ -24,7 +24,7 @@ class Switch(Control):
     """
 
     def next_tick_time(self) -> float:
-        """Return that nobody tells when the variable changes."""
+        """Return that the variable has to be polled."""
         return EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:

@@ -32,7 +32,7 @@ class TryCatch(Control):
         self._counts = self._catches = False
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child whose turn it is, and those after it."""
+        """Tick the current child, and those after it."""
         *tried, catch = self.children
         while self._turn < len(tried) and not self._catches:
             child = tried[self._turn]

@@ -39,7 +39,7 @@ class DistanceController(Located, Decoration):
             self._start = self.here
 
     def next_tick_time(self) -> float:
-        """Return that somebody has to look where the robot is, unless the child runs."""
+        """Return that the robot's pose has to be polled, unless the child runs."""
         return math.inf if self.child.status is Status.RUNNING else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:

@@ -27,7 +27,7 @@ class SkipUnlessUpdated(Watching, Decoration):
     otherwise: ClassVar = Status.INVALID
 
     def next_tick_time(self) -> float:
-        """Return that nobody tells when the entry is written."""
+        """Return that the entry has to be polled."""
         return super().next_tick_time() if self.child.status is Status.RUNNING else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:

@@ -26,13 +26,13 @@ class GoalUpdatedController(Decoration):
     INPUTS: ClassVar = GOAL_PORTS
 
     def initialise(self) -> None:
-        """Be ready to tick the child, if the node is idle."""
+        """Reset the trigger, if the node is idle."""
         if self.status is Status.INVALID:
             self._changed = True
             self._goals = goals_of(self)
 
     def next_tick_time(self) -> float:
-        """Return that somebody has to look at the goal, unless the child runs."""
+        """Return that the goal has to be polled, unless the child runs."""
         return math.inf if self.child.status is Status.RUNNING else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:

@@ -1,4 +1,4 @@
-"""Nav2's GoalUpdater, without the topic on which Nav2's listens for other goals: there is none here."""
+"""Nav2's GoalUpdater, without Nav2's topic of goal updates, which this simulator does not have."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 
 class GoalUpdater(Decoration):
-    """Hands its goals on, as they are at each tick, and is whatever its child is.
+    """Copies its input goals to its output ports at each tick, and returns its child's status.
 
-    Whoever has another goal for the robot puts it where ``input_goal`` leads.
+    A node that has another goal for the robot writes it to the entry of ``input_goal``.
     """
 
     INPUTS: ClassVar = {

@@ -31,7 +31,7 @@ class RateController(Decoration):
     _next = 0.0
 
     def initialise(self) -> None:
-        """Be ready to tick the child, if the node is idle."""
+        """Reset the trigger, if the node is idle."""
         if self.status is Status.INVALID:
             self._first = True
             self._next = now() + period_of(self, "hz")

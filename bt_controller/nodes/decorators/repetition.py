@@ -86,7 +86,7 @@ class _Counted(_Again):
 
 
 class Repeat(_Counted):
-    """Ticks its child as often as it is told, as long as that succeeds; succeeds then, and fails when the child does.
+    """Ticks its child *num_cycles* times, as long as that succeeds; succeeds then, and fails when the child does.
 
     Turns follow each other at once. After one that took no time the next comes a period later if the child ran, and
     with the next tick if there is no end to it (-1), or after a thousand. Where the child is skipped, so is the node.
@@ -98,7 +98,7 @@ class Repeat(_Counted):
 
 
 class RetryUntilSuccessful(_Counted):
-    """Ticks its child as often as it is told, as long as that fails; fails then, and succeeds when the child does.
+    """Ticks its child *num_attempts* times, as long as that fails; fails then, and succeeds when the child does.
 
     Turns follow each other at once. After one that took no time the next comes a period later if the child ran, and
     with the next tick if there is no end to it (-1), or after a thousand. Where the child is skipped, so is the node.
