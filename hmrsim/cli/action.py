@@ -1,4 +1,4 @@
-"""``hmrsim action``: what robots can be asked to do, as ``ros2 action``."""
+"""``hmrsim action``: the robots' actions, as in ``ros2 action``."""
 
 from __future__ import annotations
 

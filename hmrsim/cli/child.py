@@ -1,4 +1,4 @@
-"""A process that ends when the one that started it does, however that ended.
+"""A child process that ends when its parent does, however the parent ends.
 
 ``python -m hmrsim.cli.child PARENT_PID MODULE:FUNCTION ARGUMENT…`` calls a command's main function with the
 arguments. The kernel sends SIGTERM when the parent is gone.

@@ -1,4 +1,4 @@
-"""Processes that a command starts: what they write, and their certain end."""
+"""Child processes of a command: their output and their termination."""
 
 from __future__ import annotations
 

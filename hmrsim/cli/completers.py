@@ -1,4 +1,4 @@
-"""What completes the arguments of ``hmrsim``, by program and metavar; loaded only when a shell asks."""
+"""The completers of ``hmrsim``'s arguments, by program and metavar; loaded only for shell completion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``hmrsim completion``: what makes a shell complete our commands."""
+"""``hmrsim completion``: the shell scripts that complete the commands."""
 
 from __future__ import annotations
 

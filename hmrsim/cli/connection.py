@@ -1,4 +1,4 @@
-"""Reaching a simulator from a command."""
+"""The connection of a command to a simulator."""
 
 from __future__ import annotations
 

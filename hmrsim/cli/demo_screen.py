@@ -1,4 +1,4 @@
-"""Where a demo shows its mission: a live table with the log above it on a terminal, lines of text or JSON elsewhere."""
+"""The output of a demo: a live table with the log above it on a terminal, lines of text or JSON elsewhere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a mission's events and trees tell: lines as it goes, and the sum at the end."""
+"""The story of a demo's mission: a line for each event, and a summary at the end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The order in which a demo tells what it hears from two processes."""
+"""The order in which a demo prints the output of two processes."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ class CausalOrder:
             yield line._replace(sim_time=time or None)
 
     def _next(self, now: float) -> int | None:
-        """Return the first line that may be told; None if all have to wait."""
+        """Return the first line that may be printed; None if all have to wait."""
         for i, (until, line) in enumerate(self._waiting):
-            # What concerns no robot waits for nobody.
+            # A line that concerns no robot does not wait.
             if not line.robot or line.source == self._turns.get(line.robot, "tree") or until <= now:
                 return i
         return None

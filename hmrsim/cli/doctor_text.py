@@ -1,4 +1,4 @@
-"""What ``hmrsim doctor`` has found, for people and for programs."""
+"""The findings of ``hmrsim doctor``, as text and as JSON."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _simulator(snapshot: Snapshot, simulator: Simulator) -> dict[str, Any]:
 
 
 _OF_TREES: Final = ("sim_time", "tick", "status", "ended")
-"""What is told of a tree; all of it is on its topic."""
+"""The shown fields of a tree; its topic has all of them."""
 
 
 def _domain(domain: Domain) -> list[dict[str, Any]]:

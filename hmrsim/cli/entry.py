@@ -82,7 +82,7 @@ def _run(argv: Sequence[str] | None) -> int:
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else _DONE
     except HmrsimError as error:
-        # Imports Zenoh, which whoever raised the error has done already.
+        # Imports Zenoh, which the code that raised the error has imported already.
         from hmrsim.cli.exits import code_of, text_of  # noqa: PLC0415
 
         print(text_of(error), file=sys.stderr)

@@ -1,4 +1,4 @@
-"""What the exit codes mean, and which error leads to which."""
+"""The exit codes, and the errors that lead to them."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def code_of(error: HmrsimError) -> ExitCode:
 
 
 def text_of(error: HmrsimError) -> str:
-    """Return what a person is told of *error*; what has a file or a field in front needs no other name there."""
+    """Return the message of *error* for the terminal; one that begins with a file or a field gets no other prefix."""
     if isinstance(error, (WorldError, SettingsError, WrongUse)):
         return str(error)
     return "\n".join(f"hmrsim: {line}" for line in str(error).splitlines())

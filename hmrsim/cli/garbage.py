@@ -1,4 +1,4 @@
-"""How Python's collector of reference cycles is set in a process whose business is one simulation."""
+"""The settings of Python's garbage collector in a process that runs one simulation."""
 
 from __future__ import annotations
 

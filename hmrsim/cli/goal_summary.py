@@ -40,7 +40,7 @@ def _words(value: object) -> Iterator[str]:
     elif isinstance(value, Message) and not isinstance(value, Time):
         for name, field in type(value).model_fields.items():
             part = getattr(value, name)
-            # Clients send every field, so most are ROS's defaults, which nobody asked for.
+            # Clients send every field, so most are ROS's defaults, which the user has not set.
             if isinstance(part, (Pose, PoseStamped)) or part != field.get_default(call_default_factory=True):
                 yield from _words(part)
     elif isinstance(value, (str, int, float)) and value:

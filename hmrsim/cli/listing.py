@@ -1,4 +1,4 @@
-"""The ``list`` of actions, topics and services: names, one a line, with their ROS types if asked for."""
+"""The ``list`` of actions, topics and services: one name a line, with ROS types on request."""
 
 from __future__ import annotations
 

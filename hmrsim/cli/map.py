@@ -1,4 +1,4 @@
-"""``hmrsim map``: world files; here is what is wrong with them."""
+"""``hmrsim map``: the commands for world files, and their check."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``hmrsim map info``: what is in a world file."""
+"""``hmrsim map info``: the contents of a world file."""
 
 from __future__ import annotations
 

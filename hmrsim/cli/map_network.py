@@ -1,4 +1,4 @@
-"""What ``hmrsim map info`` tells of the lanes: bottlenecks, what can't be reached, trips, and traffic."""
+"""The lane statistics of ``hmrsim map info``: bottlenecks, unreachable places, trips and traffic."""
 
 from __future__ import annotations
 

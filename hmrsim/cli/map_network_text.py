@@ -1,4 +1,4 @@
-"""Bottlenecks, gaps, trips and traffic in lines and aligned columns, for people."""
+"""Bottlenecks, gaps, trips and traffic as text in aligned columns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ``hmrsim map render --bottlenecks`` draws over a map."""
+"""The overlay of ``hmrsim map render --bottlenecks``."""
 
 from __future__ import annotations
 

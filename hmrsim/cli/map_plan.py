@@ -1,4 +1,4 @@
-"""``hmrsim map plan``: the way from here to there, and how long it takes."""
+"""``hmrsim map plan``: the route between two places, and its travel time."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def _plan(args: argparse.Namespace) -> int:
 
 
 def _trip(route: Route, base: Base, yaw: float | None) -> Trip:
-    """Return a route as somebody drives it who stands at its start and faces *yaw*, or already the right way."""
+    """Return the drive of a robot that stands at a route's start and faces *yaw*, or the route's direction."""
     if not route.legs:
         return Trip(route, base, (), 0.0)
     first = route.legs[0]

@@ -1,4 +1,4 @@
-"""Names as ROS writes them, such as ``/wall_e/odom``, and what they stand for in a running simulation."""
+"""ROS names, such as ``/wall_e/odom``, and their topics, actions and services in a running simulation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers on the command line, with what is expected of them."""
+"""Argument types for numbers, with their limits."""
 
 from __future__ import annotations
 

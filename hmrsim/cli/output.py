@@ -1,4 +1,4 @@
-"""Messages as text: YAML for people, JSON for programs."""
+"""Messages as text: YAML, or JSON for programs."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def show_json(data: object) -> None:
 
 
 def show(text: str) -> None:
-    """Print a result, at once: whoever reads it may be a program that waits for it."""
+    """Print a result and flush: a program may wait for it."""
     print(text, flush=True)
 
 

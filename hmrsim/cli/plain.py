@@ -1,4 +1,4 @@
-"""Messages as people want to read them: what ROS's defaults fill up is left out."""
+"""Messages in short form, without fields that have ROS's defaults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Problems of world files as lines that editors can follow."""
+"""Problems of world files as lines that editors can parse."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``hmrsim record``: write what a simulator publishes into a file, from wherever it can be reached."""
+"""``hmrsim record``: record a simulator's publications to a file, over the network."""
 
 from __future__ import annotations
 

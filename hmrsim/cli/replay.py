@@ -1,4 +1,4 @@
-"""``hmrsim replay``: run a trace again, and say whether it comes out the same."""
+"""``hmrsim replay``: run a trace again, and report whether the result is the same."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _MAX_ROBOTS: Final = 40
 _MAX_ERRORS: Final = 10
 _WIDTH: Final = 200
-"""Of a table that nobody reads on a terminal."""
+"""The width in characters of a table whose output is not a terminal."""
 
 
 def show_summary(report: Report) -> None:

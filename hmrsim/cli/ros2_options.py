@@ -1,4 +1,4 @@
-"""The wires of ROS 2 that the settings of ``hmrsim run`` ask for."""
+"""The ROS 2 wires that the settings of ``hmrsim run`` enable."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a recording's ``/rosout`` says of events."""
+"""The messages of events on a recording's ``/rosout``."""
 
 from __future__ import annotations
 

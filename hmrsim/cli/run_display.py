@@ -1,4 +1,4 @@
-"""What a simulator shows on stderr while it runs: a table of its robots on a terminal, a log elsewhere."""
+"""The display of a running simulator on stderr: a table of its robots on a terminal, a log elsewhere."""
 
 from __future__ import annotations
 

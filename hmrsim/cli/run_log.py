@@ -1,4 +1,4 @@
-"""What a simulator logs: which goals came and how they ended, and what else happens."""
+"""The log of a simulator: goals, their results, and other events."""
 
 from __future__ import annotations
 
@@ -112,14 +112,14 @@ class Later:
 
 
 class LogLines(logging.Handler):
-    """Takes all log lines while it is open, and writes them in a thread of its own.
+    """Collects all log lines while it is open, and writes them in its own thread.
 
-    Whoever logs never waits, not even when nobody reads our stderr: that could stop the simulation. Lines that
-    pile up are dropped, the latest first.
+    A logging thread never blocks, not even when stderr has no reader, since that could stop the simulation. When
+    too many lines wait, the latest are dropped.
 
     Args:
-        write: Where lines go; straight to stderr if None.
-        level: What our packages log; others log warnings at most.
+        write: The function that writes lines; to stderr if None.
+        level: The level of this project's loggers; other loggers have WARNING at least.
     """
 
     def __init__(self, write: Callable[[str], None] | None = None, level: int = logging.INFO) -> None:
@@ -164,5 +164,5 @@ def _to_stderr(line: str) -> None:
         while data:
             data = data[os.write(sys.__stderr__.fileno() if sys.__stderr__ else 2, data) :]
     except OSError:
-        # Nobody will ever read it.
+        # The stream has no reader any more.
         return

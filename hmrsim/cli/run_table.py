@@ -1,4 +1,4 @@
-"""The live table of ``hmrsim run``: where a simulator's robots are and what they do."""
+"""The live table of ``hmrsim run``: the robots' places and activities."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``hmrsim service``: what can be asked, as ``ros2 service``."""
+"""``hmrsim service``: the simulator's services, as in ``ros2 service``."""
 
 from __future__ import annotations
 

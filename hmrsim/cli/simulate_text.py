@@ -1,4 +1,4 @@
-"""What scripts have done, for a terminal."""
+"""The results of scripts, for a terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The first instants of ``hmrsim``: signals are heard before anything that takes its time is loaded."""
+"""The start of ``hmrsim``: signal handlers are installed before slow imports."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _end(_number: int) -> None:
-    """End the process, wherever it is: there is nobody yet who could be served.
+    """End the process at once: no client is served yet.
 
-    An exception would be lost where Python has nobody to give it to, as in its own callbacks during an import.
+    An exception would be lost where Python ignores it, as in its own callbacks during an import.
     """
     os._exit(_DONE)

@@ -1,4 +1,4 @@
-"""What people are told of events: in logs, recordings and the demo."""
+"""The messages of events in logs, recordings and the demo."""
 
 from __future__ import annotations
 

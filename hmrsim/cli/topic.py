@@ -1,4 +1,4 @@
-"""``hmrsim topic``: what is published, as ``ros2 topic``."""
+"""``hmrsim topic``: the published topics, as in ``ros2 topic``."""
 
 from __future__ import annotations
 

@@ -102,6 +102,6 @@ class TraceFile:
     def _write(self, text: str) -> None:
         if self._file is None:
             raise AssertionError
-        # Whole lines, and at once: whoever looks, or comes after a crash, finds them.
+        # Whole lines, flushed at once, so that a reader finds them during the run and after a crash.
         self._file.write(text)
         self._file.flush()

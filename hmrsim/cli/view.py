@@ -1,4 +1,4 @@
-"""``hmrsim view``: see it, live or recorded, in a browser."""
+"""``hmrsim view``: show a simulation, live or recorded, in a browser."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``hmrsim run --view``: the page of a run, served by a process of its own, so that it costs the simulation nothing."""
+"""``hmrsim run --view``: the page of a run, served by a separate process, at no cost to the simulation."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def check_port(view: int | None) -> None:
     """Do nothing if a page can be served on a port, or none is wanted; before anything else is begun or overwritten.
 
     Raises:
-        BadOptions: Somebody else listens there.
+        BadOptions: Another process listens there.
     """
     try:
         if view is not None:

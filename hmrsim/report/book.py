@@ -1,4 +1,4 @@
-"""The goals of a run, from what is told of each."""
+"""The goals of a run, from their events."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the story of a run to its report: sums, shares and what belongs together."""
+"""Compiling the story of a run to its report: sums, shares and groups."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The robots of a run: who was there from when to when."""
+"""The robots of a run, and when each was present."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ class Crew:
         return track
 
     def spawned(self, at: int, event: Spawned) -> None:
-        """Take note of who has come."""
+        """Record an added robot."""
         if event.type != "item":
             self.track(event.entity, at, event.type)
 
     def deleted(self, at: int, event: Deleted) -> None:
-        """Take note of who has gone."""
+        """Record a removed robot."""
         track = self.tracks.get(event.entity)
         if track is not None and track.ended is None:
             self._leave(track, at, event.kind)

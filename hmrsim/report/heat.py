@@ -1,4 +1,4 @@
-"""The map of a report: how often each lane was driven, and where robots waited for how long."""
+"""The heat map of a report: the traffic of each lane, and the waiting times of robots by place."""
 
 from __future__ import annotations
 

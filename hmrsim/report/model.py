@@ -1,6 +1,6 @@
-"""What a report says, in plain values: times in simulated seconds since the run began, lengths in the world's unit.
+"""The contents of a report: times in simulated seconds since the run began, lengths in the world's unit.
 
-What nobody knows, since a trace could not be run again for instance, is None.
+Unknown values are None, for instance where a trace could not be run again.
 """
 
 from __future__ import annotations

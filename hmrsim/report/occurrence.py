@@ -1,4 +1,4 @@
-"""What a report is made of: things that happened, each at its time, from whatever they were read."""
+"""The input of a report: timed occurrences, from any source."""
 
 from __future__ import annotations
 

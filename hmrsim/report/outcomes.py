@@ -1,4 +1,4 @@
-"""What a report says of goals: how they went, what went wrong, and how many ended when."""
+"""The goals in a report: their outcomes, their failures, and their ends over time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A report as one page of HTML, which needs nothing else: no script, style, font or picture from anywhere."""
+"""A report as one self-contained HTML page: no external script, style, font or picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a report says of places: lanes, ways off them, doors, lifts and docks."""
+"""The places in a report: lanes, segments off the lanes, doors, lifts and docks."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def fixtures_of(story: Story) -> Iterator[model.Fixture]:
 
 
 def _is_for(standing: Standing, kind: str, name: str) -> bool:
-    """Return whether somebody waited for a door, lift or dock; of doors and lifts the reason begins with the name."""
+    """Return whether a robot waited for a door, lift or dock; a reason begins with the door's or lift's name."""
     if kind == "dock":
         return standing.kind == "dock" and standing.why == name
     return standing.kind == "way" and standing.why.startswith(f"{name} is ")

@@ -1,4 +1,4 @@
-"""What all parts of a report are reckoned with."""
+"""Quantities shared by all parts of a report."""
 
 from __future__ import annotations
 

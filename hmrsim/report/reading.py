@@ -1,4 +1,4 @@
-"""From a trace or a recording to the story of a run; nothing is read but what is given."""
+"""Reading a trace or a recording to the story of a run; no other file is read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How doors, lifts and docks were used, and when lanes were closed; times in nanoseconds."""
+"""The usage of doors, lifts and docks, and the closures of lanes; times in nanoseconds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happened in a run, put together from one occurrence after the other."""
+"""The story of a run, built from its occurrences in order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One robot through a run: in which state it was when, how far it drove, for what it waited."""
+"""One robot's track through a run: its states over time, its distance and its waits."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class LaneUse:
 class Track:
     """What is known of one robot.
 
-    What holds of it is changed by whoever knows; `settle` then takes note of the state that follows.
+    The caller changes its attributes; `settle` then records the resulting state.
     """
 
     name: str
@@ -149,7 +149,7 @@ class Track:
         self.ended, self._since, self._state = None, at, "idle"
 
     def catch_up(self, at: int) -> None:
-        """Let end what has ended by some time without anybody having been told."""
+        """End the states that have ended by some time without an event."""
         motion = self.motion
         if motion is not None and motion.until <= at + _INSTANT:
             ended = at if motion.until >= at - _INSTANT else motion.until

@@ -1,4 +1,4 @@
-"""The faults of a run: what went wrong on purpose, when, and to whom."""
+"""The injected faults of a run, with their times and robots."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Troubles:
         return trouble
 
     def at(self, robot: str) -> tuple[str, ...]:
-        """Return the names of those that go on and may have to do with a robot: its own, and nobody's."""
+        """Return the names of the active faults that may affect a robot: its own, and those without a robot."""
         return tuple(name for name, trouble in self.going_on.items() if trouble.robot in ("", robot))
 
 

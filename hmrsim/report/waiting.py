@@ -1,4 +1,4 @@
-"""Who waited, for whom or what, and when none of them could go on any more."""
+"""The waits between robots and for resources, and the deadlocks among them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Watching a simulation for a report: a sink that hears what a page would, and reads batteries besides."""
+"""Recording a simulation for a report: a sink that receives the page's events and reads batteries."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Watcher:
 
     Args:
         simulator: Whom to watch; it has not begun.
-        take: Told each occurrence, in order.
+        take: Called with each occurrence, in order.
     """
 
     def __init__(self, simulator: Simulator, take: Callable[[Occurrence], object]) -> None:

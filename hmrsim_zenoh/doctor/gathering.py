@@ -1,4 +1,4 @@
-"""Looking at a network: only asks for what anybody may read, and changes nothing."""
+"""Gathering a snapshot of a network by read-only queries."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ _OURS: Final = ("ROS_", "RMW_", "ZENOH_")
 def asked_for(
     options: SessionOptions, *, domain: int, environment: Mapping[str, str], wants_ros: bool = False
 ) -> Snapshot:
-    """Return what is known before a look at the network, where nobody has been found yet.
+    """Return the snapshot before any query, with the options only.
 
     Args:
         options: Where to look.
         domain: ROS's domain id.
         environment: Variables, of which those that matter to ROS are kept.
-        wants_ros: Whether whoever asks has to do with ROS.
+        wants_ros: Whether the user works with ROS.
     """
     file = (str(options.zenoh_config),) if options.zenoh_config else ()
     return Snapshot(
@@ -55,10 +55,10 @@ def asked_for(
 
 
 def gather(options: SessionOptions, asked: Snapshot) -> Snapshot:
-    """Return what is on the network, added to what was asked for.
+    """Return the snapshot with the findings on the network.
 
     Raises:
-        NobodyThere: Nobody answers at the endpoints, or somebody does and is neither simulator nor ROS node.
+        NobodyThere: No peer answers at the endpoints, or none is a simulator or a ROS node.
         BadOptions, PortTaken: The session can't be opened.
         SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError: The simulator does not answer.
     """

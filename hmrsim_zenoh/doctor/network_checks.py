@@ -1,4 +1,4 @@
-"""What can be wrong before anybody speaks: who answers where, and what the environment says."""
+"""Checks of the network: the peers at the endpoints, and the environment variables."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def no_simulator(snapshot: Snapshot) -> Iterator[Problem]:
 
 
 def no_router(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell that ROS nodes find nobody, as they learn of one another from a router."""
+    """Report that ROS nodes can't discover each other without a router."""
     if snapshot.peers and not snapshot.routers and snapshot.has_to_do_with_ros:
         yield Problem(
             "no_router",
@@ -124,7 +124,7 @@ def _is_file(text: str) -> bool:
 
 
 def unreadable_tokens(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell of who speaks no ROS that we know."""
+    """Report unknown ROS liveliness tokens."""
     if snapshot.unreadable:
         yield Problem(
             "unreadable_tokens",

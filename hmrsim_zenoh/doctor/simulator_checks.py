@@ -1,4 +1,4 @@
-"""What can be wrong with a simulator, for whoever drives its robots."""
+"""Checks of a simulator from its clients' view."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def contract(simulator: Simulator) -> Iterator[Problem]:
 
 
 def robots(simulator: Simulator) -> Iterator[Problem]:
-    """Tell that there is nobody to drive."""
+    """Report that the simulator has no robots."""
     if not simulator.robots:
         yield Problem("no_robots", "the world has no robots", "add one: `hmrsim run WORLD --robot NAME@X,Y`")
     idle = [robot for robot, actions in simulator.robots.items() if not actions]
@@ -112,7 +112,7 @@ def lag(simulator: Simulator) -> Iterator[Problem]:
 
 
 def planner(simulator: Simulator) -> Iterator[Problem]:
-    """Tell of robots whose goals are rejected as nobody plans for them."""
+    """Report robots whose goals are rejected as the external planner is missing."""
     waiting = [robot["name"] for robot in simulator.info.get("robots", ()) if robot.get("planner") == "external"]
     if waiting and not simulator.info.get("planner_present"):
         yield Problem(

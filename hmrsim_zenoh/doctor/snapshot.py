@@ -126,7 +126,7 @@ class Snapshot:
         prefix: Of the simulator that was asked for.
         domain: ROS's domain id that was asked for.
         environment: Variables of ours that matter to ROS.
-        wants_ros: Whether whoever asks has to do with ROS, as far as the command line tells.
+        wants_ros: Whether the user works with ROS, according to the command line.
         routers: The Zenoh ids of the routers that we are connected to, in hex.
         peers: Likewise of others than routers.
         prefixes: Of all simulators that are there.
@@ -160,7 +160,7 @@ class Snapshot:
 
     @property
     def has_to_do_with_ros(self) -> bool:
-        """Whether somebody here uses ROS."""
+        """Whether ROS is in use."""
         return (
             self.wants_ros
             or any(name.startswith(("ROS_", "RMW_")) for name in self.environment)
@@ -174,6 +174,6 @@ class Snapshot:
 
     @property
     def command(self) -> str:
-        """How to start a simulator there; at the default endpoint it joins whoever is there by itself."""
+        """How to start a simulator there; at the default endpoint it joins an existing Zenoh by itself."""
         elsewhere = [endpoint for endpoint in self.endpoints if endpoint not in _DEFAULTS]
         return f"`hmrsim run WORLD --ros2{''.join(f' --connect {endpoint}' for endpoint in elsewhere[:1])}`"

@@ -55,7 +55,7 @@ _KINDS: Final = {kind.value: kind for kind in Kind}
 DEFAULT_QOS: Final = "::,10:,:,:,,"
 """The quality of service of services, feedback and most topics, as tokens say it: rmw_zenoh's own is left out."""
 LATCHED_QOS: Final = ":1:,1:,:,:,,"
-"""Of what the last of is sent to whoever comes later: transient local, the last one."""
+"""The quality of service of latched topics: transient local, depth 1."""
 TF_QOS: Final = "::,100:,:,:,,"
 """Of transforms."""
 

@@ -158,18 +158,18 @@ class Ros2Server:
                 self._peers.look()
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether anybody subscribes to a topic."""
+        """Return whether a topic has a subscriber."""
         return self._publications.wants(topic)
 
     def emit(self, event: Event) -> None:
-        """Send an event to whom it concerns."""
+        """Send an event as replies and publications."""
         if type(event) is not Answered:
             self._publications.emit(event)
         elif isinstance(event.reply_to, PendingRosReply) and event.reply_to.wire is self._wire:
             self._answer(event.reply_to, event.answer)
 
     def close(self) -> None:
-        """Declare nothing more, before the session is closed; whoever asks nevertheless is refused."""
+        """Stop declaring, before the session is closed; later requests are refused."""
         self._publications.close()
         if self._peers is not None:
             self._peers.close()
@@ -199,7 +199,7 @@ class Ros2Server:
         self._requests.refuse(query, "the simulation has ended" if self._inbox.closed else "too many requests wait")
 
     def _look(self) -> None:
-        """Tell the simulation at once if somebody has come to listen."""
+        """Tell the simulation at once about a new subscriber."""
         changes = self._publications.look()
         if changes != self._changes_told:
             self._changes_told = changes
@@ -210,7 +210,7 @@ class Ros2Server:
             self._inbox.put(InterestChanged())
 
     def _gone(self, gid: bytes) -> None:
-        """Let nobody wait for a client that has gone; in a thread of Zenoh's."""
+        """Drop the pending requests of a gone client; in a thread of Zenoh's."""
         with suppress(SimulationStopped):
             for command in self._waiting.gone(gid.hex()):
                 self._inbox.put(command)

@@ -32,7 +32,7 @@ SCENE = f"{JSON};hmrsim/Scene"
 VIEW = f"{JSON};hmrsim/View"
 
 _MAX_SHOWN = 200
-"""Characters of what is no goal id that are sent back."""
+"""Characters of an invalid goal id that an error shows."""
 
 
 def of_message(message: Message) -> str:

@@ -1,4 +1,4 @@
-"""How a key is spelled, and how it is read; no other module knows a ``/``.
+"""The spelling and parsing of keys; no other module handles a ``/``.
 
 ::
 
@@ -6,8 +6,8 @@
     <prefix>/<robot>/<topic>
     <prefix>/_world/<topic or service>
     <prefix>/<robot>/alive, <prefix>/_world/alive                           liveliness tokens
-    <prefix>/_participant/<name>                                            likewise, of who takes part in lockstep
-    <prefix>/_planner/compute_path_to_pose                                  somebody else's queryable, which plans
+    <prefix>/_participant/<name>                                            likewise, of lockstep's participants
+    <prefix>/_planner/compute_path_to_pose                                  the queryable of an external planner
     <prefix>/<robot>/_tree                                                  a controller's tree, as it is
 """
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 DEFAULT_PREFIX = "hmrsim"
 TREE = "_tree"
-"""Stands where a topic's name would: what a controller tells of a robot's tree."""
+"""The topic of a robot's tree, which a controller publishes."""
 
 _ACTION = "_action"
 _HISTORY = "@adv"
@@ -34,7 +34,7 @@ _PREFIX = re.compile(r"[A-Za-z0-9_.~-]+(/[A-Za-z0-9_.~-]+)*")
 
 
 class Verb(Enum):
-    """What can be done with an action, as its key says."""
+    """The verbs of an action's keys."""
 
     SEND_GOAL = "send_goal"
     CANCEL_GOAL = "cancel_goal"
@@ -113,11 +113,11 @@ class Keys:
         return f"{self.prefix}/{robot}/alive"
 
     def participant(self, name: str) -> str:
-        """Return the liveliness token of somebody who takes part in lockstep."""
+        """Return the liveliness token of a participant in lockstep."""
         return f"{self.prefix}/_participant/{name}"
 
     def planner(self) -> str:
-        """Return the key on which somebody outside plans paths for robots."""
+        """Return the key of the external planner's queryable."""
         return f"{self.prefix}/_planner/compute_path_to_pose"
 
     def tree(self, robot: str) -> str:
@@ -129,7 +129,7 @@ class Keys:
         return self.any_topic(TREE)
 
     def wakeup_key(self) -> str:
-        """Return a key that nobody answers: asking it wakes the simulation."""
+        """Return a key without answers: a query on it wakes the simulation thread."""
         return self.world("_doorbell")
 
     def history(self) -> str:
@@ -157,7 +157,7 @@ class Keys:
         return self.topic("*", topic)
 
     def owner(self, key: str) -> str:
-        """Return whose a key is: the robot's name, or what stands there."""
+        """Return a key's robot, or the chunk in its place."""
         return key[len(self.prefix) + 1 :].partition("/")[0]
 
     def resolve(self, robot: str, action: str) -> tuple[str, str]:
@@ -170,7 +170,7 @@ class Keys:
         return self.participant("*")
 
     def parse(self, key: str) -> ActionKey | TopicKey | None:
-        """Return what a key means; None when it is none of ours."""
+        """Parse a key; None when it does not belong to this simulation."""
         head, tail = key[: len(self.prefix) + 1], key[len(self.prefix) + 1 :]
         if head != f"{self.prefix}/":
             return None

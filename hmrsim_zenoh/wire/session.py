@@ -1,6 +1,6 @@
 """Opening Zenoh sessions: where to connect and listen, and clear errors when that fails.
 
-The simulator is its own router, so no zenohd is needed. Multicast scouting is off: whom we find is whom we named.
+The simulator is its own router, so no zenohd is needed. Multicast scouting is off: only configured endpoints are used.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _PORT_TRIES: Final = 5
 
 _LOOPBACK: Final = "tcp/127.0.0.1:0"
 _JOIN_TIMEOUT: Final = 2.0
-"""Wall seconds in which another Zenoh has to answer."""
+"""Wall seconds within which another Zenoh has to answer."""
 
 # Zenoh's own retry begins at 1 s: a tool that starts along with its simulator would wait that long.
 _RETRY: Final = {"period_init_ms": 20, "period_max_ms": 200, "period_increase_factor": 1.05}
@@ -37,7 +37,7 @@ _RETRY: Final = {"period_init_ms": 20, "period_max_ms": 200, "period_increase_fa
 _FIRST_TRY: Final = 0.15
 _OPEN_TIMEOUT_KEY: Final = "transport/unicast/open_timeout"
 
-# One reader that has stopped would otherwise hold up whoever publishes to it for 5 s.
+# A stopped subscriber would otherwise block its publishers for 5 s.
 _WAIT_BEFORE_CLOSE: Final = 500_000
 _WAIT_BEFORE_CLOSE_KEY: Final = "transport/link/tx/queue/congestion_control/block/wait_before_close"
 
@@ -114,7 +114,7 @@ def _open_server(settings: _Settings) -> tuple[zenoh.Session, tuple[str, ...]]:
         try:
             session = settings.open("start a Zenoh router there or name another with --connect")
         except PortTaken:
-            # Between our look and Zenoh's somebody else may have taken the free port.
+            # Another process may have taken the free port meanwhile.
             if settings.listen == tuple(wanted) or not tries_left:
                 raise
         else:
@@ -124,7 +124,7 @@ def _open_server(settings: _Settings) -> tuple[zenoh.Session, tuple[str, ...]]:
 
 
 def _join(options: SessionOptions, taken: PortTaken) -> tuple[zenoh.Session, tuple[str, ...]]:
-    """Open a session that connects to whoever has taken our endpoint.
+    """Open a session that connects to the process at the simulator's endpoint.
 
     Raises:
         PortTaken: As before, as it is no Zenoh.
@@ -136,7 +136,7 @@ def _join(options: SessionOptions, taken: PortTaken) -> tuple[zenoh.Session, tup
         session, endpoints = _open_server(settings)
     except NobodyThere:
         raise taken from None
-    # A warning, as whoever runs us may not have set up any log yet, and would miss less.
+    # A warning, since a lower level would be lost before logging is set up.
     _log.warning("%s is taken by another Zenoh, which we join; we ourselves listen on %s", there, _listed(endpoints))
     return session, endpoints
 
@@ -159,7 +159,7 @@ class _Settings:
         self.must_connect = False
 
     def open(self, advice: str) -> zenoh.Session:
-        """Open the session; *advice* is what to do when nobody answers."""
+        """Open the session; *advice* is the remedy when no peer answers."""
         if self.mode == "client" and self.listen:
             raise BadOptions(f"mode 'client' can't listen on {_listed(self.listen)}; take 'peer' or 'router'")
         if self.mode == "client" and not self.connect:
@@ -212,12 +212,12 @@ class _Settings:
             "transport/shared_memory/enabled": False,
         }
         if self.must_connect or not self.listen:
-            # Who listens, too, can do without those it connects to, a peer without some of them: Zenoh goes on trying.
+            # A listening session does not need its connections, nor a peer all of them: Zenoh goes on trying.
             values["connect/exit_on_failure"] = not self._has_choice
             once = self._has_choice and self.mode == "client"
             values["connect/timeout_ms"] = 0 if once else round(self._timeout * 1000)
         if not self.connect:
-            # A router waits this long for others to be found; we look for none.
+            # A router waits this long for scouting, which is off.
             values["scouting/delay"] = 0
         if self.wait_before_close is not None:
             values[_WAIT_BEFORE_CLOSE_KEY] = self.wait_before_close

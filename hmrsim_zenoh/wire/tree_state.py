@@ -1,4 +1,4 @@
-"""What a controller tells of a robot's tree, on `Keys.tree`; whoever reads it needs no py_trees."""
+"""The state of a robot's tree on `Keys.tree`; a subscriber needs no py_trees."""
 
 from __future__ import annotations
 

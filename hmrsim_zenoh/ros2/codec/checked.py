@@ -35,7 +35,7 @@ class CdrError(ValueError):
 
 
 class _Flaw(Exception):
-    """What is wrong, on its way up to whoever knows the names of the fields around it."""
+    """An error on its way up to the callers, which add the names of the enclosing fields."""
 
     place = ""
 

@@ -31,7 +31,7 @@ class _Layout(NamedTuple):
 
     type: MessageType
     listened: str
-    """What says in `Interest` whether anybody listens to it, on any robot."""
+    """The kind in `Interest` that tells whether any robot's feedback has a subscriber."""
     outlets: list[Outlet]
 
 

@@ -125,7 +125,7 @@ class Publications:
         return self._interest.look()
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether a topic is needed for what somebody listens to; statuses always are."""
+        """Return whether a topic is needed for a subscriber; statuses always are."""
         if topic is Topic.ODOM:
             self._tell_poses()
         return self._goals.wants(topic) or self._topics.wants(topic)
@@ -157,7 +157,7 @@ class Publications:
                 self._tell_pose(event.robot)
 
     def _tell_poses(self) -> None:
-        """Have all robots say where they are when somebody begins to listen: one may have been set elsewhere."""
+        """Publish all robots' poses upon a new subscriber: a robot may have been moved meanwhile."""
         before, self._poses_wanted = self._poses_wanted, self._interest[AMCL_POSE]
         if self._poses_wanted and not before:
             for robot in self._poses:

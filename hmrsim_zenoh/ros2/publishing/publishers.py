@@ -24,7 +24,7 @@ _log = logging.getLogger(__name__)
 
 _DROP: Final = zenoh.CongestionControl.DROP
 _HEARTBEAT: Final = 0.5
-"""Seconds after which whoever missed the last message learns that there was one, as in rmw_zenoh."""
+"""The heartbeat period in seconds, by which subscribers detect a missed message, as in rmw_zenoh."""
 
 
 class Outlet:

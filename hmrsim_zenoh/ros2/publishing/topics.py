@@ -68,7 +68,7 @@ def _base(odom: Odometry, child: str) -> TransformStamped:
 
 
 class Topics:
-    """Publishes samples, and only what somebody listens to.
+    """Publishes samples to topics that have subscribers.
 
     Args:
         endpoints: The publishers' types.
@@ -83,7 +83,7 @@ class Topics:
         self._known: dict[tuple[str, str], Outlet] = {}
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether anybody listens to what is made of a topic."""
+        """Return whether a topic's messages have a subscriber."""
         if topic is Topic.ODOM:
             return any(self._interest[kind] for kind in OF_ODOM)
         return topic in _PLAIN and self._interest[_PLAIN[topic]]
@@ -110,7 +110,7 @@ class Topics:
             self._say(robot, AMCL_POSE, amcl_pose(odom))
 
     def tell_pose(self, sample: Sampled) -> None:
-        """Publish where a robot is, from its odometry, whether anybody listens or not."""
+        """Publish a robot's pose from its odometry, with or without subscribers."""
         if isinstance(sample.message, Odometry):
             self._say(sample.robot, AMCL_POSE, amcl_pose(sample.message))
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 MAX_PER_MINUTE: Final = 20
-"""Lines in a wall minute; whoever invents ids could fill a disk."""
+"""The largest number of lines in a wall minute; a client that invents ids could fill the disk."""
 _MINUTE: Final = 60.0
 _REMEMBERED: Final = 1_000
 """Things that are not said again; the oldest are forgotten."""

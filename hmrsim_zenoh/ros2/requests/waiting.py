@@ -1,4 +1,4 @@
-"""Who waits for a result, by client: of clients that have gone, nobody waits any more, and nobody can wait for all."""
+"""The pending get_result requests by client: those of a gone client are dropped, and their number is limited."""
 
 from __future__ import annotations
 
