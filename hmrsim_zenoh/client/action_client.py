@@ -100,7 +100,7 @@ class ActionClient(Generic[G, R, F]):
         return exchange
 
     def cancel_all(self) -> None:
-        """Ask for the end of all goals of the action, whoever has sent them, and wait for the answer.
+        """Cancel all goals of the action, also those of other clients, and wait for the answer.
 
         In lockstep it returns at once: the wish goes along when time goes on, behind the goals that were sent before.
 

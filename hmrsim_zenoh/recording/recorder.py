@@ -121,7 +121,7 @@ class Recorder:
         }
         self._file.describe(ABOUT, about)
         self._file.attach("world.json", "application/json", json.dumps(definition).encode())
-        # Whoever looks for events knows at once that they are here.
+        # A reader that looks for events finds their channel at once.
         self._json_channel(EVENTS, schemas.EVENT)
         self.tell_anew(definition, info, scene)
 

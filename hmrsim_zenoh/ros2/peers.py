@@ -28,7 +28,7 @@ _log = logging.getLogger(__name__)
 _MAX_ENDPOINTS: Final = 10_000
 """Endpoints of others that are remembered."""
 _SHOWN: Final = 200
-"""Characters that are shown of a token that nobody can read."""
+"""Characters of an unreadable token that are shown."""
 _SHOWN_OF_ID: Final = 8
 """Digits that are shown of a client's id."""
 

@@ -38,7 +38,7 @@ _GRACE: Final = 1
 _PATIENCE: Final = 5.0
 _ANY_ADDRESS: Final = {"0.0.0.0", "::"}  # noqa: S104 - that is what is looked for
 _ELSEWHERE: Final = "192.0.2.1", 9
-"""An address that nobody has (RFC 5737)."""
+"""An address that is never assigned (RFC 5737)."""
 
 _log = logging.getLogger(__name__)
 
@@ -65,7 +65,7 @@ class ViewServer:
         url: Where the page is, with the token if there is one.
 
     Raises:
-        PortTaken: Somebody else listens there.
+        PortTaken: Another process listens there.
         BadOptions: The host is no address of this machine.
     """
 

@@ -60,8 +60,8 @@ def open_client(options: SessionOptions = DEFAULT_OPTIONS) -> zenoh.Session:
     Connects within the timeout, unless it only listens: then the simulator has to come to us.
 
     Raises:
-        NobodyThere: Nobody answers at the endpoints.
-        PortTaken: It shall listen where somebody else does.
+        NobodyThere: No peer answers at the endpoints.
+        PortTaken: Another process listens on the endpoint.
         BadOptions: An endpoint or the configuration makes no sense.
     """
     settings = _Settings(options)
@@ -85,8 +85,8 @@ def open_server(
             router there, such as ROS, finds us by what that one tells of us.
 
     Raises:
-        PortTaken: Somebody else listens there.
-        NobodyThere: It shall connect only, and nobody answers.
+        PortTaken: Another process listens there.
+        NobodyThere: The session only connects, and no peer answers.
         BadOptions: An endpoint or the configuration makes no sense.
     """
     settings = _Settings(options)

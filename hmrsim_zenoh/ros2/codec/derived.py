@@ -1,4 +1,4 @@
-"""The types that ROS derives from actions and services, and that nobody writes down."""
+"""The types that ROS derives from actions and services, without interface files."""
 
 from __future__ import annotations
 

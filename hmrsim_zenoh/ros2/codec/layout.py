@@ -117,7 +117,7 @@ def _least(field: Field) -> int:
 
 
 class Run(NamedTuple):
-    """Numbers side by side, each as ``d`` or ``36d``; ``x`` is a byte that nobody looks at."""
+    """Numbers side by side, each as ``d`` or ``36d``; ``x`` is a padding byte."""
 
     codes: tuple[str, ...]
 

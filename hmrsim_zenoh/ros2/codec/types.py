@@ -134,7 +134,7 @@ def _service(distro: str, name: str, request: Structure, response: Structure) ->
     return _one_service(whole, *map(_message, parts))
 
 
-# What is made of the same is the same, whoever asks and for whichever distribution.
+# Types of equal definitions are cached once, for all callers and distributions.
 _message = cache(MessageType)
 _one_service = cache(ServiceType)
 _action = cache(ActionType)

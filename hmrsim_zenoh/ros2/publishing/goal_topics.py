@@ -104,7 +104,7 @@ class GoalTopics:
                 outlet.send(payload)
 
     def emit_feedback(self, event: FeedbackSent, names: Names) -> None:
-        """Publish feedback, in those layouts that somebody listens to."""
+        """Publish feedback, in those layouts that have subscribers."""
         goals = self._goals(event)
         if goals is None or not self.wants(Topic.FEEDBACK) or not self._thinning.passes(event):
             return

@@ -121,7 +121,7 @@ class Outlets:
         self._publishers: dict[str, tuple[Outlet, ext.AdvancedPublisher | _Key]] = {}
 
     def of(self, endpoint: Endpoint) -> Outlet:
-        """Return the outlet of a publisher: always the same, as long as somebody holds it.
+        """Return the outlet of a publisher: always the same, as long as it is referenced.
 
         It is open if there is no token that it would have to wait for, unless it is latched, which keeps what is said.
         """

@@ -66,7 +66,7 @@ class Offer(Protocol):
     Attributes:
         name: ROS's, such as ``/wall_e/wait/_action/send_goal``.
         layouts: In which layouts.
-        lost: Whether it was there and is no longer: all are refused, as nobody else answers them.
+        lost: Whether it was there and is no longer: its requests are refused, as they would get no reply otherwise.
     """
 
     @property

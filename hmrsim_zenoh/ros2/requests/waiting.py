@@ -31,7 +31,7 @@ class PendingResults:
     def add(self, asked: PendingRosReply, command: GetResult) -> list[StopWaiting]:
         """Remember a request; return what takes back another for which there is no room then: its sender's oldest.
 
-        If there is no room at all, it is the oldest of whoever has most.
+        If there is no room at all, it is the oldest request of the client with the most.
         """
         whose = asked.client or f"goal {command.goal_id}"
         with self._lock:
