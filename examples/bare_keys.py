@@ -29,7 +29,7 @@ def ask(session: zenoh.Session, key: str, request: dict) -> dict:
         if reply.ok is None:
             raise SystemExit(reply.err.payload.to_string())
         return json.loads(reply.ok.payload.to_bytes())
-    raise SystemExit(f"nobody answers on {key}; start `hmrsim run scenario1`")
+    raise SystemExit(f"no answer from {key}; start `hmrsim run scenario1`")
 
 
 if __name__ == "__main__":

@@ -49,7 +49,7 @@ def ask(session: zenoh.Session, what: str, request: dict) -> dict:
         if reply.ok is None:
             raise SystemExit(reply.err.payload.to_string())
         return json.loads(reply.ok.payload.to_bytes())
-    raise SystemExit("nobody answers; start `hmrsim run hospital --clock lockstep`")
+    raise SystemExit("no simulator answers; start `hmrsim run hospital --clock lockstep`")
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hmrsim.actions import Codes
+from hmrsim.diagnostics import instead
 from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes
 
 if TYPE_CHECKING:
@@ -26,8 +27,5 @@ def item_ordered(text: str, world: World) -> str:
         ValueError: There is no such item.
     """
     if text not in world.items:
-        # Controllers read actions, too, but no orders: they need not load what worlds are made of.
-        from hmrsim.diagnostics import instead  # noqa: PLC0415
-
         raise ValueError(f"no item {text!r}{instead(text, world.items)}")
     return text

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from hmrsim.diagnostics import instead
 from hmrsim.geometry import MAX_COORDINATE
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 
@@ -50,9 +51,6 @@ def place(text: str, world: World) -> tuple[float, float]:
     try:
         x, y = numbers(words)
     except ValueError:
-        # Controllers read actions, too, but no orders: they need not load what worlds are made of.
-        from hmrsim.diagnostics import instead  # noqa: PLC0415
-
         known = [*world.waypoints, *world.places, *world.docks]
         raise ValueError(f"no waypoint, place or dock {text!r}{instead(text, known)}") from None
     check_reachable(x, y)

@@ -9,6 +9,7 @@ from hmrsim.actions import Action, Codes, Order, Report
 from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import drive, no_planner, plan, point_of
 from hmrsim.actions._places import pose
+from hmrsim.diagnostics import instead
 from hmrsim.errors import GoalAborted
 from hmrsim.geometry import SAME_PLACE
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
@@ -139,9 +140,6 @@ def _nearest(robot: Robot, goal: DockRobot.Goal) -> DockBay:
 
 def _ordered(text: str, world: World) -> DockRobot.Goal:
     if text not in world.docks:
-        # Controllers read actions, too, but no orders: they need not load what worlds are made of.
-        from hmrsim.diagnostics import instead  # noqa: PLC0415
-
         raise ValueError(f"no dock {text!r}{instead(text, world.docks)}")
     return DockRobot.Goal(dock_id=text)
 

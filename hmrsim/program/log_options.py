@@ -28,7 +28,7 @@ class LogOptions:
     """
 
     log_level: Annotated[
-        Literal["debug", "info", "warning", "error"], Option("log to stderr what is at least as grave")
+        Literal["debug", "info", "warning", "error"], Option("log to stderr at this level and above")
     ] = "warning"
 
     @property
@@ -42,7 +42,7 @@ class ServerLogOptions(LogOptions):
     """How much a simulator logs: its log is what people see of it."""
 
     log_level: Annotated[
-        Literal["debug", "info", "warning", "error"], Option("log to stderr what is at least as grave")
+        Literal["debug", "info", "warning", "error"], Option("log to stderr at this level and above")
     ] = "info"
 
 

@@ -107,7 +107,7 @@ class RunSettings(Settings):
     planner_timeout: Annotated[
         float,
         Option(
-            "wall seconds that a planner outside may take for a path, while time stands in lockstep; -1: for ever",
+            "wall seconds that an external planner may take for a path, while time stands in lockstep; -1: for ever",
             group="time",
             more_than=0,
             for_ever=math.inf,

@@ -34,7 +34,7 @@ Lines: TypeAlias = "int | tuple[int, dict[str, Lines] | list[Lines]]"
 
 
 class Unreadable(Exception):
-    """The text is no YAML that can be read.
+    """The text is not valid YAML that can be read.
 
     Attributes:
         line: Where, from 1; None when that can't be said.
@@ -72,7 +72,7 @@ def read(text: str) -> tuple[Any, Lines, list[Finding]]:
     """Return the value that *text* describes, its lines, and its duplicate keys.
 
     Raises:
-        Unreadable: It is no YAML, more than one document, or exceeds a bound.
+        Unreadable: It is not valid YAML, more than one document, or exceeds a bound.
     """
     try:
         builder = _Builder()
@@ -80,9 +80,9 @@ def read(text: str) -> tuple[Any, Lines, list[Finding]]:
             builder.take(event)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        raise Unreadable(f"is no YAML: {error.problem}", mark.line + 1 if mark else None) from None
+        raise Unreadable(f"is not valid YAML: {error.problem}", mark.line + 1 if mark else None) from None
     except yaml.YAMLError as error:
-        raise Unreadable(f"is no YAML: {str(error).splitlines()[0]}", None) from None
+        raise Unreadable(f"is not valid YAML: {str(error).splitlines()[0]}", None) from None
     if builder.root is None:
         raise Unreadable("is empty", None)
     return builder.root.value, builder.root.lines, builder.findings

@@ -79,7 +79,7 @@ def time_stands(simulator: Simulator) -> Iterator[Problem]:
     if _PLANNER in awaited:
         yield Problem(
             "time_stands",
-            f"{stands}: a planner outside has yet to answer",
+            f"{stands}: an external planner has yet to answer",
             "see what keeps it; the goal ends after --planner-timeout",
         )
     elif set(awaited) <= set(time.get("participants", ())):
@@ -118,7 +118,7 @@ def planner(simulator: Simulator) -> Iterator[Problem]:
         yield Problem(
             "no_planner",
             f"{some(waiting)} {'has' if len(waiting) == 1 else 'have'} an external planner, and there is none",
-            "start one; see `A planner outside` in docs/keys.md",
+            "start one; see `An external planner` in docs/keys.md",
         )
 
 

@@ -241,7 +241,7 @@ class _Settings:
         return BadOptions(f"can't open a Zenoh session: {text}")
 
     def _nobody(self, advice: str) -> NobodyThere:
-        return NobodyThere(f"nobody answers at {_listed(self.connect)}; {advice}")
+        return NobodyThere(f"no answer from {_listed(self.connect)}; {advice}")
 
 
 def _listed(endpoints: tuple[Any, ...]) -> str:

@@ -173,7 +173,7 @@ def test_lockstep_that_stands(doctor):
 
 
 def test_planner_that_is_missing(doctor):
-    """A robot that needs a planner outside is named, until there is one."""
+    """A robot that needs an external planner is named, until there is one."""
     robots = {"eve": {"type": "nurse", "at": "home", "planner": "external"}}
     with served_world({**SMALL_WORLD, "robots": robots, "remap": {}}) as options:
         alone = doctor(options)
@@ -231,7 +231,7 @@ def test_router_alone_is_3(doctor, router):
 
 
 def test_nobody_there_is_3(doctor):
-    """Where nobody answers there is one line of advice, and JSON if asked for."""
+    """Where no simulator answers there is one line of advice, and JSON if asked for."""
     code, out, err = doctor(SessionOptions(connect=(NOBODY,)), "--timeout", "0.3", "--json")
 
     found = json.loads(out)
@@ -245,7 +245,7 @@ def test_nobody_there_is_3(doctor):
         "ros2": {"domain": 0, "domains": {}, "unreadable": [], "distros": [], "incomplete_actions": {}},
         "environment": {},
     } == found
-    assert err.startswith(f"hmrsim: nobody answers at {NOBODY}; start `hmrsim run WORLD`")
+    assert err.startswith(f"hmrsim: no answer from {NOBODY}; start `hmrsim run WORLD`")
 
 
 def test_other_prefix(doctor):

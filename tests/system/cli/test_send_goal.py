@@ -160,7 +160,7 @@ def test_a_goal_that_the_simulator_cannot_read_is_2(client, capsys):
     assert (2, "goal: time.sec: expected an integer, got 'x'\n") == (code, capsys.readouterr().err)
 
 
-@pytest.mark.parametrize("error", [SimulatorGone("it is gone"), NobodyThere("nobody answers")])
+@pytest.mark.parametrize("error", [SimulatorGone("it is gone"), NobodyThere("no simulator answers")])
 def test_a_simulator_that_is_not_there_is_3(client, error, capsys):
     """Also when it was there before."""
     client.then = lambda goal: goal.fail(error)

@@ -1,4 +1,4 @@
-"""A planner outside: any client's queryable, here that of a plain Zenoh client."""
+"""An external planner: any client's queryable, here that of a plain Zenoh client."""
 
 from __future__ import annotations
 

@@ -203,7 +203,7 @@ def test_a_key_of_a_robot_that_means_nothing_is_refused(shared):
 
 @pytest.mark.parametrize("key", ["nothing", "one/two/three/four", "_planner/compute_path_to_pose", "_participant/me"])
 def test_a_key_that_is_not_ours_is_left_to_others(shared, key):
-    """Whoever asks it knows at once that nobody answers."""
+    """Whoever asks it knows at once that no simulator answers."""
     assert [] == shared.ask(key, {"goal": {}})
 
 

@@ -51,7 +51,7 @@ export class State extends EventTarget {
     this.deadlocks = [];
     /** @type {Map<string, number>} Who takes part in lockstep, and since when. */
     this.participants = new Map();
-    /** @type {boolean} Whether a planner outside is there. */
+    /** @type {boolean} Whether an external planner is there. */
     this.plannerPresent = false;
     /** @type {number|null} 0 stopped, 1 playing, 2 paused; null while nobody has said. */
     this.simulationState = null;

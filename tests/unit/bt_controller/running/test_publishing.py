@@ -152,7 +152,7 @@ def test_changes_are_published(control, tester):
 
 
 def test_the_end_of_the_controller_is_published(control, tester):
-    """Whoever shows a tree knows that nothing will come any more; and then nobody answers."""
+    """Whoever shows a tree knows that nothing will come any more; and then no query is answered."""
     controller = control("wall_e")
     heard = tester.hear(TREE)
     tester.one(TREE)

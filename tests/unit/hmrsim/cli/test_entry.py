@@ -156,7 +156,7 @@ def test_each_error_has_its_exit_code(error, code):
 
 def test_errors_name_the_program():
     """What has no file in front is said to come from hmrsim."""
-    assert "hmrsim: nobody answers" == text_of(NobodyThere("nobody answers"))
+    assert "hmrsim: no simulator answers" == text_of(NobodyThere("no simulator answers"))
 
 
 def test_errors_of_files_begin_with_the_file():
@@ -166,11 +166,11 @@ def test_errors_of_files_begin_with_the_file():
 
 def test_a_known_error_is_one_line(broken_command, capsys):
     """A known error ends the command with its code and one line, no traceback."""
-    broken_command(NobodyThere("nobody answers"))
+    broken_command(NobodyThere("no simulator answers"))
 
     code = main(["map"])
 
-    assert (ExitCode.NOBODY_THERE, "hmrsim: nobody answers\n") == (code, capsys.readouterr().err)
+    assert (ExitCode.NOBODY_THERE, "hmrsim: no simulator answers\n") == (code, capsys.readouterr().err)
 
 
 def test_interrupted(broken_command):

@@ -111,7 +111,7 @@ class TestRides:
         assert 100.0 == state.pose.position.x
 
     def test_a_path_from_stop_to_stop_is_a_ride(self):
-        """So a planner outside can have robots take lifts."""
+        """So an external planner can have robots take lifts."""
         poses = [{"pose": {"position": {"x": x}}} for x in (0.0, 100.0, 104.0)]
         goal = actions()["follow_path"].goal.model_validate({"path": {"poses": poses}})
         log = simulate(world())((0.0, SendGoal("eve", "follow_path", goal, EVE)))

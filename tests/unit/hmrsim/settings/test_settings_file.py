@@ -77,7 +77,7 @@ def test_a_file_of_comments_is_an_error(read):
         ("page: 2", "s.yaml:1: page: expected text, got 2; put it in quotes"),
         ("- seed", "s.yaml:1: expected a mapping with settings such as clock: lockstep, got ['seed']"),
         ("seed", "s.yaml:1: expected a mapping with settings such as clock: lockstep, got 'seed'"),
-        ("seed: [", "s.yaml:2: is no YAML"),
+        ("seed: [", "s.yaml:2: is not valid YAML"),
         ("a: &a [*a]", "s.yaml:1: alias 'a' is inside what it stands for"),
         ("seed: 1\n---\nseed: 2", "s.yaml:2: has more than one document; keep one"),
         (b"seed: \xff", "s.yaml:1: is not UTF-8"),

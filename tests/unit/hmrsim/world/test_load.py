@@ -179,7 +179,7 @@ def test_error_in_an_included_file_names_that_file_and_its_line(write):
         ("twice.yaml", "'a' is in "),
         ("missing.yaml", "no such file"),
         ("pixels.yaml", "'px' can't be joined with 'm'"),
-        ("broken.yaml", "is no YAML"),
+        ("broken.yaml", "is not valid YAML"),
     ],
 )
 def test_include_that_cannot_be_is_refused(write, name, message):
