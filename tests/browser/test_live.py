@@ -86,6 +86,7 @@ def test_two_pages(viewed, open_page):
 
     one.evaluate("hmrsim.commands.goTo('wall_e', [400, 300])")
 
+    until(other, "[...hmrsim.model.goals.values()].some((goal) => goal.status > 3)")
     until(other, "hmrsim.model.robots.get('wall_e').poseAt(hmrsim.clock.now())[1] > 299.9")
     assert [["navigate_to_pose", 4]] == other.evaluate(
         "[...hmrsim.model.goals.values()].map((goal) => [goal.action, goal.status])"
