@@ -28,9 +28,11 @@ _HEARTBEAT: Final = 0.5
 
 
 class Outlet:
-    """What one publisher says, numbered from 1; nothing while it is shut."""
+    """What one publisher says, numbered from 1; nothing while it is shut. From any thread."""
 
     def __init__(self) -> None:
+        # The simulation's thread sends, the declarations' thread opens and shuts.
+        self._lock = threading.Lock()
         self._put: Callable[..., None] | None = None
         self._gid: bytes | None = None
         self._count = 0
@@ -41,48 +43,52 @@ class Outlet:
 
     def open(self, put: Callable[..., None], gid: bytes | None) -> None:
         """Begin; *put* takes what is said, and an attachment with the publisher's id unless that is None."""
-        self._gid, self._count = gid, 0
-        self._put = put
+        with self._lock:
+            self._gid, self._count = gid, 0
+            self._put = put
+            self._opened()
 
     def shut(self) -> None:
-        """End."""
-        self._put = None
+        """End; waits for a put that is running, so that the caller may undeclare what it puts on."""
+        with self._lock:
+            self._put = None
 
     def send(self, payload: bytes) -> None:
         """Say something; it is lost if the network does not take it at once."""
-        put = self._put
-        if put is None:
+        with self._lock:
+            self._send(payload)
+
+    def _opened(self) -> None:
+        """Do what opening entails; the lock is held."""
+
+    def _send(self, payload: bytes) -> None:
+        """Put a payload unless the outlet is shut; the lock is held."""
+        if self._put is None:
             return
         self._count += 1
         said: dict[str, Any] = {}
         if self._gid is not None:
             said["attachment"] = Attachment(self._count, time.time_ns(), self._gid).to_bytes()
         try:
-            put(payload, **said)
+            self._put(payload, **said)
         except zenoh.ZError as error:
             _log.debug("publishing: %s", error)
 
 
 class Latched(Outlet):
-    """Likewise, of which the last is said again when it opens; from any thread."""
+    """An outlet that keeps its last message, and sends it again when it opens."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._lock = threading.Lock()
         self._last: bytes | None = None
 
-    def open(self, put: Callable[..., None], gid: bytes | None) -> None:
-        """Begin with what was said last."""
-        with self._lock:
-            super().open(put, gid)
-            if self._last is not None:
-                super().send(self._last)
+    def _opened(self) -> None:
+        if self._last is not None:
+            super()._send(self._last)
 
-    def send(self, payload: bytes) -> None:
-        """Say something, and keep it."""
-        with self._lock:
-            self._last = payload
-            super().send(payload)
+    def _send(self, payload: bytes) -> None:
+        self._last = payload
+        super()._send(payload)
 
 
 class _Key:

@@ -23,7 +23,7 @@ from hmrsim_zenoh.ros2.keys import gid, read_token
 from hmrsim_zenoh.ros2.names import names_of
 from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
 from hmrsim_zenoh.ros2.publishing.publications import Publications
-from hmrsim_zenoh.ros2.publishing.publishers import Latched
+from hmrsim_zenoh.ros2.publishing.publishers import Latched, Outlet
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
 
@@ -406,3 +406,23 @@ def test_latched_that_opens_again():
     outlet.open(put, bytes(16))
 
     assert [(b"a", 1), (b"b", 2), (b"c", 1)] == said
+
+
+@pytest.mark.parametrize("kind", [Outlet, Latched])
+def test_shut_waits_for_a_put_that_is_running(kind):
+    """A publisher is undeclared after its last put has returned: Zenoh refuses to undeclare it during one."""
+    outlet = kind()
+    waited: list[bool] = []
+    shutting = threading.Thread(target=outlet.shut)
+
+    def put(_payload: bytes) -> None:
+        shutting.start()
+        shutting.join(0.05)
+        waited.append(shutting.is_alive())
+
+    outlet.open(put, None)
+    outlet.send(b"a")
+    shutting.join(PATIENCE)
+    outlet.send(b"b")
+
+    assert [True] == waited
