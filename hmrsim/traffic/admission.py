@@ -19,7 +19,7 @@ from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.wait_timeout import Patience
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
+    from collections.abc import Callable, Collection, Iterable, Sequence
 
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.subscriptions import Happenings
@@ -218,6 +218,7 @@ class Passage:
                     other.step_back()
                     self._stand_back(other, rules)
                     self._wait(other, leg, "")
+                    rules.halted(other)
                     self.look_again([other])
         rules.stand(robot, slots)
 
@@ -250,6 +251,11 @@ class Passage:
             return True
         self._wait(robot, leg, why)
         return False
+
+    @property
+    def asking(self) -> Iterable[Vehicle]:
+        """The vehicles that are about to ask again at this instant, in order."""
+        return self._asking
 
     def look_again(self, robots: Sequence[Vehicle]) -> None:
         """Have vehicles that wait ask again, at this instant but after what happens now."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from hmrsim.engine.subscriptions import Happenings
     from hmrsim.navigation.graph import Lane, WaypointGraph
@@ -36,6 +36,10 @@ class AdmissionControl(Protocol):
     @property
     def waits(self) -> Mapping[Vehicle, Wait]:
         """The vehicles that wait, in the order in which they began to."""
+
+    @property
+    def asking(self) -> Iterable[Vehicle]:
+        """The vehicles that are about to ask again at this instant, in order."""
 
     def is_open(self, lane: Lane) -> bool:
         """Return whether only traffic can be in the way on a lane."""

@@ -100,6 +100,8 @@ class Priority(Reserve):
         if cycle:
             self._publish(cycle)
             robot = min(cycle, key=rank)
+            if robot in self._resolutions:
+                return
         blockers = self.admission.blockers(robot)
         self._stuck[robot] = None
         if not all(other.stands or other.waits for other in blockers):
@@ -210,8 +212,12 @@ class Priority(Reserve):
             around = any(other.stands for other in self.admission.blockers(robot)) and self.go_around(robot)
             cycle = [] if around else waits_for_cycle(self.admission, robot)
             if cycle and self.slots.at_rest(lambda other: self.admission.is_held_up(other) or not other.busy):
-                # No vehicle moves, and none ever will.
-                self.give_up(cycle)
+                # No vehicle moves, and none ever will, but for one that is about to ask.
+                if any(rank(other) < rank(robot) for other in self.admission.asking):
+                    del self._searched[robot]
+                    self.admission.look_again([robot])
+                else:
+                    self.give_up(cycle)
             return
         resolution = Resolution(robot, moves)
         self._resolutions.update(dict.fromkeys(resolution.robots, resolution))

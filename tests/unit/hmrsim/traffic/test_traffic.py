@@ -7,7 +7,7 @@ from collections import Counter
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from hmrsim.geometry import SAME_PLACE, distance, foot
@@ -280,21 +280,59 @@ class TestPlacing:
         assert "(0.8, 0) is 0.8 from ann; keep 1 away" == answer.result.error_message
 
 
-@st.composite
-def crowds(draw):
-    """Return a random grid on which every lane is part of a circle, with robots and goals."""
-    columns, rows = draw(st.sampled_from([(2, 2), (3, 2), (3, 3), (4, 3)]))
+def grid(columns, rows, **robots):
+    """Return a world in which every lane is part of a circle, with robots: where each starts, and its speed."""
     at = {f"n{x}{y}": [x * 10.0, y * 10.0] for x in range(columns) for y in range(rows)}
     lanes = [[f"n{x}{y}", f"n{x + 1}{y}"] for x in range(columns - 1) for y in range(rows)]
     lanes += [[f"n{x}{y}", f"n{x}{y + 1}"] for x in range(columns) for y in range(rows - 1)]
-    number = draw(st.integers(2, max(2, len(at) * 2 // 3)))
-    starts = draw(st.permutations(sorted(at)))[:number]
+    there = {name: {"at": start, "base": {"speed": speed}} for name, (start, speed) in robots.items()}
+    return {"waypoints": at, "lanes": lanes, "robots": there}
+
+
+@st.composite
+def crowds(draw):
+    """Return a random grid with robots, with the times of goals, and of cancellations."""
+    columns, rows = draw(st.sampled_from([(2, 2), (3, 2), (3, 3), (4, 3)]))
+    names = sorted(grid(columns, rows)["waypoints"])
+    number = draw(st.integers(2, max(2, len(names) * 2 // 3)))
+    starts = draw(st.permutations(names))[:number]
     speeds = st.sampled_from([0.5, 1.0, 2.0])
-    robots = {f"r{i}": {"at": start, "base": {"speed": draw(speeds)}} for i, start in enumerate(starts)}
+    robots = {f"r{i}": (start, draw(speeds)) for i, start in enumerate(starts)}
     times = st.sampled_from([0.0, 0.0, 5.0, 7.5, 20.0])
-    goals = [(draw(times), name, at[draw(st.sampled_from(sorted(at)))]) for name in robots]
+    goals = [(draw(times), name, draw(st.sampled_from(names))) for name in robots]
     cancels = draw(st.lists(st.tuples(times, st.sampled_from(sorted(robots))), max_size=2))
-    return {"waypoints": at, "lanes": lanes, "robots": robots}, sorted(goals), sorted(cancels)
+    return grid(columns, rows, **robots), sorted(goals), sorted(cancels)
+
+
+TWO_KNOTS = (
+    grid(
+        *(4, 3),
+        r0=("n21", 1.0),
+        r1=("n10", 1.0),
+        r2=("n32", 1.0),
+        r3=("n01", 1.0),
+        r4=("n12", 0.5),
+        r5=("n02", 1.0),
+        r6=("n11", 1.0),
+    ),
+    [(0.0, "r4", "n10"), (0.0, "r5", "n11"), (0.0, "r6", "n30"), (20.0, "r3", "n21")],
+    [],
+)
+"""A robot that is being moved for one other blocks a third one."""
+
+ONE_YET_TO_ASK = (
+    grid(3, 2, r0=("n10", 1.0), r1=("n11", 0.5), r2=("n00", 1.0), r3=("n20", 1.0)),
+    [(0.0, "r2", "n01"), (7.5, "r0", "n21"), (7.5, "r3", "n21"), (20.0, "r1", "n20")],
+    [],
+)
+"""A circle closes at the instant at which one that set out earlier would have it make room."""
+
+STEPPED_BACK = (
+    grid(3, 3, r0=("n12", 1.0), r2=("n00", 1.0), r3=("n01", 1.0), r4=("n11", 0.5), r5=("n22", 0.5)),
+    [(0.0, "r3", "n02"), (0.0, "r5", "n02"), (7.5, "r0", "n02"), (20.0, "r2", "n00")],
+    [],
+)
+"""A robot steps back at the instant at which it set out to make room."""
 
 
 def check_places(simulator):
@@ -318,13 +356,17 @@ def check_places(simulator):
 @pytest.mark.parametrize("policy", ["reserve", "priority"])
 @examples(40, share_fixtures=True)
 @given(crowd=crowds())
+@example(crowd=TWO_KNOTS)
+@example(crowd=ONE_YET_TO_ASK)
+@example(crowd=STEPPED_BACK)
 def test_never_two_in_one_place_and_every_goal_ends(policy, crowd):
     """At every instant; where nobody is canceled, priority brings everybody to the goal."""
     world, goals, cancels = crowd
     patience = {} if policy == "reserve" else {"patience": None}
     run = simulate({**world, "traffic": {"policy": policy, **patience}}, topics=EVENTS)
     simulator = run.simulator
-    commands = [(at, go(name, *point, f"{i:032x}")) for i, (at, name, point) in enumerate(goals, 1)]
+    points = world["waypoints"]
+    commands = [(at, go(name, *points[goal], f"{i:032x}")) for i, (at, name, goal) in enumerate(goals, 1)]
     commands += [(at + 1.0, CancelGoal(name, "navigate_to_pose")) for at, name in cancels]
     for at, command in sorted(commands, key=lambda timed: timed[0]):
         while simulator.take(at, 1):
