@@ -6,7 +6,7 @@ Its pose is a formula of time while it moves: there is one event a lane, and non
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 from simpy import Event, Timeout
 from simpy.events import NORMAL
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.events.robots import MotionBegan
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.motion import Drive
@@ -32,18 +33,6 @@ if TYPE_CHECKING:
     from hmrsim.world.model import Base
 
 _NEVER_STOPPED: Final = (-1.0, 0.0)
-
-
-class _Trip(NamedTuple):
-    """Where a base is to go.
-
-    Attributes:
-        route: The way there.
-        final_yaw: The way to face at its end; None for any.
-    """
-
-    route: Route
-    final_yaw: float | None
 
 
 class MobileBase:
@@ -85,6 +74,7 @@ class MobileBase:
         "_drive",
         "_entry",
         "_env",
+        "_final_yaw",
         "_graph",
         "_happened",
         "_number",
@@ -92,10 +82,10 @@ class MobileBase:
         "_passage",
         "_piece_ends",
         "_rest",
+        "_route",
         "_seconds",
         "_speed",
         "_state",
-        "_trip",
         "base",
         "disabled_reasons",
         "flies",
@@ -143,8 +133,10 @@ class MobileBase:
         # Where it stands, and when it was stopped there last, with the run-up of the speed that it had.
         self._rest = home
         self._entry = _NEVER_STOPPED
-        # Where it is to go, how it drives there, which piece of the drive it is at, since when, and until when.
-        self._trip: _Trip | None = None
+        # Where it is to go, and the yaw to face there, None for any.
+        self._route: Route | None = None
+        self._final_yaw: float | None = None
+        # How it drives there, which piece of the drive it is at, since when, and until when.
         self._drive: Drive | None = None
         self._seconds: Sequence[float] = ()
         self._number = 0
@@ -203,7 +195,7 @@ class MobileBase:
     @property
     def _goal(self) -> Point | None:
         """The point to which another route may lead; None if it goes nowhere, or its path is given point by point."""
-        return None if self._trip is None else self._trip.route.goal
+        return None if self._route is None else self._route.goal
 
     def _enter(self, event: VehicleEvent) -> None:
         self._state = next_state(self._state, event)
@@ -298,16 +290,19 @@ class MobileBase:
         Raises:
             GoalAborted: Something is in its way for too long, it can go no further, or it is disabled.
         """
-        self._check_enabled()
-        if self._state.yields and route.goal is not None:
+        if self.disabled_reasons:
+            raise GoalAborted(FollowPath.Result.UNKNOWN, self.disabled)
+        yields = self._state.yields and route.goal is not None
+        if not yields:
+            self.halt()
+        self._route, self._final_yaw = route, final_yaw
+        self.rerouted, self.set_out = 0, self._env.now
+        if yields:
             # The other vehicle counts on the place that it leaves; the route is planned again from where it yields.
             self._enter(VehicleEvent.REDIRECT)
-            self._begin_trip(route, final_yaw)
             self._arrived = Event(self._env)
             yield from self._arrival()
         else:
-            self.halt()
-            self._begin_trip(route, final_yaw)
             yield from self._carry_out(self._driven(route.legs), VehicleEvent.SET_OUT)
         if self.stands and final_yaw is not None and final_yaw != self._rest.yaw:
             # Without a turning rate no piece of the drive says so.
@@ -321,9 +316,10 @@ class MobileBase:
         Raises:
             GoalAborted: It is disabled.
         """
-        self._check_enabled()
+        if self.disabled_reasons:
+            raise GoalAborted(FollowPath.Result.UNKNOWN, self.disabled)
         self.halt()
-        self._trip = None
+        self._route = None
         yield from self._carry_out(driven, VehicleEvent.MANEUVER)
 
     def halt(self) -> None:
@@ -381,7 +377,7 @@ class MobileBase:
     def scale_speed(self, scale: float) -> None:
         """Go at this share of its maximum speed, also on the route that it drives now."""
         self.speed_scale = scale
-        if self._trip is None or self._state.stands:
+        if self._route is None or self._state.stands:
             return
         if self._state.waits:
             self._drive = self._driven(self.legs_ahead)
@@ -407,15 +403,7 @@ class MobileBase:
         self._enter(VehicleEvent.RESCALE)
         self._begin(self._driven(rest), admitted=leg is not None and not at_end)
 
-    def _check_enabled(self) -> None:
-        if self.disabled_reasons:
-            raise GoalAborted(FollowPath.Result.UNKNOWN, self.disabled)
-
     # --- driving --------------------------------------------------------------------------------------------------
-
-    def _begin_trip(self, route: Route, final_yaw: float | None) -> None:
-        self._trip = _Trip(route, final_yaw)
-        self.rerouted, self.set_out = 0, self._env.now
 
     def _driven(self, legs: Sequence[Leg]) -> Drive:
         """Return how it drives legs from where it is, and then turns to the final yaw of its trip, if any.
@@ -426,7 +414,7 @@ class MobileBase:
         return drive(
             self.pose(),
             legs,
-            self._trip.final_yaw if self._trip and not yields else None,
+            None if yields or self._route is None else self._final_yaw,
             speed=self.speed,
             acceleration=self.base.acceleration,
             turning_rate=None if yields else self.base.turning_rate,
@@ -484,8 +472,14 @@ class MobileBase:
     def _publish_motion(self) -> None:
         if self._changed is not None:
             self._changed()
-        if self._happened.interest.motion and (piece := self.piece):
-            self._happened.publish_untraced(lambda: piece.event(self.name))
+        if self._happened.interest.motion:
+            self._happened.publish_untraced(self._motion_began)
+
+    def _motion_began(self) -> MotionBegan:
+        piece = self.piece
+        if piece is None:
+            raise AssertionError
+        return piece.event(self.name)
 
     def _may_begin(self, number: int) -> bool:
         """Return whether it is admitted to a piece of its drive; if not, it waits here."""
@@ -521,8 +515,8 @@ class MobileBase:
 
     def _plan_on(self) -> None:
         """Plan the rest of its trip, if any, from where it has yielded."""
-        trip, goal = self._trip, self._goal
-        if trip is None or goal is None:
+        goal = self._goal
+        if goal is None:
             self._enter(VehicleEvent.ARRIVE)
         else:
             try:
@@ -531,7 +525,7 @@ class MobileBase:
                 self._enter(VehicleEvent.HALT)
                 _fail(self._arrived, error)
                 return
-            self._trip = _Trip(route, trip.final_yaw)
+            self._route = route
             driven = self._driven(route.legs)
             if driven.seconds:
                 self._drive, self._seconds, self._number = driven, driven.seconds, 0
@@ -569,8 +563,8 @@ class MobileBase:
 
     def reroute(self, avoid: Collection[Lane]) -> bool:
         """Take another route from where it waits, without these lanes; return whether there is one."""
-        trip, goal = self._trip, self._goal
-        if trip is None or goal is None or not self._state.waits:
+        goal = self._goal
+        if goal is None or not self._state.waits:
             return False
         try:
             route = self._passage.plan(self, self.pose().point, goal, avoid)
@@ -579,7 +573,7 @@ class MobileBase:
         if route.legs and route.legs[0] == self.next_leg:
             # It begins with what is in the way, where it waits in the middle of a lane.
             return False
-        self._trip = _Trip(route, trip.final_yaw)
+        self._route = route
         self.recoveries += 1
         self.rerouted += 1
         self._happened.publish(lambda: Rerouted(self.name, self.pose().point))
@@ -602,7 +596,7 @@ class MobileBase:
         here, stood = self.pose().point, self._state.stands
         self._enter(VehicleEvent.YIELD)
         if stood:
-            self._trip, self._arrived = None, Event(self._env)
+            self._route, self._arrived = None, Event(self._env)
         self._drive = None
         self.rerouted += rerouted
         if here != leg.start:

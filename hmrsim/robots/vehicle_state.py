@@ -22,8 +22,10 @@ What moves or waits comes back to IDLE by ``arrive`` at the end of its way, and 
 from __future__ import annotations
 
 from enum import Enum
-from types import MappingProxyType
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 
 class VehicleState(Enum):
@@ -111,55 +113,53 @@ class VehicleEvent(Enum):
     """It can be used again."""
 
 
-TRANSITIONS: Final = MappingProxyType(
-    {
-        (VehicleState.IDLE, VehicleEvent.SET_OUT): VehicleState.DRIVING,
-        (VehicleState.IDLE, VehicleEvent.MANEUVER): VehicleState.MANEUVERING,
-        (VehicleState.IDLE, VehicleEvent.YIELD): VehicleState.YIELDING,
-        (VehicleState.IDLE, VehicleEvent.WORK): VehicleState.WORKING,
-        (VehicleState.IDLE, VehicleEvent.DISABLE): VehicleState.DISABLED,
-        # Goals that do not hold the base run beside others: one may drive while another has it stand still.
-        (VehicleState.WORKING, VehicleEvent.SET_OUT): VehicleState.DRIVING,
-        (VehicleState.WORKING, VehicleEvent.MANEUVER): VehicleState.MANEUVERING,
-        (VehicleState.WORKING, VehicleEvent.WORK): VehicleState.WORKING,
-        (VehicleState.WORKING, VehicleEvent.FINISH_WORK): VehicleState.IDLE,
-        (VehicleState.WORKING, VehicleEvent.DISABLE): VehicleState.DISABLED,
-        (VehicleState.DISABLED, VehicleEvent.WORK): VehicleState.DISABLED,
-        (VehicleState.DISABLED, VehicleEvent.DISABLE): VehicleState.DISABLED,
-        (VehicleState.DISABLED, VehicleEvent.ENABLE): VehicleState.IDLE,
-        (VehicleState.DRIVING, VehicleEvent.BLOCK): VehicleState.BLOCKED,
-        (VehicleState.DRIVING, VehicleEvent.RESCALE): VehicleState.DRIVING,
-        (VehicleState.DRIVING, VehicleEvent.ARRIVE): VehicleState.IDLE,
-        (VehicleState.DRIVING, VehicleEvent.HALT): VehicleState.IDLE,
-        (VehicleState.BLOCKED, VehicleEvent.RESUME): VehicleState.DRIVING,
-        (VehicleState.BLOCKED, VehicleEvent.REROUTE): VehicleState.DRIVING,
-        (VehicleState.BLOCKED, VehicleEvent.YIELD): VehicleState.YIELDING,
-        (VehicleState.BLOCKED, VehicleEvent.RESCALE): VehicleState.BLOCKED,
-        (VehicleState.BLOCKED, VehicleEvent.HALT): VehicleState.IDLE,
-        (VehicleState.MANEUVERING, VehicleEvent.BLOCK): VehicleState.MANEUVER_BLOCKED,
-        (VehicleState.MANEUVERING, VehicleEvent.ARRIVE): VehicleState.IDLE,
-        (VehicleState.MANEUVERING, VehicleEvent.HALT): VehicleState.IDLE,
-        (VehicleState.MANEUVER_BLOCKED, VehicleEvent.RESUME): VehicleState.MANEUVERING,
-        (VehicleState.MANEUVER_BLOCKED, VehicleEvent.HALT): VehicleState.IDLE,
-        (VehicleState.YIELDING, VehicleEvent.BLOCK): VehicleState.YIELD_BLOCKED,
-        (VehicleState.YIELDING, VehicleEvent.REDIRECT): VehicleState.YIELDING,
-        (VehicleState.YIELDING, VehicleEvent.RESCALE): VehicleState.YIELDING,
-        (VehicleState.YIELDING, VehicleEvent.ARRIVE): VehicleState.YIELDED,
-        (VehicleState.YIELDING, VehicleEvent.HALT): VehicleState.IDLE,
-        (VehicleState.YIELD_BLOCKED, VehicleEvent.RESUME): VehicleState.YIELDING,
-        (VehicleState.YIELD_BLOCKED, VehicleEvent.REROUTE): VehicleState.YIELDING,
-        (VehicleState.YIELD_BLOCKED, VehicleEvent.REDIRECT): VehicleState.YIELD_BLOCKED,
-        (VehicleState.YIELD_BLOCKED, VehicleEvent.RESCALE): VehicleState.YIELD_BLOCKED,
-        (VehicleState.YIELD_BLOCKED, VehicleEvent.YIELD): VehicleState.YIELDING,
-        (VehicleState.YIELD_BLOCKED, VehicleEvent.HALT): VehicleState.IDLE,
-        (VehicleState.YIELDED, VehicleEvent.RESUME): VehicleState.DRIVING,
-        (VehicleState.YIELDED, VehicleEvent.REROUTE): VehicleState.DRIVING,
-        (VehicleState.YIELDED, VehicleEvent.YIELD): VehicleState.YIELDING,
-        (VehicleState.YIELDED, VehicleEvent.RESCALE): VehicleState.YIELDED,
-        (VehicleState.YIELDED, VehicleEvent.ARRIVE): VehicleState.IDLE,
-        (VehicleState.YIELDED, VehicleEvent.HALT): VehicleState.IDLE,
-    }
-)
+TRANSITIONS: Final[Mapping[tuple[VehicleState, VehicleEvent], VehicleState]] = {
+    (VehicleState.IDLE, VehicleEvent.SET_OUT): VehicleState.DRIVING,
+    (VehicleState.IDLE, VehicleEvent.MANEUVER): VehicleState.MANEUVERING,
+    (VehicleState.IDLE, VehicleEvent.YIELD): VehicleState.YIELDING,
+    (VehicleState.IDLE, VehicleEvent.WORK): VehicleState.WORKING,
+    (VehicleState.IDLE, VehicleEvent.DISABLE): VehicleState.DISABLED,
+    # Goals that do not hold the base run beside others: one may drive while another has it stand still.
+    (VehicleState.WORKING, VehicleEvent.SET_OUT): VehicleState.DRIVING,
+    (VehicleState.WORKING, VehicleEvent.MANEUVER): VehicleState.MANEUVERING,
+    (VehicleState.WORKING, VehicleEvent.WORK): VehicleState.WORKING,
+    (VehicleState.WORKING, VehicleEvent.FINISH_WORK): VehicleState.IDLE,
+    (VehicleState.WORKING, VehicleEvent.DISABLE): VehicleState.DISABLED,
+    (VehicleState.DISABLED, VehicleEvent.WORK): VehicleState.DISABLED,
+    (VehicleState.DISABLED, VehicleEvent.DISABLE): VehicleState.DISABLED,
+    (VehicleState.DISABLED, VehicleEvent.ENABLE): VehicleState.IDLE,
+    (VehicleState.DRIVING, VehicleEvent.BLOCK): VehicleState.BLOCKED,
+    (VehicleState.DRIVING, VehicleEvent.RESCALE): VehicleState.DRIVING,
+    (VehicleState.DRIVING, VehicleEvent.ARRIVE): VehicleState.IDLE,
+    (VehicleState.DRIVING, VehicleEvent.HALT): VehicleState.IDLE,
+    (VehicleState.BLOCKED, VehicleEvent.RESUME): VehicleState.DRIVING,
+    (VehicleState.BLOCKED, VehicleEvent.REROUTE): VehicleState.DRIVING,
+    (VehicleState.BLOCKED, VehicleEvent.YIELD): VehicleState.YIELDING,
+    (VehicleState.BLOCKED, VehicleEvent.RESCALE): VehicleState.BLOCKED,
+    (VehicleState.BLOCKED, VehicleEvent.HALT): VehicleState.IDLE,
+    (VehicleState.MANEUVERING, VehicleEvent.BLOCK): VehicleState.MANEUVER_BLOCKED,
+    (VehicleState.MANEUVERING, VehicleEvent.ARRIVE): VehicleState.IDLE,
+    (VehicleState.MANEUVERING, VehicleEvent.HALT): VehicleState.IDLE,
+    (VehicleState.MANEUVER_BLOCKED, VehicleEvent.RESUME): VehicleState.MANEUVERING,
+    (VehicleState.MANEUVER_BLOCKED, VehicleEvent.HALT): VehicleState.IDLE,
+    (VehicleState.YIELDING, VehicleEvent.BLOCK): VehicleState.YIELD_BLOCKED,
+    (VehicleState.YIELDING, VehicleEvent.REDIRECT): VehicleState.YIELDING,
+    (VehicleState.YIELDING, VehicleEvent.RESCALE): VehicleState.YIELDING,
+    (VehicleState.YIELDING, VehicleEvent.ARRIVE): VehicleState.YIELDED,
+    (VehicleState.YIELDING, VehicleEvent.HALT): VehicleState.IDLE,
+    (VehicleState.YIELD_BLOCKED, VehicleEvent.RESUME): VehicleState.YIELDING,
+    (VehicleState.YIELD_BLOCKED, VehicleEvent.REROUTE): VehicleState.YIELDING,
+    (VehicleState.YIELD_BLOCKED, VehicleEvent.REDIRECT): VehicleState.YIELD_BLOCKED,
+    (VehicleState.YIELD_BLOCKED, VehicleEvent.RESCALE): VehicleState.YIELD_BLOCKED,
+    (VehicleState.YIELD_BLOCKED, VehicleEvent.YIELD): VehicleState.YIELDING,
+    (VehicleState.YIELD_BLOCKED, VehicleEvent.HALT): VehicleState.IDLE,
+    (VehicleState.YIELDED, VehicleEvent.RESUME): VehicleState.DRIVING,
+    (VehicleState.YIELDED, VehicleEvent.REROUTE): VehicleState.DRIVING,
+    (VehicleState.YIELDED, VehicleEvent.YIELD): VehicleState.YIELDING,
+    (VehicleState.YIELDED, VehicleEvent.RESCALE): VehicleState.YIELDED,
+    (VehicleState.YIELDED, VehicleEvent.ARRIVE): VehicleState.IDLE,
+    (VehicleState.YIELDED, VehicleEvent.HALT): VehicleState.IDLE,
+}
 """All legal transitions; an event that is not here is illegal in that state."""
 
 
@@ -173,7 +173,7 @@ def next_state(state: VehicleState, event: VehicleEvent) -> VehicleState:
     Raises:
         IllegalTransition: The table does not have it, which is a bug of the caller.
     """
-    after = TRANSITIONS.get((state, event))
-    if after is None:
-        raise IllegalTransition(f"{event.value} is illegal for a vehicle that is {state.value}")
-    return after
+    try:
+        return TRANSITIONS[state, event]
+    except KeyError:
+        raise IllegalTransition(f"{event.value} is illegal for a vehicle that is {state.value}") from None

@@ -52,7 +52,7 @@ class Slots:
 
     def missing(self, robot: Vehicle, slots: tuple[int, ...]) -> Iterator[int]:
         """Yield those of some slots that a vehicle does not hold and can't have now."""
-        held = self.held(robot)
+        held = self._held.get(robot, ())
         return (slot for slot in slots if self._free[slot] < 1 and slot not in held)
 
     def on_spot(self, robot: Vehicle, point: Point) -> Iterator[Vehicle]:
@@ -119,7 +119,7 @@ class Slots:
 
     def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
         """Give a vehicle that stands these slots, also full ones, or its spot, and release all others."""
-        held = self.held(robot)
+        held = self._held.get(robot, ())
         self._held[robot] = slots
         for slot in slots:
             if slot not in held:
