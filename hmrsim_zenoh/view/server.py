@@ -14,12 +14,11 @@ from typing import TYPE_CHECKING, Final, Protocol, Self
 
 import uvicorn
 from starlette.applications import Starlette
-from starlette.responses import FileResponse, JSONResponse
+from starlette.responses import FileResponse
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from hmrsim.errors import HmrsimError
-from hmrsim.events import texts
 from hmrsim_zenoh.errors import BadOptions, PortTaken
 from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
 from hmrsim_zenoh.view.security import Gate, is_loopback
@@ -176,7 +175,6 @@ def _application(source: Source) -> Starlette:
         routes=[
             *source.routes(),
             Route("/palette.json", _palette),
-            Route("/events.json", _texts_of_events),
             Mount("/", StaticFiles(directory=_PAGE, html=True)),
         ],
         lifespan=lifespan,
@@ -185,10 +183,6 @@ def _application(source: Source) -> Starlette:
 
 async def _palette(_request: Request) -> FileResponse:
     return FileResponse(str(files("hmrsim.drawing") / "palette.json"))
-
-
-async def _texts_of_events(_request: Request) -> JSONResponse:
-    return JSONResponse(texts())
 
 
 def _bound(host: str, port: int) -> socket.socket:

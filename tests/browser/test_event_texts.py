@@ -13,7 +13,7 @@ from tests.simulation import Log
 
 _TOLD = """async (events) => {
   const { severityOf, subjectOf, textOf } = await import('/model/event_text.js');
-  const texts = await (await fetch('/events.json')).json();
+  const { texts } = hmrsim.model;
   return events.map((event) => [severityOf(event, texts), subjectOf(event, texts), textOf(event, texts)]);
 }"""
 

@@ -103,13 +103,6 @@ def test_a_simulator_is_described(server):
     assert b'{"kind":"live"}' == fetched(server.url, "/source")[2]
 
 
-def test_the_texts_of_events_are_served(tape):
-    """Also beside a recording."""
-    told = json.loads(fetched(tape.url, "/events.json")[2])
-
-    assert {"group": "doors", "severity": "debug", "subject": ["door"], "text": "is closed"} == told["door_closed"]
-
-
 def test_the_palette_is_served(server):
     """The page draws in the colours of the other pictures."""
     assert {"light", "dark"} <= json.loads(fetched(server.url, "/palette.json")[2]).keys()

@@ -1,6 +1,6 @@
 /**
- * Texts of events from the server's templates (GET /events.json); as hmrsim/events/_text.py, which says how they are
- * written. An entry is {severity, subject, text, group}: `severity` and `text` are templates, `subject` names fields.
+ * Texts of events from the templates in `_world/view`; as hmrsim/events/_text.py, which says how they are written. An
+ * entry is {severity, subject, text, group}: `severity` and `text` are templates, `subject` names fields.
  */
 
 const PART = /\[([^\]]*)\]|\{[^}]*\}|[^[{]+/g;
@@ -56,7 +56,7 @@ function plain(value) {
 /**
  * Return what an event says of its subject: "waits for eve".
  * @param {Record<string, any>} event
- * @param {Record<string, {text: string}>} texts What GET /events.json has.
+ * @param {Record<string, {text: string}>} texts The `events` of `_world/view`.
  * @param {Record<string, (value: any) => string>} [formats] Such as a `point` that knows names.
  * @returns {string}
  */
