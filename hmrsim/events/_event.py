@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self, datacl
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from pydantic.fields import FieldInfo
 
+from hmrsim.events._parts import Change
 from hmrsim.events._text import render
 
 if TYPE_CHECKING:
@@ -82,6 +83,7 @@ class Event(tuple[Any, ...], metaclass=_EventType):
     Attributes:
         kind: What happened, in traces, on the wire and in schemas.
         presentation: How it is shown.
+        change: What it changes in a picture of the world; None for nothing.
         traced: Whether traces have it. They leave out what a replay gives back: how robots move from lane to lane.
         rest: The field, a mapping, whose entries are fields of their own in JSON; empty for none.
     """
@@ -90,6 +92,7 @@ class Event(tuple[Any, ...], metaclass=_EventType):
 
     kind: ClassVar[str] = ""
     presentation: ClassVar[Presentation] = Presentation(Severity.INFO, (), "")
+    change: ClassVar[Change | None] = None
     traced: ClassVar[bool] = True
     rest: ClassVar[str] = ""
     _fields: ClassVar[tuple[str, ...]] = ()
@@ -104,6 +107,8 @@ class Event(tuple[Any, ...], metaclass=_EventType):
         severity: str = Severity.INFO,
         subject: tuple[str, ...] = ("robot",),
         text: str = "",
+        changes: str = "",
+        sets: Mapping[str, Any] | None = None,
         traced: bool = True,
         rest: str = "",
     ) -> None:
@@ -114,6 +119,8 @@ class Event(tuple[Any, ...], metaclass=_EventType):
             severity: See `Presentation`, as of the next two.
             subject: The fields, as in JSON.
             text: The template.
+            changes: The part of a picture that it changes, one of `Part`; empty for none.
+            sets: See `Change`.
             traced: See the attribute.
             rest: See the attribute.
         """
@@ -121,6 +128,7 @@ class Event(tuple[Any, ...], metaclass=_EventType):
             cls.kind = kind
         cls.traced, cls.rest = traced, rest or cls.rest
         cls.presentation = Presentation(str(severity), subject, text)
+        cls.change = Change(str(changes), sets or {}) if changes else None
         cls._names = tuple(field.rstrip("_") for field in cls._fields)
         cls._optional = tuple((field.rstrip("_"), default) for field, default in cls._field_defaults.items())
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hmrsim.events._event import Event, Severity, description_of
+from hmrsim.events._parts import Part
 from hmrsim.events._registry import registry
 from hmrsim.events._text import FORMATS, fields_in, render
 from hmrsim.events._unknown import UnknownEvent
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from hmrsim.events._parts import Change
 
 _FORMATS = {*FORMATS, "goal"}
 """Those that a template may name; what a goal asks for is for the reader to say."""
@@ -53,3 +56,11 @@ def _flaws_of(event: type[Event]) -> Iterator[str]:
         yield "has no text"
     if "{" not in severity and render(severity, {}) not in [*Severity]:
         yield f"has the severity {severity!r}, which there is not"
+    if event.change is not None:
+        yield from _flaws_of_change(event.change, names)
+
+
+def _flaws_of_change(change: Change, names: set[str]) -> Iterator[str]:
+    if change.part not in [*Part]:
+        yield f"changes {change.part!r}, which is no part of a picture"
+    yield from (f"sets {name!r}, which is a field of it" for name in sorted(names.intersection(change.sets)))

@@ -52,9 +52,14 @@ def from_json(fields: Mapping[str, Any]) -> Event:
 
 
 def texts() -> dict[str, dict[str, Any]]:
-    """Return how events are shown, by kind, as the page is given it."""
+    """Return how events are shown and what they change, by kind, as the page is given it."""
     return {
-        event.kind: {"group": group.name, **event.presentation._asdict()}
+        event.kind: {"group": group.name, **event.presentation._asdict(), **_change_of(event)}
         for group in groups().values()
         for event in group.events
     }
+
+
+def _change_of(event: type[Event]) -> dict[str, Any]:
+    change = event.change
+    return {} if change is None else {"changes": change.part, **({"sets": change.sets} if change.sets else {})}

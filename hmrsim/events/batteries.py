@@ -8,6 +8,7 @@ from pydantic import Field
 
 from hmrsim.events._event import Event, EventGroup
 from hmrsim.events._fields import Number, Position, RobotName
+from hmrsim.events._parts import Part
 
 
 class BatteryEvent(Event):
@@ -18,35 +19,74 @@ class BatteryEvent(Event):
     percentage: Annotated[Number, Field(description="The share of its capacity that is left, from 0 to 1.")]
 
 
-class BatteryLow(BatteryEvent, kind="battery_low", severity="warning", text="has a low battery ({percentage:percent})"):
+class BatteryLow(
+    BatteryEvent,
+    kind="battery_low",
+    severity="warning",
+    text="has a low battery ({percentage:percent})",
+    changes=Part.BATTERY,
+    sets={"level": "low"},
+):
     """A battery has come down to its low level."""
 
 
 class BatteryCritical(
-    BatteryEvent, kind="battery_critical", severity="warning", text="has a critical battery ({percentage:percent})"
+    BatteryEvent,
+    kind="battery_critical",
+    severity="warning",
+    text="has a critical battery ({percentage:percent})",
+    changes=Part.BATTERY,
+    sets={"level": "critical"},
 ):
     """A battery has come down to its critical level."""
 
 
-class BatteryEmpty(BatteryEvent, kind="battery_empty", severity="error", text="has an empty battery"):
+class BatteryEmpty(
+    BatteryEvent,
+    kind="battery_empty",
+    severity="error",
+    text="has an empty battery",
+    changes=Part.BATTERY,
+    sets={"level": "empty", "disables": "battery_empty"},
+):
     """A battery is empty, and its robot stops."""
 
     at: Position
 
 
-class BatteryRevived(BatteryEvent, kind="battery_revived", text="has power again ({percentage:percent})"):
+class BatteryRevived(
+    BatteryEvent,
+    kind="battery_revived",
+    text="has power again ({percentage:percent})",
+    changes=Part.BATTERY,
+    sets={"level": "", "enables": "battery_empty"},
+):
     """A battery that was empty has been charged so far that its robot can drive."""
 
 
-class BatteryFull(BatteryEvent, kind="battery_full", text="has a full battery"):
+class BatteryFull(
+    BatteryEvent, kind="battery_full", text="has a full battery", changes=Part.BATTERY, sets={"level": ""}
+):
     """A battery is full."""
 
 
-class ChargingBegan(BatteryEvent, kind="charging_began", text="starts charging ({percentage:percent})"):
+class ChargingBegan(
+    BatteryEvent,
+    kind="charging_began",
+    text="starts charging ({percentage:percent})",
+    changes=Part.BATTERY,
+    sets={"charging": True},
+):
     """A battery is being charged."""
 
 
-class ChargingEnded(BatteryEvent, kind="charging_ended", text="stops charging ({percentage:percent})"):
+class ChargingEnded(
+    BatteryEvent,
+    kind="charging_ended",
+    text="stops charging ({percentage:percent})",
+    changes=Part.BATTERY,
+    sets={"charging": False},
+):
     """A battery is no longer being charged."""
 
 

@@ -8,11 +8,19 @@ from pydantic import Field
 
 from hmrsim.events._event import Event, EventGroup
 from hmrsim.events._fields import Number, Position
+from hmrsim.events._parts import Part
 
 _Entity = Annotated[str, Field(description="The name of the robot or item.")]
 
 
-class Spawned(Event, kind="spawned", subject=("entity",), text="spawned as {type} at {at:point}"):
+class Spawned(
+    Event,
+    kind="spawned",
+    subject=("entity",),
+    text="spawned as {type} at {at:point}",
+    changes=Part.ENTITIES,
+    sets={"present": True},
+):
     """A robot or an item was spawned."""
 
     entity: _Entity
@@ -20,13 +28,15 @@ class Spawned(Event, kind="spawned", subject=("entity",), text="spawned as {type
     at: Position
 
 
-class Deleted(Event, kind="deleted", subject=("entity",), text="deleted"):
+class Deleted(
+    Event, kind="deleted", subject=("entity",), text="deleted", changes=Part.ENTITIES, sets={"present": False}
+):
     """A robot or an item was deleted."""
 
     entity: _Entity
 
 
-class Teleported(Event, kind="teleported", subject=("entity",), text="teleported to {at:point}"):
+class Teleported(Event, kind="teleported", subject=("entity",), text="teleported to {at:point}", changes=Part.ENTITIES):
     """A robot or an item was put elsewhere at once."""
 
     entity: _Entity

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Final
 from pydantic import Field
 
 from hmrsim.events._event import Event, EventGroup
+from hmrsim.events._parts import Part
 
 _SUBJECT: Final = ("robot", "door", "lane")
 
@@ -31,12 +32,25 @@ class FaultEvent(Event, rest="settings"):
 
 
 class FaultBegan(
-    FaultEvent, kind="fault_began", severity="warning", subject=_SUBJECT, text="has the fault {name} ({fault})"
+    FaultEvent,
+    kind="fault_began",
+    severity="warning",
+    subject=_SUBJECT,
+    text="has the fault {name} ({fault})",
+    changes=Part.FAULTS,
+    sets={"active": True},
 ):
     """A fault begins."""
 
 
-class FaultEnded(FaultEvent, kind="fault_ended", subject=_SUBJECT, text="no longer has the fault {name} ({fault})"):
+class FaultEnded(
+    FaultEvent,
+    kind="fault_ended",
+    subject=_SUBJECT,
+    text="no longer has the fault {name} ({fault})",
+    changes=Part.FAULTS,
+    sets={"active": False},
+):
     """A fault ends."""
 
 

@@ -9,9 +9,10 @@ from pydantic import Field
 
 from hmrsim.events._event import Event, EventGroup
 from hmrsim.events._fields import ActionName, GoalId, RobotName, Whole
+from hmrsim.events._parts import Part
 
 
-class GoalAccepted(Event, kind="goal", text="{action} accepted[: {goal:goal}]", traced=False):
+class GoalAccepted(Event, kind="goal", text="{action} accepted[: {goal:goal}]", traced=False, changes=Part.GOALS):
     """A goal is about to be accepted: what it asks for."""
 
     robot: RobotName
@@ -29,6 +30,7 @@ class GoalStatusChanged(
     severity="[{status=6}error|{status=5}warning|{status=4}info|debug]",
     text="{action} [{status=1}ACCEPTED|{status=2}EXECUTING|{status=3}CANCELING|{status=4}SUCCEEDED|{status=5}CANCELED|"
     "{status=6}ABORTED|status {status}][{status=6}: {result:error}]",
+    changes=Part.GOALS,
 ):
     """A goal has another status."""
 

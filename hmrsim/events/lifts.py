@@ -7,6 +7,7 @@ from typing import Annotated, Final
 from pydantic import Field
 
 from hmrsim.events._event import Event, EventGroup
+from hmrsim.events._parts import Part
 
 _LiftName = Annotated[str, Field(description="The lift's name.")]
 _Stop = Annotated[str, Field(description="The stop, by the name of its waypoint.")]
@@ -27,6 +28,8 @@ class LiftDeparted(
     severity="debug",
     subject=("lift",),
     text="leaves {from} for {to}[ with {robots:and}]",
+    changes=Part.LIFT,
+    sets={"moves": True},
 ):
     """A lift leaves a stop."""
 
@@ -37,7 +40,13 @@ class LiftDeparted(
 
 
 class LiftArrived(
-    Event, kind="lift_arrived", severity="debug", subject=("lift",), text="arrives at {stop}[ with {robots:and}]"
+    Event,
+    kind="lift_arrived",
+    severity="debug",
+    subject=("lift",),
+    text="arrives at {stop}[ with {robots:and}]",
+    changes=Part.LIFT,
+    sets={"moves": False},
 ):
     """A lift arrives at a stop."""
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 from pydantic import Field
 
 from hmrsim.events._event import Event, EventGroup
+from hmrsim.events._parts import Part
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,14 +16,28 @@ _Participant = Annotated[str, Field(description="The participant's name.")]
 _Why = Annotated[str, Field(description="Why, if not of its own accord.")]
 
 
-class ParticipantJoined(Event, kind="participant_joined", subject=("participant",), text="joins lockstep"):
+class ParticipantJoined(
+    Event,
+    kind="participant_joined",
+    subject=("participant",),
+    text="joins lockstep",
+    changes=Part.PARTICIPANTS,
+    sets={"present": True},
+):
     """A controller takes part from now on."""
 
     participant: _Participant
     why: _Why = ""
 
 
-class ParticipantLeft(Event, kind="participant_left", subject=("participant",), text="leaves lockstep[: {why}]"):
+class ParticipantLeft(
+    Event,
+    kind="participant_left",
+    subject=("participant",),
+    text="leaves lockstep[: {why}]",
+    changes=Part.PARTICIPANTS,
+    sets={"present": False},
+):
     """A controller takes part no longer."""
 
     participant: _Participant
@@ -35,6 +50,8 @@ class ParticipantDropped(
     severity="warning",
     subject=("participant",),
     text="is dropped from lockstep[: {why}]",
+    changes=Part.PARTICIPANTS,
+    sets={"present": False},
 ):
     """A controller was dropped, as it did not answer in time."""
 

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from hmrsim.events._event import Event, EventGroup
 from hmrsim.events._fields import RobotName, Whole
+from hmrsim.events._parts import Part
 
 
 class PlanRequested(
@@ -25,6 +26,7 @@ class PlannerChanged(
     severity="[{present=false}warning|info]",
     subject=(),
     text="[{present=true}an external planner is available|no external planner is available]",
+    changes=Part.PLANNER,
 ):
     """An external planner has come, or the last one has gone."""
 

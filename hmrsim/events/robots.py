@@ -9,6 +9,7 @@ from pydantic import Field
 
 from hmrsim.events._event import Event, EventGroup
 from hmrsim.events._fields import LaneName, Number, Position, RobotName, Whole
+from hmrsim.events._parts import Part
 
 _Pose = tuple[Number, Number, Number]
 
@@ -19,6 +20,7 @@ class MotionBegan(
     severity="debug",
     text="[{ride=true}rides to {to:point}|turns by {turned} rad|drives to {to:point}]",
     traced=False,
+    changes=Part.MOTION,
 ):
     """A robot begins to drive a lane or another straight piece of way, to turn in place, or to ride in a lift."""
 
@@ -42,7 +44,9 @@ class MotionBegan(
     ] = None
 
 
-class RouteTaken(Event, kind="route", severity="debug", text="takes a route[ to {points:end}]", traced=False):
+class RouteTaken(
+    Event, kind="route", severity="debug", text="takes a route[ to {points:end}]", traced=False, changes=Part.ROUTE
+):
     """A robot sets out on a route."""
 
     robot: RobotName
@@ -51,7 +55,7 @@ class RouteTaken(Event, kind="route", severity="debug", text="takes a route[ to 
     ]
 
 
-class Stopped(Event, kind="stopped", severity="debug", text="stops at {at:point}"):
+class Stopped(Event, kind="stopped", severity="debug", text="stops at {at:point}", changes=Part.POSE):
     """A robot stops before the end of its route."""
 
     robot: RobotName
@@ -63,6 +67,7 @@ class ScriptEnded(
     kind="script_ended",
     severity="[{state=failed}error|info]",
     text="[{state=failed}fails its script: {error}|finishes its script ({done} of {orders} orders)]",
+    changes=Part.SCRIPT,
 ):
     """A robot has carried out its script, or can't."""
 

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from hmrsim.events._event import Event, EventGroup
 from hmrsim.events._fields import Whole
+from hmrsim.events._parts import Part
 
 
 class SimulationStateChanged(
@@ -15,6 +16,7 @@ class SimulationStateChanged(
     kind="simulation_state",
     subject=(),
     text="the simulation is [{state=0}stopped|{state=1}playing|{state=2}paused|in state {state}]",
+    changes=Part.STATE,
 ):
     """The simulation was paused, stopped, or goes on."""
 
@@ -23,13 +25,13 @@ class SimulationStateChanged(
     ]
 
 
-class SimulationReset(Event, kind="reset", subject=(), text="the simulation was reset"):
+class SimulationReset(Event, kind="reset", subject=(), text="the simulation was reset", changes=Part.SCENE):
     """The simulation was reset."""
 
     scope: Annotated[Whole, Field(description="The sum of 1 time, 2 state, 4 spawned; 255 for all.")]
 
 
-class WorldLoaded(Event, kind="world_loaded", subject=(), text="the world {name} was loaded"):
+class WorldLoaded(Event, kind="world_loaded", subject=(), text="the world {name} was loaded", changes=Part.WORLD):
     """Another world was loaded."""
 
     name: Annotated[str, Field(description="The world's name.")]

@@ -8,9 +8,17 @@ from pydantic import Field
 
 from hmrsim.events._event import Event, EventGroup
 from hmrsim.events._fields import LaneName, Number, Position, RobotName, RobotNames
+from hmrsim.events._parts import Part
 
 
-class Waiting(Event, kind="waiting", severity="warning", text="waits[: {why}| for {for:and}| for its turn]"):
+class Waiting(
+    Event,
+    kind="waiting",
+    severity="warning",
+    text="waits[: {why}| for {for:and}| for its turn]",
+    changes=Part.WAITING,
+    sets={"waits": True},
+):
     """A robot waits on its way: for other robots, or for something else."""
 
     robot: RobotName
@@ -22,7 +30,14 @@ class Waiting(Event, kind="waiting", severity="warning", text="waits[: {why}| fo
     ] = None
 
 
-class WentOn(Event, kind="went_on", severity="debug", text="continues after waiting {waited} s"):
+class WentOn(
+    Event,
+    kind="went_on",
+    severity="debug",
+    text="continues after waiting {waited} s",
+    changes=Part.WAITING,
+    sets={"waits": False},
+):
     """A robot that waited continues on its way."""
 
     robot: RobotName
@@ -36,7 +51,7 @@ class Rerouted(Event, kind="rerouted", text="takes another route"):
     at: Position
 
 
-class MadeRoom(Event, kind="made_room", text="moves aside for {by}"):
+class MadeRoom(Event, kind="made_room", text="moves aside for {by}", changes=Part.YIELDING):
     """A robot leaves its place so that another can pass."""
 
     robot: RobotName
@@ -45,21 +60,38 @@ class MadeRoom(Event, kind="made_room", text="moves aside for {by}"):
     to: Annotated[Position, Field(description="Where it goes.")]
 
 
-class Deadlock(Event, kind="deadlock", severity="error", subject=(), text="deadlock of {robots:and}"):
+class Deadlock(
+    Event, kind="deadlock", severity="error", subject=(), text="deadlock of {robots:and}", changes=Part.DEADLOCKS
+):
     """Robots wait for each other in a circle."""
 
     robots: RobotNames
     lanes: Annotated[tuple[LaneName, ...], Field(description="The lanes that they can't enter.")]
 
 
-class LaneClosed(Event, kind="lane_closed", severity="warning", subject=("lane",), text="is closed[: {why}]"):
+class LaneClosed(
+    Event,
+    kind="lane_closed",
+    severity="warning",
+    subject=("lane",),
+    text="is closed[: {why}]",
+    changes=Part.CLOSED_LANES,
+    sets={"closed": True},
+):
     """A lane is closed: no robot enters it; a robot that is on it may leave it."""
 
     lane: LaneName
     why: Annotated[str, Field(description="All that keeps it closed, for people.")]
 
 
-class LaneOpened(Event, kind="lane_opened", subject=("lane",), text="is open again"):
+class LaneOpened(
+    Event,
+    kind="lane_opened",
+    subject=("lane",),
+    text="is open again",
+    changes=Part.CLOSED_LANES,
+    sets={"closed": False},
+):
     """A lane is open again."""
 
     lane: LaneName

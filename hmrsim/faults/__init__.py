@@ -10,7 +10,7 @@ import inspect
 import sys
 from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, Generic, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, Protocol, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -198,6 +198,8 @@ class FaultType(Generic[S]):
         component: The component that the robot needs; None for none.
         example: Valid settings in the world of the contract tests, in plain values.
         title: What people call it; empty for its name in words.
+        changes: What it changes in a picture of the world, beside what its events say: ``ailments``, ``connected``,
+            ``sensors`` or ``speed`` of its robot, or ``jammed`` of its door; empty for nothing.
     """
 
     name: str
@@ -206,6 +208,7 @@ class FaultType(Generic[S]):
     component: str | None = None
     example: Mapping[str, Any] = field(default_factory=dict)
     title: str = ""
+    changes: Literal["", "ailments", "connected", "sensors", "speed", "jammed"] = ""
 
     def form(self) -> dict[str, Any]:
         """Return the JSON Schema of what people fill in to inject it; ``subject`` says what it is injected into."""
@@ -220,6 +223,7 @@ class FaultType(Generic[S]):
             "type": "object",
             "subject": subject,
             **({"component": self.component} if self.component else {}),
+            **({"changes": self.changes} if self.changes else {}),
             "properties": {
                 name: self._shown(name, fields[name]) for name in sorted(fields, key=_IN_GENERAL.__contains__)
             },

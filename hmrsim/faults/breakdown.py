@@ -32,4 +32,4 @@ def _begin(case: Case[Breakdown]) -> Callable[[], None]:
     return end
 
 
-FAULT = FaultType(name="breakdown", settings=Breakdown, begin=_begin, example={"robot": "wall_e"})
+FAULT = FaultType(name="breakdown", settings=Breakdown, begin=_begin, example={"robot": "wall_e"}, changes="ailments")

@@ -28,4 +28,6 @@ def _begin(case: Case[DoorJammed]) -> Callable[[], None]:
     return door.free
 
 
-FAULT = FaultType(name="door_jammed", settings=DoorJammed, begin=_begin, example={"door": "gate"}, title="Jammed")
+FAULT = FaultType(
+    name="door_jammed", settings=DoorJammed, begin=_begin, example={"door": "gate"}, title="Jammed", changes="jammed"
+)

@@ -32,5 +32,10 @@ def _begin(case: Case[MessagesLost]) -> Callable[[], None]:
 
 
 FAULT = FaultType(
-    name="messages_lost", settings=MessagesLost, begin=_begin, example={"robot": "wall_e"}, title="Connection lost"
+    name="messages_lost",
+    settings=MessagesLost,
+    begin=_begin,
+    example={"robot": "wall_e"},
+    title="Connection lost",
+    changes="connected",
 )

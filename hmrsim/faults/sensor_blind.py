@@ -38,5 +38,10 @@ def _begin(case: Case[SensorBlind]) -> Callable[[], None]:
 
 
 FAULT = FaultType(
-    name="sensor_blind", settings=SensorBlind, begin=_begin, example={"robot": "wall_e"}, title="Blind sensors"
+    name="sensor_blind",
+    settings=SensorBlind,
+    begin=_begin,
+    example={"robot": "wall_e"},
+    title="Blind sensors",
+    changes="sensors",
 )

@@ -36,5 +36,10 @@ def _begin(case: Case[Slip]) -> Callable[[], None]:
 
 
 FAULT = FaultType(
-    name="slip", settings=Slip, begin=_begin, example={"robot": "wall_e", "factor": 0.5}, title="Wheel slip"
+    name="slip",
+    settings=Slip,
+    begin=_begin,
+    example={"robot": "wall_e", "factor": 0.5},
+    title="Wheel slip",
+    changes="speed",
 )

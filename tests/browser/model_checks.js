@@ -1,6 +1,6 @@
 // What the page's model makes of what happens. Each claim throws if it does not hold; evaluated in a page (base "") or
 // in node (base: the folder of the modules), with the small world of test_model.py. Returns what was wrong, by claim.
-async ([base, VIEW]) => {
+async ([base, VIEW, prefix = '']) => {
   const { Model } = await import(`${base}/model/model.js`);
   const { Robot } = await import(`${base}/model/robot.js`);
   const { World } = await import(`${base}/model/world.js`);
@@ -21,7 +21,7 @@ async ([base, VIEW]) => {
     stamp: stamp(t), robots, items: [{ name: 'medicine', weight: 0.2, at: [10, 10], carrier: null }],
     fixtures: [], closed_lanes: [], faults: [], ...more,
   });
-  const event = (t, kind, more = {}) => ({ stamp: stamp(t), kind, ...more });
+  const event = (t, kind, more = {}) => ({ stamp: stamp(t), kind: `${prefix}${kind}`, ...more });
   const drive = (t, from, to, more = {}) => {
     return event(t, 'motion', { robot: 'wall_e', from, to, duration: 5, lane: ['a', 'b'], ...more });
   };
@@ -231,13 +231,13 @@ async ([base, VIEW]) => {
     },
     'events are kept without motions and routes'() {
       const model = modelOf(drive(1, [0, 0, 0], [1, 0, 0]), event(2, 'rerouted', { robot: 'wall_e' }), event(3, 'new'));
-      equal([['rerouted', 2], ['new', 3]], model.events.map(({ kind, t }) => [kind, t]));
+      equal([['rerouted', 2], ['new', 3]], model.events.map(({ kind, t }) => [kind.slice(prefix.length), t]));
     },
     'events are told by the templates of the server, points by their names'() {
       const model = modelOf();
       const said = (...given) => Object.values(told(event(...given), model)).slice(0, 3);
       equal(['wall_e', 'stops at charger', 'debug'], said(1, 'stopped', { robot: 'wall_e', at: [0, 0] }));
-      equal(['', 'of tomorrow', 'info'], said(1, 'of_tomorrow'));
+      equal(['', `${prefix}of tomorrow`.replace('_', ' '), 'info'], said(1, 'of_tomorrow'));
     },
     'what happened before the first scene is in the log, and goals of it are known'() {
       const model = new Model();
@@ -245,7 +245,7 @@ async ([base, VIEW]) => {
       const old = { goal_id: 'old', robot: 'wall_e' };
       model.loadLog([status(8, 1, old), event(9, 'reset'), status(1, 1), status(2, 4), event(5, 'now')], 5);
       model.loadScene(scene(5));
-      equal(['status', 'reset', 'status', 'status'], model.events.map(({ kind }) => kind));
+      equal(['status', 'reset', 'status', 'status'], model.events.map(({ kind }) => kind.slice(prefix.length)));
       equal([['one', 4, 1, 2]], [...model.goals.values()].map(({ id, status: is, accepted, ended }) => [id, is, accepted, ended]));
     },
     'listeners are told once a flush'() {

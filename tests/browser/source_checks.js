@@ -100,6 +100,13 @@ async ([base, VIEW]) => {
       await once(model, () => model.events.length);
       equal(['after'], model.events.map(({ kind }) => kind));
     },
+    async 'a reset that comes before its kind is known leads to another scene'() {
+      const made = new Made();
+      const live = new Live(made, new Model(), new SimClock());
+      made.tell('reset', { scope: 0 }, 0);
+      await once(live, () => live.state === 'live');
+      equal(2, made.scenes().length);
+    },
     async 'the latest that is lost is asked for anew'() {
       const { made } = await begun();
       made.asked.length = 0;

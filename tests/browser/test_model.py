@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from hmrsim.events import Part
 from hmrsim.world.model import World
 from hmrsim.world_checks.resolved import shown
 
@@ -38,29 +39,51 @@ WORLD = {
 @pytest.fixture
 def evaluate(request):
     """Return the function that has a script's checks made."""
-    view = json.loads(json.dumps(shown(World.model_validate(WORLD))))
 
-    def in_node(script):
-        argument = json.dumps([str(_PAGE), view])
+    def in_node(script, view, *more):
+        argument = json.dumps([str(_PAGE), view, *more])
         program = f"console.log(JSON.stringify(await ({script.rstrip().rstrip(';')})({argument})))"
         command = ["node", "--experimental-default-type=module", "--input-type=module", "--eval", program]
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
         assert done.stdout, done.stderr
         return json.loads(done.stdout.splitlines()[-1])
 
-    def in_browser(script):
+    def in_browser(script, view, *more):
         _, url = request.getfixturevalue("viewed")("scenario1")
-        return request.getfixturevalue("open_page")(url).evaluate(script, ["", view])
+        return request.getfixturevalue("open_page")(url).evaluate(script, ["", view, *more])
 
     return in_node if shutil.which("node") else in_browser
 
 
-@pytest.mark.parametrize(("checks", "least"), [("model_checks.js", 40), ("source_checks.js", 9)])
-def test_the_model_holds_what_it_claims(evaluate, checks, least):
-    """What is told of worlds, scenes, events and recordings is what the page knows afterwards."""
-    script = (_HERE / checks).read_text("utf-8")
+@pytest.fixture
+def view():
+    """Return the `_world/view` of a small world."""
+    return json.loads(json.dumps(shown(World.model_validate(WORLD))))
 
-    checked = evaluate(script[script.index("async (") :])
+
+@pytest.mark.parametrize(("checks", "least"), [("model_checks.js", 40), ("source_checks.js", 9)])
+def test_the_model_holds_what_it_claims(evaluate, view, checks, least):
+    """What is told of worlds, scenes, events and recordings is what the page knows afterwards."""
+    checked = evaluate(_checks(checks), view)
 
     assert {} == checked["wrong"]
     assert checked["claims"] >= least
+
+
+def test_the_page_changes_its_picture_by_what_kinds_declare(evaluate, view):
+    """The same events of kinds with other names change the same: the page knows no kind."""
+    renamed = view | {"events": {f"plugin_{kind}": entry for kind, entry in view["events"].items()}}
+
+    assert {} == evaluate(_checks("model_checks.js"), renamed, "plugin_")["wrong"]
+
+
+def test_the_page_knows_each_part_that_events_change(evaluate, view):
+    """And no further one."""
+    known = evaluate("async ([base]) => [...(await import(`${base}/model/changes.js`)).CHANGES.keys()]", view)
+
+    assert sorted(Part) == sorted(known)
+
+
+def _checks(name):
+    script = (_HERE / name).read_text("utf-8")
+    return script[script.index("async (") :]

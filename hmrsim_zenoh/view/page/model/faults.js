@@ -1,4 +1,4 @@
-/** What faults do to robots and doors: nobody tells, but that they begin and end. */
+/** What faults do to robots and doors: events only say that they begin and end, forms what each changes. */
 
 /**
  * @typedef {import('./state.js').Fault} Fault
@@ -15,12 +15,11 @@
 export function strike(model, fault, begins, time) {
   const all = [...model.faults.values()].filter((each) => each.fault === fault.fault && each.name !== fault.name);
   if (begins) all.push(fault);
-  if (fault.fault === 'door_jammed') {
-    model.setDoor(fault.door, { jammed: all.some(({ door }) => door === fault.door) });
-  }
+  const { changes } = model.forms.faults[fault.fault] ?? {};
+  if (changes === 'jammed') model.setDoor(fault.door, { jammed: all.some(({ door }) => door === fault.door) });
   const robot = model.robots.get(fault.robot);
   if (!robot) return;
-  EFFECTS.get(fault.fault)?.(robot, all.filter((each) => each.robot === fault.robot), { fault, begins, time });
+  EFFECTS.get(changes)?.(robot, all.filter((each) => each.robot === fault.robot), { fault, begins, time });
 }
 
 /**
@@ -37,20 +36,20 @@ export function lockDoors(model, lane) {
   }
 }
 
-/** By kind: *all* are those that a robot has now. */
+/** By what changes: *all* are those that a robot has now. */
 const EFFECTS = new Map(Object.entries({
-  breakdown(robot, all, { fault, time }) {
+  ailments(robot, all, { fault, time }) {
     const [x, y] = robot.poseAt(time).map((each) => +each.toPrecision(6));
     robot.ail(fault.fault, all.length ? `${robot.name} has broken down at (${x}, ${y})` : null);
   },
-  messages_lost(robot, all) {
+  connected(robot, all) {
     robot.connected = all.length === 0;
   },
-  sensor_blind(robot, all) {
+  sensors(robot, all) {
     const blind = (name) => all.some(({ sensor }) => (sensor ?? name) === name);
     robot.sensors = robot.sensors.map((sensor) => ({ ...sensor, blind: blind(sensor.name) }));
   },
-  slip(robot, _all, { fault, begins }) {
+  speed(robot, _all, { fault, begins }) {
     if (robot.speed && fault.factor > 0) robot.speed *= begins ? fault.factor : 1 / fault.factor;
   },
 }));

@@ -1,17 +1,11 @@
 /** What there is and how it is now: fed with a world, a scene and events, whoever hears them; no DOM, no network. */
 
-import { CHANGES } from './happenings.js';
+import { change, isListed, partOf, restarts } from './changes.js';
 import { loadScene } from './scene.js';
 import { isSound } from './shapes.js';
 import { secondsOf } from './stamps.js';
 import { State } from './state.js';
 import { World } from './world.js';
-
-const UNTOLD = new Set(['motion', 'route']);
-/** What makes everything another one. */
-export const BEGINS_ANEW = new Set(['reset', 'world_loaded']);
-
-/** @typedef {import('./state.js').Happening} Happening */
 
 /**
  * Dispatches 'world', 'scene', 'goals', 'events', 'trees', 'robots' and 'faults', each at most once a `flush()`.
@@ -32,7 +26,7 @@ export class Model extends State {
    * @returns {boolean} Whether it was taken.
    */
   hear(key, payload) {
-    return isSound(key, payload) ? this.guard(key, () => this.#feed(key, payload)) : this.#leaveOut(key);
+    return isSound(key, payload, this.texts) ? this.guard(key, () => this.#feed(key, payload)) : this.#leaveOut(key);
   }
 
   /**
@@ -105,13 +99,13 @@ export class Model extends State {
    * @param {number} until The scene's time: what happened then comes as an event, too.
    */
   loadLog(events, until) {
-    const sound = events.filter((event) => isSound('_world/events', event));
-    const begins = sound.findLastIndex(({ kind }) => BEGINS_ANEW.has(kind));
+    const sound = events.filter((event) => isSound('_world/events', event, this.texts));
+    const begins = sound.findLastIndex((event) => restarts(event, this.texts));
     sound.forEach((event, i) => {
       event.t = secondsOf(event.stamp);
       if (i > begins && event.t >= until) return;
       this._events.push(event);
-      if (i > begins && event.kind === 'status') CHANGES.get('status')(this, event, event.t);
+      if (i > begins && partOf(event, this.texts) === 'robots.goals') change(this, event, event.t);
     });
     this.touch('events');
   }
@@ -121,15 +115,14 @@ export class Model extends State {
    * @param {Record<string, any>} event As on `_world/events`; of a kind that nobody knows it is kept, and no more.
    */
   apply(event) {
-    const kind = event?.kind;
-    if (typeof kind !== 'string') return;
+    if (typeof event?.kind !== 'string') return;
     const time = secondsOf(event.stamp);
     if (time >= this.time) {
       this.history.advance(time, this.robots);
       this.time = time;
     }
-    CHANGES.get(kind)?.(this, event, time);
-    if (UNTOLD.has(kind)) return;
+    change(this, event, time);
+    if (!isListed(event, this.texts)) return;
     event.t = time;
     this._events.push(event);
     this._touched.add('events');

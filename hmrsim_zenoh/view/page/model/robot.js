@@ -48,7 +48,7 @@ export class Robot {
     this.waitsWhy = '';
     /** @type {number|null} Since when it waits. */
     this.waitsSince = null;
-    /** @type {{dock: string, position: number}|null} The dock in whose queue it stands. */
+    /** @type {{dock: string, position: number, goal?: string}|null} The dock in whose queue it stands, and for which goal. */
     this.queue = null;
     /** @type {string|null} Who had it make room, where it stays until it may go on. */
     this.aside = null;

@@ -36,7 +36,7 @@ export function loadScene(model, scene) {
   for (const dock of model.docks.values()) {
     dock.queue.forEach((name, i) => {
       const robot = model.robots.get(name);
-      if (robot) robot.queue = { dock: dock.name, position: i + 1 };
+      if (robot) robot.queue = { dock: dock.name, position: i + 1, goal: robot.goal?.key };
     });
   }
   model.deadlocks = model.deadlocks.filter(({ robots }) => robots.every((name) => model.robots.get(name)?.waits));

@@ -1,6 +1,6 @@
 /** What comes from outside has to have the shapes that the model and whoever draws it rely on. */
 
-import { CHANGES } from './happenings.js';
+import { partOf } from './changes.js';
 
 const isNumber = Number.isFinite;
 const isName = (value) => typeof value === 'string';
@@ -27,27 +27,27 @@ const ANY = maybe({
   robot: isName, entity: isName, door: isName, lift: isName, dock: isName, participant: isName, by: isName,
   robots: isNames, for: isNames, lane: isNames,
 });
-/** What an event of a kind that changes something has besides. */
+/** What an event that changes something has besides. */
 const KNOWN = maybe({
   action: isName, goal_id: isName, status: isNumber, item: isName, name: isName, fault: isName, why: isName,
   yaw: isNumber, points: isListOf(isPoint), percentage: isNumber, position: isNumber, factor: isNumber,
 });
 const FIELDS = isLike({ stamp: isStamp, kind: isName, ...ANY });
 const MORE = isLike(KNOWN);
-/** @type {Map<string, (event: any) => boolean>} */
 const isAt = isLike(maybe({ at: isPoint }));
-const OF_KIND = new Map([
-  ...['stopped', 'teleported', 'waiting', 'placed', 'dropped', 'battery_empty', 'spawned'].map((kind) => [kind, isAt]),
-  ['motion', isLike({ ...MOVES, profile: isOptional(isProfile) })],
-  ['lift_departed', isLike(maybe({ from: isName, to: isName }))],
-  ['lift_arrived', isLike(maybe({ stop: isName }))],
-  ['goal', isLike({ robot: isName, action: isName })],
-  ['status', isLike({ robot: isName, action: isName })],
+/** What it has by the part that it changes. @type {Map<string, (event: any) => boolean>} */
+const OF_PART = new Map([
+  ...['robots.pose', 'robots.waiting', 'robots.battery', 'items.carrier', 'entities'].map((part) => [part, isAt]),
+  ['robots.motion', isLike({ ...MOVES, profile: isOptional(isProfile) })],
+  ['robots.goals', isLike({ robot: isName, action: isName })],
+  ['fixtures.lift', isLike(maybe({ from: isName, to: isName, stop: isName }))],
 ]);
 
-/** `_world/events`; of kinds that nobody knows only what any event has counts. @param {any} event */
-function isEvent(event) {
-  return FIELDS(event) && (!CHANGES.has(event.kind) || (MORE(event) && (OF_KIND.get(event.kind)?.(event) ?? true)));
+/** `_world/events`; of an event that changes nothing, only what any event has counts. */
+function isEvent(event, texts) {
+  if (!FIELDS(event)) return false;
+  const part = partOf(event, texts);
+  return part === '' || (MORE(event) && (OF_PART.get(part)?.(event) ?? true));
 }
 
 const isRobot = isLike({
@@ -70,7 +70,8 @@ const isScene = isLike({
   }),
 });
 
-const isTexts = (value) => isRecord(value) && Object.values(value).every(isLike({ text: isName, severity: isName }));
+const isText = isLike({ text: isName, severity: isName, ...maybe({ changes: isName, sets: isRecord }) });
+const isTexts = (value) => isRecord(value) && Object.values(value).every(isText);
 const isThing = isLike({ name: isName, at: isPoint });
 const isWorld = isLike({
   name: isName, units: isName,
@@ -102,13 +103,14 @@ const OF_ROBOT = new Map([
 ]);
 
 /**
- * Return whether what came on a key is like what belongs there; of other keys nobody knows.
+ * Return whether what came on a key is like what belongs there; on other keys anything is.
  * @param {string} key Below the prefix.
  * @param {any} payload
+ * @param {import('./changes.js').Texts} [texts] What kinds of events change; left out: it is not known.
  * @returns {boolean}
  */
-export function isSound(key, payload) {
+export function isSound(key, payload, texts = {}) {
   const [owner, ...topic] = key.split('/');
   const shape = owner === '_world' ? OF_WORLD.get(topic.join('/')) : OF_ROBOT.get(topic[topic.length - 1]);
-  return shape === undefined || shape(payload);
+  return shape === undefined || shape(payload, texts);
 }

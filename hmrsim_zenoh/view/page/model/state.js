@@ -14,7 +14,7 @@ const MAPS = ['items', 'doors', 'lifts', 'docks', 'closedLanes', 'faults', 'part
 /**
  * @typedef {import('./goals.js').Goal} Goal
  * @typedef {{name: string, weight: number, at: import('./motion.js').Point|null, carrier: string|null}} Item
- * @typedef {{t: number, kind: string, [field: string]: any}} Happening An event as it came, and `t`, when it happened.
+ * @typedef {{t: number, kind: string, [field: string]: any}} LoggedEvent An event as it came, and `t`, when it happened.
  * @typedef {{t: number, robots: string[], lanes: string[][]}} Deadlock
  * @typedef {{name: string, fault: string, since: number|null, robot?: string, lane?: string[], door?: string}} Fault
  */
@@ -70,7 +70,7 @@ export class State extends EventTarget {
     return this.goalList.all;
   }
 
-  /** @returns {Happening[]} The last 5,000 or more, without motions and routes; oldest first. */
+  /** @returns {LoggedEvent[]} The last 5,000 or more, without motions and routes; oldest first. */
   get events() {
     return this._events.items;
   }
@@ -117,7 +117,7 @@ export class State extends EventTarget {
     this.touch('scene', 'robots', 'goals', 'events', 'trees', 'faults');
   }
 
-  // --- changes, for happenings.js -------------------------------------------------------------------------------
+  // --- changes, for changes.js ----------------------------------------------------------------------------------
 
   /** @param {...string} what */
   touch(...what) {

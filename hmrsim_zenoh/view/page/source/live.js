@@ -1,6 +1,6 @@
 // Keeps a Model in step with a simulator: first its scene, then what happens, each thing at its own time.
 
-import { BEGINS_ANEW } from '../model/model.js';
+import { partOf, restarts } from '../model/changes.js';
 import { secondsOf } from '../model/stamps.js';
 import { complain, sound } from './answers.js';
 
@@ -16,9 +16,6 @@ const RETRY = 1000; // ms
 const BETWEEN = 750; // ms from one scene to the next that is asked for as something has come, gone or been moved
 const HIDDEN = 250; // ms between looks while nobody sees the page
 const MOST_WAITING = 20000; // events: whoever was away for so long need not see each at its time
-
-/** What makes the scene another one, beyond what the event says. */
-const CHANGES_SCENE = new Set(['teleported', 'spawned', 'deleted']);
 
 /**
  * The live source of a model.
@@ -126,7 +123,7 @@ export class Live extends EventTarget {
 
   #hear(event) {
     const at = secondsOf(event.stamp);
-    if (BEGINS_ANEW.has(event.kind)) {
+    if (restarts(event, this.#model.texts)) {
       // What was before is over, and time may go back.
       this.#play(Infinity);
       if (!this.#buffering) this.#model.hear('_world/events', event);
@@ -138,8 +135,10 @@ export class Live extends EventTarget {
     // Whoever is ahead of the others keeps nobody waiting.
     for (let i = this.#queue.length - 1; i >= 0 && this.#queue[i].at > at; i -= 1) this.#queue[i].at = at;
     this.#queue.push({ at, event });
-    if (CHANGES_SCENE.has(event.kind)) this.#resyncSoon();
-    if (event.kind === 'simulation_state') void this.#getTime().catch(() => {});
+    const part = partOf(event, this.#model.texts);
+    // What has come, gone or been moved is not told whole.
+    if (part === 'entities') this.#resyncSoon();
+    if (part === 'simulation_state') void this.#getTime().catch(() => {});
     this.#schedule();
   }
 
@@ -216,7 +215,10 @@ export class Live extends EventTarget {
   #take({ view, info, log, scene }) {
     const at = secondsOf(scene.stamp);
     if (view) {
-      if (!this.#model.hear('_world/view', view)) return false;
+      // One that came before anything was known of kinds: the scene may be of before it.
+      const stale = this.#queue.some(({ event }) => event && restarts(event, view.events ?? {}));
+      if (stale) this.#queue = [];
+      if (stale || !this.#model.hear('_world/view', view)) return false;
       this.#model.hear('_world/info', info);
       this.#model.loadLog(log, at);
       this.#clock.reset(at);

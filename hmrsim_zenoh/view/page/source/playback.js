@@ -1,6 +1,7 @@
 /** Playing a recording: the model is as it was at a time, forwards and backwards. */
 
 import { ABORTED } from '../model/goals.js';
+import { partOf } from '../model/changes.js';
 import { Model } from '../model/model.js';
 import { isSound } from '../model/shapes.js';
 import { secondsOf } from '../model/stamps.js';
@@ -35,7 +36,7 @@ export class Playback extends EventTarget {
    */
   constructor(recording, model, clock) {
     super();
-    this._samples = recording.samples.filter(([, key, payload]) => isSound(key, payload));
+    this._samples = soundOf(recording.samples);
     this._times = timesOf(this._samples);
     this._model = model;
     model.unreadable += recording.samples.length - this._samples.length;
@@ -237,7 +238,23 @@ function timesOf(samples) {
   return times;
 }
 
-const MARKED = new Map([['fault_began', 'fault'], ['deadlock', 'deadlock'], ['reset', 'reset']]);
+/** Return the samples that can be read. */
+function soundOf(samples) {
+  let texts = {};
+  return samples.filter(([, key, payload]) => {
+    const sound = isSound(key, payload, texts);
+    if (sound && key === '_world/view') texts = payload.events ?? {};
+    return sound;
+  });
+}
+
+/** Return what an event is marked as, by the part that it changes; or undefined. */
+const MARKED = new Map(Object.entries({
+  'robots.goals': ({ status }) => (status === ABORTED ? 'aborted' : undefined),
+  faults: (_event, sets) => (sets?.active ? 'fault' : undefined),
+  deadlocks: () => 'deadlock',
+  scene: () => 'reset',
+}));
 
 function marksOf(samples, times) {
   const marks = [];
@@ -245,7 +262,7 @@ function marksOf(samples, times) {
   samples.forEach(([, key, event], i) => {
     if (key === '_world/view') Object.assign(model, { texts: event.events ?? {}, world: new World(event.world) });
     if (key !== '_world/events') return;
-    const kind = event.kind === 'status' && event.status === ABORTED ? 'aborted' : MARKED.get(event.kind);
+    const kind = MARKED.get(partOf(event, model.texts))?.(event, model.texts[event.kind].sets);
     if (!kind) return;
     const { subject, text } = told(event, model);
     marks.push({ t: times[i], kind, text: `${subject} ${text}`.trim() });

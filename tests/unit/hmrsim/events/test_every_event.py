@@ -94,7 +94,9 @@ def test_the_tables_in_the_docs_are_in_step():
 def test_flaws_are_found(monkeypatch):
     """An event in no group, a field without description, a text of what is no field: each is named."""
 
-    class Bad(Event, kind="bad", severity="dreadful", text="{nothing} {robot:loud}"):
+    class Bad(
+        Event, kind="bad", severity="dreadful", text="{nothing} {robot:loud}", changes="mood", sets={"robot": "happy"}
+    ):
         robot: str
 
     monkeypatch.setattr(flaws, "registry", lambda: {"bad": Bad})
@@ -108,5 +110,7 @@ def test_flaws_are_found(monkeypatch):
         "is shown with 'nothing', which is no field of it",
         "is shown with a format 'loud', which there is not",
         "has the severity 'dreadful', which there is not",
+        "changes 'mood', which is no part of a picture",
+        "sets 'robot', which is a field of it",
     ] == [line.rpartition("Bad: ")[2] for line in found]
     assert [f"{__name__}: Bad is not in EVENTS"] == [*events.flaws()]

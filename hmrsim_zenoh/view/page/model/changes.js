@@ -1,0 +1,212 @@
+/** What events change in a model, by the part of the picture that their kind declares in `_world/view`. */
+
+import { rideSeconds } from './fixtures.js';
+import { ACCEPTED, errorOf, isActive } from './goals.js';
+import { Motion } from './motion.js';
+
+/**
+ * @typedef {import('./model.js').Model} Model
+ * @typedef {Record<string, any>} Event Its fields, with what its kind `sets`.
+ * @typedef {(model: Model, event: Event, time: number) => void} Change
+ * @typedef {Record<string, {changes?: string, sets?: object}>} Texts The `events` of `_world/view`.
+ */
+
+const STATE_SCOPE = 2;
+/** What is drawn and not listed: there is one for each lane. */
+const UNLISTED = new Set(['robots.motion', 'robots.route']);
+/** What makes everything another one. */
+const RESTARTS = new Set(['scene', 'world']);
+
+/** Return the part of the picture that an event changes, or "". @param {Event} event @param {Texts} texts */
+export function partOf(event, texts) {
+  return (Object.hasOwn(texts, event.kind) && texts[event.kind].changes) || '';
+}
+
+/** Return whether an event is listed, in the log of events. @param {Event} event @param {Texts} texts */
+export function isListed(event, texts) {
+  return !UNLISTED.has(partOf(event, texts));
+}
+
+/** Return whether an event makes everything another one: a reset, another world. @param {Event} event @param {Texts} texts */
+export function restarts(event, texts) {
+  return RESTARTS.has(partOf(event, texts));
+}
+
+/** Have an event change a model. @param {Model} model @param {Event} event @param {number} time */
+export function change(model, event, time) {
+  const then = CHANGES.get(partOf(event, model.texts));
+  if (!then) return;
+  const { sets } = model.texts[event.kind];
+  then(model, sets ? { ...event, ...sets } : event, time);
+}
+
+/** @type {Map<string, Change>} By `Part` of hmrsim/events/_parts.py. */
+export const CHANGES = new Map(
+  Object.entries({
+    'robots.motion'(model, event, time) {
+      const robot = model.robots.get(event.robot) ?? model.addRobot(event.robot);
+      if (robot === null || !event.to) return;
+      if (robot.queue !== null) leaveQueue(model, robot);
+      if (model.deadlocks.length) model.untie(robot.name);
+      robot.begin(new Motion(event, time));
+      model.touch('robots');
+    },
+    'robots.route': ofRobot((model, robot, { points }) => {
+      if (Array.isArray(points)) robot.take(points, (a, b) => model.world.rides(a, b));
+    }),
+    'robots.pose': ofRobot((model, robot, { at }, time) => {
+      model.untie(robot.name);
+      robot.stop(time, at);
+    }),
+    'robots.waiting': ofRobot((model, robot, event, time) => {
+      if (event.waits) {
+        robot.wait(time, event.for ?? [], event.why ?? '', event.at);
+      } else {
+        model.untie(robot.name);
+        robot.goOn();
+      }
+    }),
+    'robots.yielding': ofRobot((_model, robot, { by = '' }) => robot.makeRoom(by)),
+    'robots.goals': changeGoal,
+    'robots.dock': changeDock,
+    'robots.battery': ofRobot(changeBattery),
+    'robots.script': ofRobot((_model, robot, { orders = 0, done = 0, state = '', error = '' }) => {
+      robot.script = { orders, done, state, error };
+    }),
+    'items.carrier'(model, { item, carried, robot, at }) {
+      model.setItem(item, carried ? { carrier: robot } : { at, carrier: null });
+    },
+    entities(model, event, time) {
+      if (event.present === false) model.remove(event.entity);
+      else if (event.present) addEntity(model, event, time);
+      else moveEntity(model, event, time);
+    },
+    'fixtures.door'(model, { door, state, locked }) {
+      model.setDoor(door, locked === undefined ? { state } : { state, locked });
+    },
+    'fixtures.lift'(model, { lift: name, moves, stop, from, to, robots: carries = [] }, time) {
+      model.setLift(name, (lift) => {
+        if (!moves) return { stop, to: null, departed: null, arrives: null, carries };
+        return { stop: from, to, departed: time, arrives: time + rideSeconds(lift, from, to), carries };
+      });
+    },
+    closed_lanes(model, { lane, closed, why = 'closed' }) {
+      model.closeLane(lane, closed ? why : null);
+    },
+    deadlocks(model, { robots = [], lanes = [] }, time) {
+      model.deadlocks = [...model.deadlocks, { t: time, robots, lanes }];
+      model.touch('robots');
+    },
+    faults(model, { kind: _, t: __, stamp: ___, active, ...fault }, time) {
+      const known = active ? fault : model.faults.get(fault.name);
+      if (!known?.name) return;
+      if (active) model.faults.set(known.name, { ...known, since: time });
+      else model.faults.delete(known.name);
+      model.hit(known, active, time);
+    },
+    participants(model, { participant, present }, time) {
+      if (present) model.participants.set(participant, time);
+      else model.participants.delete(participant);
+    },
+    planner_present(model, { present }) {
+      model.plannerPresent = present === true;
+    },
+    simulation_state(model, { state = null }) {
+      model.simulationState = state;
+    },
+    // The source gets the scene anew, as not all that changes is in the event.
+    scene(model, { scope }, time) {
+      if ((scope || 255) & STATE_SCOPE) model.beginAnew(time);
+      if (time < model.time) model.beginTime(time);
+    },
+    world(model, _event, time) {
+      if (time < model.time) model.beginTime(time);
+      model.leaveWorld();
+    },
+  }),
+);
+
+/** Return a change of the event's robot; none if it is not known. @returns {Change} */
+function ofRobot(then) {
+  return (model, event, time) => {
+    const robot = model.robots.get(event.robot);
+    if (!robot) return;
+    then(model, robot, event, time);
+    model.touch('robots');
+  };
+}
+
+/** Know what a goal asks for, or its status. */
+function changeGoal(model, { robot: name, action, goal_id: id, goal, status, result = null }, time) {
+  if (!id) return;
+  if (status === undefined) {
+    model.setGoal(name, action, id, { goal: goal ?? null });
+    return;
+  }
+  const known = model.goalList.find(name, action, id);
+  const more = { status };
+  if (status === ACCEPTED || !known) more.accepted = time;
+  if (!isActive(status)) {
+    const [errorCode, errorMsg] = errorOf(result);
+    Object.assign(more, { ended: time, result, errorCode, errorMsg });
+    const robot = model.robots.get(name);
+    if (robot?.queue && robot.queue.goal === known?.key) leaveQueue(model, robot);
+  }
+  model.setGoal(name, action, id, more);
+}
+
+function changeDock(model, { robot: name, dock, state, position = 1 }) {
+  const robot = model.robots.get(name);
+  const list = state === 'queued' ? 'queue' : 'docked';
+  if (robot) {
+    if (robot.queue !== null && state !== 'away') leaveQueue(model, robot);
+    if (state === 'queued') robot.queue = { dock, position, goal: robot.goal?.key };
+    else robot.dock = state === 'docked' ? dock : null;
+  }
+  model.setDock(dock, (known) => {
+    const others = without(known[list], name);
+    return { [list]: state === 'away' ? others : [...others, name] };
+  });
+}
+
+function changeBattery(model, robot, event, time) {
+  const { level, disables, enables, at, percentage = robot.battery?.percentage ?? 0 } = event;
+  if (level !== undefined) robot.batteryLevel = level;
+  if (disables) robot.ail(disables, `battery ${level} at ${spot(at)}`);
+  if (enables) robot.ail(enables, null);
+  model.setCharge(robot, time, percentage, event.charging ?? robot.battery?.charging ?? false);
+}
+
+function addEntity(model, { entity, type, at = [0, 0], yaw = 0 }, time) {
+  if (type === 'item') model.setItem(entity, { at: [at[0], at[1]], carrier: null });
+  else model.addRobot(entity, type)?.put(time, at[0], at[1], yaw);
+}
+
+function moveEntity(model, { entity, at, yaw = 0 }, time) {
+  if (!at) return;
+  const robot = model.robots.get(entity);
+  if (robot) {
+    model.untie(robot.name);
+    robot.put(time, at[0], at[1], yaw);
+  } else if (model.items.has(entity)) {
+    model.setItem(entity, { at, carrier: null });
+  }
+  model.touch('robots');
+}
+
+/** Have a robot stand in no queue any more: it was let in, or its goal has ended. */
+function leaveQueue(model, robot) {
+  const { dock } = robot.queue;
+  robot.queue = null;
+  model.setDock(dock, ({ queue }) => ({ queue: without(queue, robot.name) }));
+}
+
+function without(names, name) {
+  return names.filter((each) => each !== name);
+}
+
+/** Return a point as the simulator writes it in reasons. */
+function spot(at) {
+  const [x, y] = (at ?? [NaN, NaN]).map((each) => +each.toPrecision(6));
+  return `(${x}, ${y})`;
+}
