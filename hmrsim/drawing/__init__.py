@@ -8,6 +8,6 @@ from __future__ import annotations
 from hmrsim.drawing.drawing import Drawing
 from hmrsim.drawing.frame import extent
 from hmrsim.drawing.overlay import Overlay, Weak
-from hmrsim.drawing.palette import PALETTE, THEMES, type_colours
+from hmrsim.drawing.palette import PALETTE, THEMES, type_looks
 
-__all__ = ["PALETTE", "THEMES", "Drawing", "Overlay", "Weak", "extent", "type_colours"]
+__all__ = ["PALETTE", "THEMES", "Drawing", "Overlay", "Weak", "extent", "type_looks"]

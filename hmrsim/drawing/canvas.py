@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.drawing.palette import type_colours
+from hmrsim.drawing.palette import type_looks
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -23,7 +23,7 @@ class Canvas:
     Attributes:
         world: The world.
         colours: Of the theme, by what they are for.
-        types: The colour of each type of robot.
+        types: The look of each type of robot.
         frame: Where the world's points are.
         width: Of the picture, in pixels.
         details: Whether speed limits and capacities are written beside lanes.
@@ -33,7 +33,7 @@ class Canvas:
     def __init__(self, world: World, colours: Mapping[str, str], frame: Frame, *, width: float, details: bool) -> None:
         self.world = world
         self.colours = colours
-        self.types = type_colours(world)
+        self.types = type_looks(world)
         self.frame = frame
         self.width = width
         self.details = details
@@ -48,4 +48,5 @@ class Canvas:
     def robot_radius(self, name: str) -> float:
         """Return how large a robot is drawn: as large as it is, but not too small to be seen."""
         radius = self.world.robot_type(self.world.robots[name]).base.radius or 0.0
-        return max(self.mark, radius * self.frame.scale)
+        # A body does not fill its circle.
+        return max(1.2 * self.mark, radius * self.frame.scale)

@@ -79,8 +79,9 @@ def _entries(drawing: Canvas) -> Iterator[tuple[str, str]]:
     """Return mark and meaning of each kind in the map; marks are around (9, 0)."""
     world, colours, at = drawing.world, drawing.colours, (9.0, 0.0)
     types = list(drawing.types.items())
-    for name, colour in types[:_MAX_TYPES]:
-        yield marks.robot(at, 7.0, 0.0, colour, colours), shortened(name)
+    flying = {robot.type for robot in world.robots.values() if world.robot_type(robot).base.flies}
+    for name, look in types[:_MAX_TYPES]:
+        yield marks.robot(at, 8.0, 0.0, look, colours, flies=name in flying), shortened(name)
     if len(types) > _MAX_TYPES:
         yield "", f"and {len(types) - _MAX_TYPES} more types"
     if world.items:

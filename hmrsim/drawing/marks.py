@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from hmrsim.drawing.svg import Attributes, element, path
+from hmrsim.drawing.palette import BODIES
+from hmrsim.drawing.svg import Attributes, element, number, path
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from hmrsim.drawing.palette import Look
     from hmrsim.geometry import Point
 
 
@@ -80,22 +82,34 @@ def item(at: Point, size: float, colours: Mapping[str, str], *content: str) -> s
 
 
 def robot(
-    at: Point, radius: float, yaw: float, colour: str, colours: Mapping[str, str], *content: str, flies: bool = False
+    at: Point, radius: float, yaw: float, look: Look, colours: Mapping[str, str], *content: str, flies: bool = False
 ) -> str:
-    """Return a disc with a wedge that points ahead; *yaw* is clockwise, as pictures are.
+    """Return the body of a robot, as the page draws it; *yaw* is clockwise, as pictures are."""
+    width = max(0.6, radius * 0.1) / radius
+    body = _flying(look, colours, width) if flies else _driving(look, colours, width)
+    place = f"translate({number(at[0])} {number(at[1])})rotate({number(math.degrees(yaw))})scale({number(radius)})"
+    return element("g", *content, body, transform=place)
 
-    Who flies has a ring around it.
-    """
-    x, y = at
-    look: Attributes = {"stroke": colours["robot_outline"], "stroke_width": max(0.6, radius * 0.14)}
-    disc = element("circle", cx=x, cy=y, r=radius, fill=colour, **look)
-    wedge = [
-        (x + radius * reach * math.cos(yaw + angle), y + radius * reach * math.sin(yaw + angle))
-        for reach, angle in ((0.85, 0.0), (0.6, 2.4), (0.25, math.pi), (0.6, -2.4))
-    ]
-    ring = element("circle", cx=x, cy=y, r=radius * 1.4, fill="none", stroke_dasharray="2 2", **look) if flies else ""
-    nose = element("path", d=path(wedge, closed=True), fill=colours["robot_outline"])
-    return element("g", *content, ring, disc, nose)
+
+def _driving(look: Look, colours: Mapping[str, str], width: float) -> str:
+    ink = colours["robot_outline"]
+    shape = element("path", d=look.shape, fill=look.colour, stroke=ink, stroke_width=width)
+    return shape + element("path", d=BODIES["nose"], fill=ink)
+
+
+def _flying(look: Look, colours: Mapping[str, str], width: float) -> str:
+    """Return a small body between four rotors."""
+    ink, rotors = colours["robot_outline"], BODIES["rotors"]
+    corners = [(x, y) for x in (-rotors["at"], rotors["at"]) for y in (-rotors["at"], rotors["at"])]
+    arms = "".join(path(((0.0, 0.0), corner)) for corner in corners)
+    rotor: Attributes = {"r": rotors["radius"], "fill": look.colour, "fill_opacity": 0.55, "stroke": ink}
+    return "".join(
+        (
+            element("path", d=arms, fill="none", stroke=ink, stroke_width=max(0.13, width)),
+            *(element("circle", cx=x, cy=y, stroke_width=width, **rotor) for x, y in corners),
+            element("g", _driving(look, colours, width / rotors["body"]), transform=f"scale({rotors['body']})"),
+        )
+    )
 
 
 def chevron(a: Point, b: Point, size: float) -> str:

@@ -1,10 +1,10 @@
-"""The colours of pictures, page and report, which are in one file that all of them read."""
+"""The colours and shapes of pictures, page and report, which are in one file that all of them read."""
 
 from __future__ import annotations
 
 import json
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.world_checks.resolved import type_order
 
@@ -17,8 +17,28 @@ PALETTE: Final[dict[str, Any]] = json.loads(files("hmrsim.drawing").joinpath("pa
 THEMES: Final = ("light", "dark")
 
 
-def type_colours(world: World) -> dict[str, str]:
-    """Return the colour of each type of robot that the world has robots of, in the order of its robots."""
+BODIES: Final[dict[str, Any]] = PALETTE["bodies"]
+"""Shapes of robots, as paths of SVG in the unit circle, which look along +x."""
+
+
+class Look(NamedTuple):
+    """How robots of a type look.
+
+    Attributes:
+        colour: Of their bodies.
+        shape: Likewise, one of `BODIES`.
+    """
+
+    colour: str
+    shape: str
+
+
+def type_looks(world: World) -> dict[str, Look]:
+    """Return the look of each type of robot that the world has robots of, in the order of its robots."""
     used = {robot.type for robot in world.robots.values()}
-    colours = PALETTE["types"]
-    return {name: colours[number % len(colours)] for number, name in enumerate(type_order(world)) if name in used}
+    colours, shapes = PALETTE["types"], BODIES["types"]
+    return {
+        name: Look(colours[number % len(colours)], shapes[number % len(shapes)])
+        for number, name in enumerate(type_order(world))
+        if name in used
+    }

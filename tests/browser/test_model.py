@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from hmrsim.drawing import PALETTE, type_looks
 from hmrsim.events import Part
 from hmrsim.world.model import World
 from hmrsim.world_checks.resolved import shown
@@ -82,6 +83,25 @@ def test_the_page_knows_each_part_that_events_change(evaluate, view):
     known = evaluate("async ([base]) => [...(await import(`${base}/model/changes.js`)).CHANGES.keys()]", view)
 
     assert sorted(Part) == sorted(known)
+
+
+_LOOKS = """async ([base, view, palette]) => {
+  globalThis.Path2D = class { constructor(data) { this.data = data; } };
+  const { lookOf } = await import(`${base}/map/bodies.js`);
+  const { World } = await import(`${base}/model/world.js`);
+  const world = new World(view.world);
+  return [...world.types.keys()].map((name) => [name, lookOf(world.typeIndex(name), palette)])
+    .map(([name, { colour, shape }]) => [name, [colour, shape.data]]);
+}"""
+
+
+def test_robots_look_as_in_other_pictures(evaluate, view):
+    """Each type has the colour and the shape that pictures of the world and reports have."""
+    looks = dict(evaluate(_LOOKS, view, PALETTE))
+
+    drawn = {name: [*look] for name, look in type_looks(World.model_validate(WORLD)).items()}
+    assert {name: looks[name] for name in drawn} == drawn
+    assert 2 == len(drawn)
 
 
 def _checks(name):

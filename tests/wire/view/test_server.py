@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from hmrsim.drawing import PALETTE
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.errors import BadOptions, PortTaken
 from hmrsim_zenoh.view.recorded import Recorded
@@ -104,8 +105,8 @@ def test_a_simulator_is_described(server):
 
 
 def test_the_palette_is_served(server):
-    """The page draws in the colours of the other pictures."""
-    assert {"light", "dark"} <= json.loads(fetched(server.url, "/palette.json")[2]).keys()
+    """The page draws in the colours and shapes of the other pictures."""
+    assert PALETTE == json.loads(fetched(server.url, "/palette.json")[2])
 
 
 def test_scripts_are_served_as_scripts(server):

@@ -20,7 +20,7 @@ export class RobotLayer {
 
   look(type, world) {
     let look = this.looks.get(type);
-    if (!look) this.looks.set(type, (look = lookOf(world.typeIndex(type), this.palette.types)));
+    if (!look) this.looks.set(type, (look = lookOf(world.typeIndex(type), this.palette)));
     return look;
   }
 

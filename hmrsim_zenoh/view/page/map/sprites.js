@@ -1,6 +1,6 @@
 /** Pictures that are drawn once and copied often: bodies, badges, batteries and names. */
 
-import { drawBody, drawDot } from './bodies.js';
+import { drawBody, drawSmall } from './bodies.js';
 import { STATES } from '../model/robot.js';
 import { STATE_GLYPHS, drawBadge, faint, inkOn, mixed } from './glyphs.js';
 
@@ -82,7 +82,7 @@ export class Sprites {
       if (radius < HEAD) {
         c.scale(radius, radius);
         const calm = state === 'idle' || state === 'driving' || state === 'busy';
-        drawDot(c, look, calm ? colours.robot_outline : ring, (calm ? 0.8 : 2) / radius);
+        drawSmall(c, look, calm ? colours.robot_outline : ring, (calm ? 0.8 : 2) / radius);
         return;
       }
       c.beginPath();

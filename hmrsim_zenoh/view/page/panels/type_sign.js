@@ -22,7 +22,7 @@ export class TypeSign {
     const c = this.element.getContext('2d');
     c.setTransform(SIZE * 0.92, 0, 0, SIZE * 0.92, SIZE, SIZE);
     c.clearRect(-2, -2, 4, 4);
-    drawBody(c, lookOf(model.world.typeIndex(type), palette.types), flies, palette[theme.name].robot_outline, 0.09);
+    drawBody(c, lookOf(model.world.typeIndex(type), palette), flies, palette[theme.name].robot_outline, 0.09);
     mark(this.element, 'title', type);
   }
 }

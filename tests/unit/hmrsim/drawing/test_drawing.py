@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import re
 from time import process_time
 from xml.etree import ElementTree as ET
 
 import pytest
 
-from hmrsim.drawing import THEMES, Drawing, type_colours
+from hmrsim.drawing import PALETTE, THEMES, Drawing, type_looks
 from hmrsim.world import World
 from hmrsim.world_checks import load_world
 from tests.paths import ROOT
@@ -108,11 +107,8 @@ def test_pixels_point_down():
 def test_robots_point_ahead(units, ahead):
     """Half of a right angle's pi leads to greater y: up in metres, down in pixels."""
     eve = layer(drawn(TWO_ROOMS.model_copy(update={"units": units})), "robots")[0]
-    (disc,) = eve.iter(f"{SVG}circle")
-    tip = re.match(r"M([\d.]+) ([\d.]+)L", next(eve.iter(f"{SVG}path")).get("d"))
 
-    assert float(disc.get("cx")) == pytest.approx(float(tip[1]), abs=0.02)
-    assert (float(tip[2]) - float(disc.get("cy"))) * ahead > 1
+    assert f"rotate({90 * ahead})" in eve.get("transform")
 
 
 def test_things_are_where_they_are():
@@ -126,17 +122,22 @@ def test_things_are_where_they_are():
 
 
 def test_the_first_type_is_yellow():
-    """Robots have the colour of their type; that of the first robot is yellow."""
-    assert {"carrier": "#f5c400", "drone": "#4cbefc"} == type_colours(TWO_ROOMS)
-    fills = [next(robot.iter(f"{SVG}circle")).get("fill") for robot in layer(drawn(TWO_ROOMS, legend=False), "robots")]
-    assert fills == ["#f5c400", "none"]
+    """Robots have the colour and the shape of their type; the first robot is a yellow cart."""
+    shapes = PALETTE["bodies"]["types"]
+    looks = {"carrier": ("#f5c400", shapes[0]), "drone": ("#4cbefc", shapes[1])}
+    assert looks == type_looks(TWO_ROOMS)
+    bodies = [
+        [(part.get("fill"), part.get("d")) for part in robot.iter(f"{SVG}path")]
+        for robot in layer(drawn(TWO_ROOMS, legend=False), "robots")
+    ]
+    assert [look in drawn_as for look, drawn_as in zip(looks.values(), bodies, strict=True)] == [True, True]
 
 
-def test_only_who_flies_has_a_ring():
-    """A robot that flies has one circle more than the others."""
+def test_only_a_robot_that_flies_has_rotors():
+    """It has four."""
     eve, drone = layer(drawn(TWO_ROOMS), "robots")
 
-    assert (1, 2) == (len(list(eve.iter(f"{SVG}circle"))), len(list(drone.iter(f"{SVG}circle"))))
+    assert (0, 4) == (len(list(eve.iter(f"{SVG}circle"))), len(list(drone.iter(f"{SVG}circle"))))
 
 
 def test_a_one_way_lane_has_an_arrow():
