@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hmrsim.events.goals import GoalStatusChanged
+from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.time import HasLeft, Joined, TimeState
 
@@ -36,6 +36,11 @@ class GoalChanged(NamedTuple):
     status: GoalStatus
     goal: Message | None = None
     result: Message | None = None
+
+    def accepted(self) -> GoalAccepted:
+        """Return the event that says what an accepted goal asks for; of its message what was set."""
+        asked = self.goal.model_dump(mode="json", exclude_unset=True) if self.goal else None
+        return GoalAccepted(self.robot, self.action, self.goal_id, asked)
 
     def event(self, *, results_from: GoalStatus = GoalStatus.SUCCEEDED) -> GoalStatusChanged:
         """Return it as an event of the world; with the result in plain values, from some terminal status on."""

@@ -58,7 +58,7 @@ _BUSY = "too many requests are waiting; try again later"
 _ENDED = "the simulation has ended"
 
 _LOG = "log"
-"""The key of the events that a trace contains. They are few where robots only drive."""
+"""The key of the events that a trace contains, and of what goals ask for. They are few where robots only drive."""
 
 _BLOCK, _DROP = zenoh.CongestionControl.BLOCK, zenoh.CongestionControl.DROP
 
@@ -236,6 +236,9 @@ class Server:
     def _emit_change(self, event: GoalChanged) -> None:
         if event.status.terminal:
             self._thinning.forget(event.goal_id)
+        if event.goal is not None and self._interest[_LOG]:
+            accepted = encoding.happened(Happened(event.stamp, event.accepted()))
+            self._put(self._key_of(self._keys.world(_LOG)), accepted, encoding.EVENT, reliable=True)
         self._put_event(event)
 
     def _emit_happening(self, event: Happened) -> None:

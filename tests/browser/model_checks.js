@@ -243,10 +243,11 @@ async ([base, VIEW, prefix = '']) => {
       const model = new Model();
       model.loadView(VIEW);
       const old = { goal_id: 'old', robot: 'wall_e' };
-      model.loadLog([status(8, 1, old), event(9, 'reset'), status(1, 1), status(2, 4), event(5, 'now')], 5);
+      const asked = event(1, 'goal', { robot: 'wall_e', action: 'navigate_to_pose', goal_id: 'one', goal: { a: 1 } });
+      model.loadLog([status(8, 1, old), event(9, 'reset'), asked, status(1, 1), status(2, 4), event(5, 'now')], 5);
       model.loadScene(scene(5));
-      equal(['status', 'reset', 'status', 'status'], model.events.map(({ kind }) => kind.slice(prefix.length)));
-      equal([['one', 4, 1, 2]], [...model.goals.values()].map(({ id, status: is, accepted, ended }) => [id, is, accepted, ended]));
+      equal(['status', 'reset', 'goal', 'status', 'status'], model.events.map(({ kind }) => kind.slice(prefix.length)));
+      equal([['one', { a: 1 }, 4, 1, 2]], [...model.goals.values()].map((one) => [one.id, one.goal, one.status, one.accepted, one.ended]));
     },
     'listeners are told once a flush'() {
       const model = modelOf();

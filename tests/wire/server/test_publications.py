@@ -345,7 +345,8 @@ def test_the_log_has_what_people_read(fast, go):
     fast.result(NAVIGATE, A)
 
     bodies = heard.wait(lambda bodies: any(body.get("status") == 4 for body in bodies))
-    assert ["status", "status", "status"] == [body["kind"] for body in bodies]
+    assert ["goal", "status", "status", "status"] == [body["kind"] for body in bodies]
+    assert go(9, 2) == bodies[0]["goal"]
 
 
 def test_encodings_name_the_ros_type(fast, go):
