@@ -76,7 +76,7 @@ async ([base, VIEW]) => {
       made.heard.get('_world/clock').tell({});
       made.heard.get('_world/time/state').tell({ now: 'late', real_time_factor: 1 });
       made.heard.get('_world/info').tell({ robots: 5 });
-      equal([5, 3], [clock.heard, model.unreadable]);
+      equal([5, 3], [clock.received, model.unreadable]);
     },
     async 'many changes of the scene at once ask for it twice, some time apart'() {
       const { made } = await begun();
@@ -118,13 +118,13 @@ async ([base, VIEW]) => {
       const clock = new SimClock();
       clock.reset(6.5, 0);
       clock.setRate(1, false, 0);
-      for (const wall of [100, 200, 300]) clock.hear(6.5 + wall / 1000, wall);
+      for (const wall of [100, 200, 300]) clock.receive(6.5 + wall / 1000, wall);
       clock.now(700);
       equal(true, clock.now(700) > 6.85);
       clock.setRate(1, true, 700);
-      clock.hear(6.85, 710);
+      clock.receive(6.85, 710);
       for (let wall = 720; wall < 1200; wall += 16) {
-        clock.hear(6.85, wall);
+        clock.receive(6.85, wall);
         clock.now(wall);
       }
       equal(6.85, clock.now(1200));
@@ -133,7 +133,7 @@ async ([base, VIEW]) => {
       const clock = new SimClock();
       clock.reset(0, 0);
       clock.setRate(1, false, 0);
-      clock.hear(2, 2000);
+      clock.receive(2, 2000);
       for (let wall = 2000; wall < 4000; wall += 16) clock.now(wall);
       equal(2, clock.now(4000));
     },
@@ -141,7 +141,7 @@ async ([base, VIEW]) => {
       const clock = new SimClock();
       clock.reset(0, 0);
       const shown = [10, 50, 90, 300, 310, 500].map((wall) => {
-        clock.hear(Math.floor(wall / 100), wall);
+        clock.receive(Math.floor(wall / 100), wall);
         return clock.now(wall + 5);
       });
       equal([...shown].sort((a, b) => a - b), shown);

@@ -1,7 +1,7 @@
 // What the page asks of the simulator: the same keys and messages as any other client's (docs/keys.md).
 
 /** A request that was understood and not granted. */
-export class Refused extends Error {
+class Refused extends Error {
   /**
    * @param {string} message Why.
    * @param {object} [answer] What came.
@@ -52,7 +52,7 @@ export class Commands {
    *
    * @param {string} robot
    * @param {[number, number]} point
-   * @param {number} [yaw] How to face there; left out: as one who comes straight from where the robot is.
+   * @param {number} [yaw] How to face there; left out: as after a straight way from where the robot is.
    */
   goTo(robot, [x, y], yaw = undefined) {
     const [x0, y0, before] = this.model.robots.get(robot)?.poseAt(this.clock.now()) ?? [x, y, 0];

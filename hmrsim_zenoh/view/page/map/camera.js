@@ -22,7 +22,7 @@ export class Camera {
     /** Css pixels at the edges that something else covers. */
     this.insets = { top: 0, right: 0, bottom: 0, left: 0 };
     this.box = [0, 0, 1, 1];
-    /** Whether nobody has moved it since it was fitted, so that it fits again when the size changes. */
+    /** Whether it was not moved since it was fitted, so that it fits again when the size changes. */
     this.fitted = true;
     this.glide = null;
     this.calm = globalThis.matchMedia?.('(prefers-reduced-motion: reduce)') ?? { matches: false };
@@ -93,7 +93,7 @@ export class Camera {
     this.moveTo({ x: x + this.shiftX(scale), y: y + this.shiftY(scale), scale }, smooth);
   }
 
-  /** Draw near to where somebody is who moves. */
+  /** Draw near to a robot that moves. */
   chase(x, y, seconds) {
     const share = this.calm.matches ? 1 : 1 - Math.exp(-seconds / 0.12);
     const dx = (x + this.shiftX(this.scale) - this.x) * share;

@@ -3,18 +3,18 @@
 import { faint } from './glyphs.js';
 import { NAME_FONT } from './sprites.js';
 
-const LEAST_GAP = 44; // css pixels between two lines of the grid
-const LEAST_SCALE = 28; // css pixels a metre from which there is a grid
+const MIN_GAP = 44; // css pixels between two lines of the grid
+const MIN_SCALE = 28; // css pixels a metre from which there is a grid
 
 /** Return 1, 2 or 5 times a power of ten, at least so much. */
-export function roundLength(least) {
+function roundLength(least) {
   const power = 10 ** Math.floor(Math.log10(least));
   return power * [1, 2, 5, 10].find((step) => step * power >= least * (1 - 1e-9));
 }
 
 export function drawGrid(c, { camera, measures, colours }) {
-  if (camera.scale * measures.metre < LEAST_SCALE) return;
-  const gap = roundLength(LEAST_GAP / camera.scale);
+  if (camera.scale * measures.metre < MIN_SCALE) return;
+  const gap = roundLength(MIN_GAP / camera.scale);
   const [x0, y0, x1, y1] = measures.box;
   const left = Math.max(x0, camera.worldX(0));
   const right = Math.min(x1, camera.worldX(camera.width));

@@ -5,7 +5,7 @@ import { faint, mixed } from './glyphs.js';
 const ARROW_EVERY = 64; // css pixels
 
 /** Return how wide a lane is on the screen. @param {import('../model/world.js').Lane} lane */
-export function laneWidth(lane, { camera, measures }) {
+function laneWidth(lane, { camera, measures }) {
   const share = lane.capacity === 1 ? 0.7 : Math.min(2, 0.6 + (lane.capacity ?? 1) * 0.3);
   return Math.min(44, Math.max(2, measures.road * share * camera.scale));
 }

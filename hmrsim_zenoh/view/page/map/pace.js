@@ -30,7 +30,7 @@ export class Pace {
   add(wallMs, took, ratio) {
     const gap = wallMs - this.before;
     this.before = wallMs;
-    // Whoever was hidden for a second is not slow.
+    // A page that was hidden for a second is not slow.
     if (!(gap < 1000)) return;
     this.gaps += gap;
     this.took += took;

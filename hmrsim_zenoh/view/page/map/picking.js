@@ -30,7 +30,7 @@ function robotAt({ camera }, poses, px, py) {
   let least = Infinity;
   for (let i = 0; i < poses.count; i++) {
     const far = Math.hypot(poses.px[i] - px, poses.py[i] - py);
-    // One that is drawn small can be hit, too, but who is nearer wins.
+    // One that is drawn small can be hit, too, but a nearer one wins.
     if (far < Math.max(REACH, poses.radius[i] + 3) && far <= least) [found, least] = [i, far];
   }
   if (found < 0) return null;

@@ -57,8 +57,8 @@ export class Poses {
   }
 }
 
-/** Return whether anybody moves between two times. */
-export function anybodyMoves(model, before, now) {
+/** Return whether any robot moves between two times. */
+export function anyRobotMoves(model, before, now) {
   const least = Math.min(before, now);
   for (const { motion } of model.robots.values()) {
     if (motion !== null && motion.ends > least) return true;

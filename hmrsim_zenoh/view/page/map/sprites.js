@@ -4,7 +4,7 @@ import { drawBody, drawSmall } from './bodies.js';
 import { STATES } from '../model/robot.js';
 import { STATE_GLYPHS, drawBadge, faint, inkOn, mixed } from './glyphs.js';
 
-const MOST = 2000; // pictures kept
+const MAX_SPRITES = 2000; // pictures kept
 export const HEADINGS = 64; // in which small robots are kept: to turn a picture is dear, to copy it is not
 const STEP = 1.08; // from one size that is kept to the next
 export const NAME_FONT = '500 11px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
@@ -33,7 +33,7 @@ export class Sprites {
   get(key, width, height, draw) {
     const known = this.kept.get(key);
     if (known) return known;
-    if (this.kept.size >= MOST) this.kept.clear();
+    if (this.kept.size >= MAX_SPRITES) this.kept.clear();
     const canvas = new OffscreenCanvas(Math.ceil(width * this.ratio), Math.ceil(height * this.ratio));
     const c = canvas.getContext('2d');
     c.setTransform(this.ratio, 0, 0, this.ratio, canvas.width / 2, canvas.height / 2);

@@ -1,4 +1,4 @@
-/** How long frames take, for whoever measures. */
+/** How long frames take, for benchmarks. */
 
 const KEPT = 60;
 

@@ -4,7 +4,7 @@ import { faint } from './glyphs.js';
 
 const FADES = [0.16, 0.32, 0.6]; // opacity of the oldest part, the middle, the newest
 const POINTS = 2400; // of all driven ways together
-// Long dashed lines are dear to draw: the more robots are in sight, the less is shown of those that nobody has chosen.
+// Long dashed lines are dear to draw: the more robots are in sight, the less is shown of those that are not selected.
 const DASHED = 40; // robots in sight up to which their ways are dashed
 const WHOLE = 60; // up to which they are shown whole, with flags
 const CROWD = 400; // up to which the next points are shown, and fading trails
@@ -90,7 +90,7 @@ function isChosen({ selected, follow, hovered }, { name }) {
 }
 
 /** Draw a flag that stands on a point of the world. */
-export function drawFlag(c, { camera, colours }, x, y, colour, size = 13) {
+function drawFlag(c, { camera, colours }, x, y, colour, size = 13) {
   const px = camera.screenX(x);
   const py = camera.screenY(y);
   c.beginPath();

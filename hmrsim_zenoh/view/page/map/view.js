@@ -8,7 +8,7 @@ import { measuresOf } from './measures.js';
 import { Names } from './names.js';
 import { Pace } from './pace.js';
 import { pickAt } from './picking.js';
-import { Poses, anybodyMoves } from './poses.js';
+import { Poses, anyRobotMoves } from './poses.js';
 import { RobotLayer } from './robot_layer.js';
 import { drawSensors } from './sensors.js';
 import { Sprites } from './sprites.js';
@@ -131,11 +131,6 @@ export class MapView extends EventTarget {
     return [this.camera.screenX(x), this.camera.screenY(y)];
   }
 
-  /** @returns {[number, number]} */
-  toWorld(px, py) {
-    return [this.camera.worldX(px), this.camera.worldY(py)];
-  }
-
   /** @returns {import('./picking.js').Pick} what is at a point of the screen */
   pick(px, py) {
     return pickAt(this, this._poses, px, py);
@@ -149,7 +144,7 @@ export class MapView extends EventTarget {
     this.camera.advance(wallMs);
     this._chase(time, wallMs);
     if (wallMs - this._pointed >= RESTING) this._hover(time, wallMs);
-    const moves = time !== this._lastTime && anybodyMoves(this.model, this._lastTime, time);
+    const moves = time !== this._lastTime && anyRobotMoves(this.model, this._lastTime, time);
     const dirty = this._stillDirty || this._movingDirty || this._cameraMoved;
     if (!dirty && !moves) {
       this._pace.rest();
@@ -172,7 +167,7 @@ export class MapView extends EventTarget {
     this.measures = measuresOf(this.world);
     this._robotLayer.looks.clear();
     this._sprites.clear();
-    // The same world again, as after a restart: whoever looks at a corner of it goes on looking there.
+    // The same world again, as after a restart: the camera stays where it was.
     if (!before || this.camera.fitted || String(before.box) !== String(this.measures.box)) {
       this.camera.setWorld(this.world.units, this.measures.box);
     }

@@ -47,7 +47,7 @@ export const CHANGES = new Map(
       const robot = model.robots.get(event.robot) ?? model.addRobot(event.robot);
       if (robot === null || !event.to) return;
       if (robot.queue !== null) leaveQueue(model, robot);
-      if (model.deadlocks.length) model.untie(robot.name);
+      if (model.deadlocks.length) model.endDeadlocks(robot.name);
       robot.begin(new Motion(event, time));
       model.touch('robots');
     },
@@ -55,14 +55,14 @@ export const CHANGES = new Map(
       if (Array.isArray(points)) robot.take(points, (a, b) => model.world.rides(a, b));
     }),
     'robots.pose': ofRobot((model, robot, { at }, time) => {
-      model.untie(robot.name);
+      model.endDeadlocks(robot.name);
       robot.stop(time, at);
     }),
     'robots.waiting': ofRobot((model, robot, event, time) => {
       if (event.waits) {
         robot.wait(time, event.for ?? [], event.why ?? '', event.at);
       } else {
-        model.untie(robot.name);
+        model.endDeadlocks(robot.name);
         robot.goOn();
       }
     }),
@@ -102,7 +102,7 @@ export const CHANGES = new Map(
       if (!known?.name) return;
       if (active) model.faults.set(known.name, { ...known, since: time });
       else model.faults.delete(known.name);
-      model.hit(known, active, time);
+      model.setFaultActive(known, active, time);
     },
     participants(model, { participant, present }, time) {
       if (present) model.participants.set(participant, time);
@@ -172,8 +172,8 @@ function changeDock(model, { robot: name, dock, state, position = 1 }) {
 function changeBattery(model, robot, event, time) {
   const { level, disables, enables, at, percentage = robot.battery?.percentage ?? 0 } = event;
   if (level !== undefined) robot.batteryLevel = level;
-  if (disables) robot.ail(disables, `battery ${level} at ${spot(at)}`);
-  if (enables) robot.ail(enables, null);
+  if (disables) robot.disable(disables, `battery ${level} at ${spot(at)}`);
+  if (enables) robot.disable(enables, null);
   model.setCharge(robot, time, percentage, event.charging ?? robot.battery?.charging ?? false);
 }
 
@@ -186,7 +186,7 @@ function moveEntity(model, { entity, at, yaw = 0 }, time) {
   if (!at) return;
   const robot = model.robots.get(entity);
   if (robot) {
-    model.untie(robot.name);
+    model.endDeadlocks(robot.name);
     robot.put(time, at[0], at[1], yaw);
   } else if (model.items.has(entity)) {
     model.setItem(entity, { at, carrier: null });

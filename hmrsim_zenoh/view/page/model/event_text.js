@@ -71,7 +71,7 @@ export function severityOf(event, texts) {
   return known ? render(known.severity, event) : 'info';
 }
 
-/** Return the name of whom or what an event is about; "" for the whole world. */
+/** Return the name of what an event is about; "" for the whole world. */
 export function subjectOf(event, texts) {
   const names = texts[event.kind]?.subject ?? ['robot', 'door', 'lift', 'dock', 'entity', 'participant'];
   const value = names.map((name) => event[name]).find((each) => each !== undefined && each !== null) ?? '';

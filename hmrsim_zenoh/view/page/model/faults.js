@@ -12,7 +12,7 @@
  * @param {boolean} begins
  * @param {number} time
  */
-export function strike(model, fault, begins, time) {
+export function applyFault(model, fault, begins, time) {
   const all = [...model.faults.values()].filter((each) => each.fault === fault.fault && each.name !== fault.name);
   if (begins) all.push(fault);
   const { changes } = model.forms.faults[fault.fault] ?? {};
@@ -40,7 +40,7 @@ export function lockDoors(model, lane) {
 const EFFECTS = new Map(Object.entries({
   ailments(robot, all, { fault, time }) {
     const [x, y] = robot.poseAt(time).map((each) => +each.toPrecision(6));
-    robot.ail(fault.fault, all.length ? `${robot.name} has broken down at (${x}, ${y})` : null);
+    robot.disable(fault.fault, all.length ? `${robot.name} has broken down at (${x}, ${y})` : null);
   },
   connected(robot, all) {
     robot.connected = all.length === 0;

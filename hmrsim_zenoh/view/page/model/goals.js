@@ -13,19 +13,15 @@
  * @property {object|null} result
  * @property {number|null} errorCode What a result that is an error has; null for none.
  * @property {string} errorMsg Or "".
- * @property {object|null} feedback The last that was heard.
+ * @property {object|null} feedback The last that was received.
  */
 
-/** Status of a goal, by its number in action_msgs/msg/GoalStatus. */
-export const STATUS = Object.freeze([
-  'UNKNOWN', 'ACCEPTED', 'EXECUTING', 'CANCELING', 'SUCCEEDED', 'CANCELED', 'ABORTED',
-]);
+/** Statuses of a goal, as in action_msgs/msg/GoalStatus. */
 export const ACCEPTED = 1;
-export const SUCCEEDED = 4;
-export const CANCELED = 5;
+const SUCCEEDED = 4;
 export const ABORTED = 6;
 
-const MOST = 2000;
+const MAX_GOALS = 2000;
 const FORGOTTEN = 200;
 const MOVEIT_SUCCESS = 1;
 
@@ -98,7 +94,7 @@ export class Goals {
   }
 
   _new(robot, action, id) {
-    if (this.all.size >= MOST) this._forget();
+    if (this.all.size >= MAX_GOALS) this._forget();
     const key = this.all.has(id) ? longKey(robot, action, id) : id;
     return {
       key, id, robot, action, goal: null, status: 0, accepted: null, ended: null, result: null,

@@ -2,7 +2,7 @@
 
 import { STATES } from './robot.js';
 
-const MOST = 1000;
+const MAX_POINTS = 1000;
 const BEGIN_SECONDS = 1;
 
 /** Numbers over time, of which every other is forgotten whenever there are too many. */
@@ -69,7 +69,7 @@ export class History {
     const last = Math.floor(time / seconds) * seconds;
     const first = this._next === -Infinity ? last : this._next;
     this._count(first, robots);
-    // What is between is a straight line, as long as nobody tells otherwise.
+    // What is between is a straight line, as nothing has happened.
     if (last > first) this._count(last, robots);
     this._next = last + this._counts.seconds;
   }
@@ -89,7 +89,7 @@ export class History {
       return;
     }
     points.push([time, share]);
-    if (points.length > MOST) {
+    if (points.length > MAX_POINTS) {
       this.batteries.set(robot, points.filter((_, i) => i % 2 === 0));
       this._gaps.set(robot, gap * 2);
     }
@@ -114,6 +114,6 @@ export class History {
     for (const robot of robots.values()) row[STATES.indexOf(robot.stateAt(time))] += 1;
     this._counts.t.push(time);
     for (let i = 0; i < row.length; i += 1) this._counts.columns[i].push(row[i]);
-    if (this._counts.t.length > MOST) this._counts.thin();
+    if (this._counts.t.length > MAX_POINTS) this._counts.thin();
   }
 }

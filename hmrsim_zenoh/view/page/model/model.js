@@ -1,4 +1,4 @@
-/** What there is and how it is now: fed with a world, a scene and events, whoever hears them; no DOM, no network. */
+/** What there is and how it is now: made of a world, a scene and events; no DOM, no network. */
 
 import { change, isListed, partOf, restarts } from './changes.js';
 import { loadScene } from './scene.js';
@@ -14,18 +14,18 @@ import { World } from './world.js';
  * changed, the others are replaced.
  */
 export class Model extends State {
-  /** How much was heard that is not as it should be. */
+  /** How much was received that is not as it should be. */
   unreadable = 0;
 
   // --- being fed ------------------------------------------------------------------------------------------------
 
   /**
-   * Take note of what came on a key, from whoever; what is not as it should be is left out and counted.
+   * Take what came on a key; what can't be read is left out and counted.
    * @param {string} key Below the prefix.
    * @param {any} payload
    * @returns {boolean} Whether it was taken.
    */
-  hear(key, payload) {
+  receive(key, payload) {
     return isSound(key, payload, this.texts) ? this.guard(key, () => this.#feed(key, payload)) : this.#leaveOut(key);
   }
 
@@ -112,7 +112,7 @@ export class Model extends State {
 
   /**
    * Take note of something that has happened.
-   * @param {Record<string, any>} event As on `_world/events`; of a kind that nobody knows it is kept, and no more.
+   * @param {Record<string, any>} event As on `_world/events`; one that changes nothing is only listed.
    */
   apply(event) {
     if (typeof event?.kind !== 'string') return;

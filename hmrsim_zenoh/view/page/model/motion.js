@@ -8,7 +8,7 @@
 const REMEMBERED = 8;
 
 /** Driving a distance from rest to rest, with a greatest speed and an acceleration; a triangle where it is short. */
-export class Trapezoid {
+class Trapezoid {
   /**
    * @param {number} distance
    * @param {number} speed
@@ -93,7 +93,7 @@ export class Motion {
   }
 
   /**
-   * Remember what came before, for a while: whoever looks may be behind what is known.
+   * Remember what came before, for a while: what is shown may be behind what is known.
    * @param {Motion|null} earlier
    * @returns {Motion} Itself.
    */
@@ -157,19 +157,5 @@ export class Motion {
       out[1] = share >= 1 ? to[1] : from[1] + (to[1] - from[1]) * share;
     }
     return out;
-  }
-
-  /**
-   * Return the speed along the way at a time, in the world's unit a second; 0 where nothing is driven.
-   * @param {number} time In simulated seconds.
-   * @returns {number}
-   */
-  speedAt(time) {
-    const elapsed = time - this.began;
-    if (elapsed < 0 || elapsed >= this.duration || this.length === 0) return 0;
-    const profile = this.profile;
-    if (profile === null) return this.length / this.duration;
-    const since = this._offset + elapsed;
-    return Math.min(profile.speed, profile.acceleration * Math.min(since, Math.max(0, profile.duration - since)));
   }
 }

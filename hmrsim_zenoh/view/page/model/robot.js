@@ -8,7 +8,7 @@ import { NO_WAY, samePlace, Way } from './way.js';
 export const STATES = Object.freeze(['offline', 'stopped', 'waiting', 'driving', 'charging', 'busy', 'idle']);
 
 const DRIVEN = 400;
-const NOBODY = Object.freeze([]);
+const NONE = Object.freeze([]);
 const WELL = Object.freeze({});
 const NOWHERE = new Motion({ from: [0, 0, 0] }, -Infinity);
 
@@ -43,39 +43,39 @@ export class Robot {
     /** @type {boolean} Whether something is in its way, so that it stands on its way. */
     this.waits = false;
     /** @type {readonly string[]} The robots for which it waits. */
-    this.waitsFor = NOBODY;
+    this.waitsFor = NONE;
     /** @type {string} What it waits for that is no robot, such as a door; or "". */
     this.waitsWhy = '';
     /** @type {number|null} Since when it waits. */
     this.waitsSince = null;
     /** @type {{dock: string, position: number, goal?: string}|null} The dock in whose queue it stands, and for which goal. */
     this.queue = null;
-    /** @type {string|null} Who had it make room, where it stays until it may go on. */
+    /** @type {string|null} The robot for which it moved aside, where it stays until it may go on. */
     this.aside = null;
     this._makesRoom = false;
     /** @type {string|null} The dock where it is docked. */
     this.dock = null;
     /** @type {readonly string[]} The items that it carries. */
-    this.holds = NOBODY;
-    /** @type {Readonly<Record<string, string>>} Why it can do nothing, by what ails it. */
+    this.holds = NONE;
+    /** @type {Readonly<Record<string, string>>} Why it can do nothing, by cause. */
     this.ailments = WELL;
     /** @type {Battery|null} */
     this.battery = null;
     /** @type {''|'low'|'critical'|'empty'} The level that its battery was last told to have come down to. */
     this.batteryLevel = '';
     /** @type {readonly Sensor[]} */
-    this.sensors = NOBODY;
-    /** @type {readonly Detection[]} What it sees, as last heard. */
-    this.detections = NOBODY;
+    this.sensors = NONE;
+    /** @type {readonly Detection[]} What it sees, as last received. */
+    this.detections = NONE;
     /** @type {readonly import('./goals.js').Goal[]} Its goals that have not ended, in order of acceptance. */
-    this.goals = NOBODY;
+    this.goals = NONE;
     /** @type {{orders: number, done: number, state: string, error: string}|null} How its script ended. */
     this.script = null;
     /** @type {readonly string[]} Names of its actions, by `_world/info`. */
-    this.actions = NOBODY;
+    this.actions = NONE;
     /** @type {readonly string[]} Names of its components, by `_world/info`. */
-    this.components = NOBODY;
-    /** @type {string} Who plans its ways: `graph` or `external`. */
+    this.components = NONE;
+    /** @type {string} What plans its ways: `graph` or `external`. */
     this.planner = 'graph';
     /** @type {Motion} What it drives or drove last, or how it stands; before that what came earlier. */
     this._track = NOWHERE;
@@ -223,8 +223,8 @@ export class Robot {
   /**
    * Stand on its way, where it has got to or has not set out from after all.
    * @param {number} time
-   * @param {readonly string[]} robots For whom.
-   * @param {string} why For what else.
+   * @param {readonly string[]} robots For which robots.
+   * @param {string} why For what else it waits.
    * @param {Point} [at] Where.
    */
   wait(time, robots, why, at) {
@@ -242,7 +242,7 @@ export class Robot {
   }
 
   /**
-   * Make room for somebody: drive to where `take` leads next, and stay there until it may go on.
+   * Move aside for another robot: drive to where `take` leads next, and stay there until it may go on.
    * @param {string} by
    */
   makeRoom(by) {
@@ -257,11 +257,11 @@ export class Robot {
   }
 
   /**
-   * Fall ill of something, or recover from it.
+   * Be disabled for a reason, or no longer.
    * @param {string} what
    * @param {string|null} why Null when it is over.
    */
-  ail(what, why) {
+  disable(what, why) {
     const { [what]: _, ...others } = this.ailments;
     this.setAilments(why === null ? others : { ...others, [what]: why });
   }
@@ -292,7 +292,7 @@ export class Robot {
   }
 
   _settled() {
-    this.waitsFor = NOBODY;
+    this.waitsFor = NONE;
     this.waitsWhy = '';
     this.waitsSince = null;
   }

@@ -77,7 +77,7 @@ function loadRobot(model, robot, said, time) {
   loadGoals(model, robot, said.goals ?? [], time);
 }
 
-/** Know the goals of a scene; those that we believed to go on and that are not there have ended unheard. */
+/** Know the goals of a scene; those believed to go on that are not in it have ended. */
 function loadGoals(model, robot, said, time) {
   const listed = new Set(said.map((each) => `${each.action} ${each.goal_id}`));
   for (const { action, id } of robot.goals) {

@@ -1,4 +1,4 @@
-/** What comes from outside has to have the shapes that the model and whoever draws it rely on. */
+/** What comes from outside has to have the shapes that the model and the map rely on. */
 
 import { partOf } from './changes.js';
 

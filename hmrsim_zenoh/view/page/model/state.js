@@ -1,6 +1,6 @@
 /** What is there and how it is, and how that is changed and saved; what it means that something happened is elsewhere. */
 
-import { lockDoors, strike } from './faults.js';
+import { applyFault, lockDoors } from './faults.js';
 import { moved, newDock, newDoor, newLift } from './fixtures.js';
 import { Goals, isActive } from './goals.js';
 import { History } from './history.js';
@@ -49,11 +49,11 @@ export class State extends EventTarget {
     this.faults = new Map();
     /** @type {readonly Deadlock[]} Those of whose robots none has moved yet. */
     this.deadlocks = [];
-    /** @type {Map<string, number>} Who takes part in lockstep, and since when. */
+    /** @type {Map<string, number>} The participants in lockstep, and since when. */
     this.participants = new Map();
     /** @type {boolean} Whether an external planner is there. */
     this.plannerPresent = false;
-    /** @type {number|null} 0 stopped, 1 playing, 2 paused; null while nobody has said. */
+    /** @type {number|null} 0 stopped, 1 playing, 2 paused; null while it is not known. */
     this.simulationState = null;
     /** @type {Goals} */
     this.goalList = new Goals();
@@ -151,7 +151,7 @@ export class State extends EventTarget {
 
   /** @param {string} name Of a robot or an item. */
   remove(name) {
-    this.untie(name);
+    this.endDeadlocks(name);
     this.robots.delete(name);
     this.items.delete(name);
     this.trees.delete(name);
@@ -227,19 +227,19 @@ export class State extends EventTarget {
    * @param {boolean} begins
    * @param {number} time
    */
-  hit(fault, begins, time) {
-    strike(this, fault, begins, time);
+  setFaultActive(fault, begins, time) {
+    applyFault(this, fault, begins, time);
     this.touch('faults', 'robots');
   }
 
   /** Let a robot be in no deadlock any more: it has moved. */
-  untie(name) {
+  endDeadlocks(name) {
     if (this.deadlocks.length === 0) return;
     this.deadlocks = this.deadlocks.filter(({ robots }) => !robots.includes(name));
     this.touch('robots');
   }
 
-  /** Nobody is there any more: another world was loaded, and comes soon. */
+  /** Forget the world: another one was loaded, and comes soon. */
   leaveWorld() {
     this.robots = new Map();
     this.items = new Map();

@@ -1,7 +1,7 @@
 /**
  * The last so many of what is added, which can be saved and brought back without copying it.
  *
- * Arrays are only ever added to, so that what is saved is an array and a length; whoever brings back a beginning of an
+ * Arrays are only ever added to, so that what is saved is an array and a length; restoring the beginning of an
  * array that has grown since takes a copy.
  *
  * @template T

@@ -67,7 +67,7 @@ export class Way {
   }
 
   /**
-   * Return the way of whoever stands at a point of it.
+   * Return the way of a robot that stands at a point of it.
    * @param {readonly number[]} at
    * @returns {Way}
    */
@@ -87,7 +87,7 @@ export class Way {
   }
 }
 
-/** The way of whoever stands. */
+/** The way of a robot that stands. */
 export const NO_WAY = new Way(NONE, NONE, 0, false);
 
 /**

@@ -28,7 +28,7 @@ export function told(event, { texts, world }) {
 }
 
 /**
- * Return the robots, doors, lifts and lanes that an event names, for whoever wants to go there.
+ * Return the robots that an event names.
  * @param {Record<string, any>} event
  * @returns {string[]} Names of robots.
  */

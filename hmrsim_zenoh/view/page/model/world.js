@@ -1,4 +1,4 @@
-/** What does not change: the map, what is on it and who is there in the beginning, as `_world/view` has it. */
+/** What does not change: the map, what is on it and the robots of the beginning, as `_world/view` has it. */
 
 /**
  * @typedef {import('./motion.js').Point} Point

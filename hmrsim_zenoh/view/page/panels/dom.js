@@ -109,7 +109,7 @@ export function icon(name) {
 }
 
 /**
- * Return a button with an icon, and a text beside it or only said to who points there or listens.
+ * Return a button with an icon, and a text beside it or only as a tooltip and for screen readers.
  *
  * @param {string} picture
  * @param {string} label

@@ -41,7 +41,7 @@ export class Hint {
     this.close.hidden = false;
   }
 
-  /** Whoever has clicked something knows. */
+  /** Hide the welcome: a click shows that it is known. */
   known() {
     if (!this.welcomes) return;
     this.welcomes = false;

@@ -2,7 +2,7 @@
 
 import { el, icon, mark } from './dom.js';
 
-const MOST = 40;
+const MAX_FOUND = 40;
 const ICON = { robot: 'robot', place: 'place', dock: 'dock', item: 'item', door: 'door', waypoint: 'lane' };
 
 export class Search {
@@ -43,7 +43,7 @@ export class Search {
         else if (where > 0) later.push({ kind, name });
       }
     }
-    this.found = [...first, ...later].slice(0, MOST);
+    this.found = [...first, ...later].slice(0, MAX_FOUND);
     this.at = text && this.found.length ? 0 : -1;
     this.#show();
   }

@@ -77,11 +77,11 @@ export class TimeBar {
 
   #renderAchieved(state, factor, lockstep) {
     const number = factor >= 10 ? factor.toFixed(0) : factor.toFixed(1);
-    const whom = state.waiting_for?.length ? `waiting for ${state.waiting_for.join(', ')}` : `× ${number}`;
-    const nobody = lockstep && !state.participants?.length;
+    const progress = state.waiting_for?.length ? `waiting for ${state.waiting_for.join(', ')}` : `× ${number}`;
+    const alone = lockstep && !state.participants?.length;
     let text = `× ${number}`;
     if (state.paused) text = 'paused';
-    else if (lockstep) text = nobody ? 'lockstep · no participants' : `lockstep · ${whom}`;
+    else if (lockstep) text = alone ? 'lockstep · no participants' : `lockstep · ${progress}`;
     else if (state.real_time_factor) text += ` of ${state.real_time_factor}`;
     else if (factor < 0.05) text = 'idle';
     say(this.achieved, text);

@@ -2,7 +2,7 @@
 
 import { button, el } from './dom.js';
 
-const MOST = 4;
+const MAX_TOASTS = 4;
 const LASTS = { info: 3500, good: 3500, error: 9000 }; // ms
 
 export class Toasts {
@@ -14,7 +14,7 @@ export class Toasts {
       el('div', {}, el('span', { text }), more ? el('small', { text: more }) : null),
       button('close', 'Dismiss', () => toast.remove(), { class: 'quiet small' }));
     this.element.append(toast);
-    while (this.element.children.length > MOST) this.element.firstChild.remove();
+    while (this.element.children.length > MAX_TOASTS) this.element.firstChild.remove();
     setTimeout(() => toast.remove(), LASTS[kind]);
   }
 }

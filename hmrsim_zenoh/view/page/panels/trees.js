@@ -16,7 +16,7 @@ export class TreesPanel {
     this.element = el('div', { class: 'panel-body scroll' }, this.hint, this.list);
   }
 
-  /** @param {boolean} seen Whether anybody looks: only then are trees asked for. */
+  /** @param {boolean} seen Whether it is shown: only then are trees asked for. */
   seen(seen) {
     this.app.live?.watchTrees(seen);
   }

@@ -1,20 +1,20 @@
-// Simulated time as it passes here: smooth between what is heard, and a little behind it.
+// Simulated time as it passes here: smooth between what is received, and a little behind it.
 //
-// What is heard is late, by a different while each time. Where time moves at a known rate, the least late of the last
+// What is received is late, by a different while each time. Where time moves at a known rate, the least late of the last
 // seconds says how simulated and wall time lie to each other; we go with that, less a margin that lets what happens
 // arrive before it is shown. Small corrections are made by going a little faster or slower, never back.
-// Where time stands or moves in bursts (lockstep, as fast as possible, steps while paused), we glide to what was heard
+// Where time stands or moves in bursts (lockstep, as fast as possible, steps while paused), we glide to what was received
 // last, back as well if we were ahead of it.
 
-const MARGIN = 0.1; // wall seconds behind what is heard
+const MARGIN = 0.1; // wall seconds behind what is received
 const WINDOW = 2000; // ms in which the least late counts
 const GLIDE = 120; // ms from one burst to the next: frames come each 50 ms
-const MOST_AHEAD = 0.5; // wall seconds beyond what was heard last; then nobody is there any more
-const LEAST_STEP = 0.25; // simulated seconds, likewise: the clock ticks each 0.1 s
+const MAX_AHEAD = 0.5; // wall seconds beyond what was received last; then the simulator is gone
+const MIN_STEP = 0.25; // simulated seconds, likewise: the clock ticks each 0.1 s
 const STANDS = 1000; // ms without any later time, from which on time is taken to stand
 const EASE = 0.5; // wall seconds in which most of an error is made good
 const SLEW = 0.2; // share by which we go faster or slower at most
-const SETTLED = 1e-3; // seconds of error that nobody sees
+const SETTLED = 1e-3; // seconds of error that are not seen
 const STALE = 500; // ms in which what was sent before time went back may still come
 const JUMP = 1.0; // wall seconds of error that are no small correction
 
@@ -22,15 +22,15 @@ export class SimClock {
   /** Simulated seconds a wall second; 0 where time moves in bursts. */
   factor = 0;
   paused = false;
-  /** The last simulated time that was heard; null before the first. @type {number | null} */
-  heard = null;
+  /** The last simulated time that was received; null before the first. @type {number | null} */
+  received = null;
 
   #shown = 0; // what `now` said at #at
   #at = 0;
-  /** [wall, simulated - wall * factor] of what was heard, greatest first. @type {[number, number][]} */
+  /** [wall, simulated - wall * factor] of what was received, greatest first. @type {[number, number][]} */
   #offsets = [];
-  /** Since when nothing but earlier times are heard. @type {number | null} */ #backSince = null;
-  #heardAt = 0; // when a later time was heard for the last time
+  /** Since when nothing but earlier times are received. @type {number | null} */ #backSince = null;
+  #receivedAt = 0; // when a later time was received for the last time
   #from = 0; // of a glide
   #began = 0;
 
@@ -40,7 +40,7 @@ export class SimClock {
    * @param {number} wallMs
    */
   now(wallMs = performance.now()) {
-    if (this.heard === null) return 0;
+    if (this.received === null) return 0;
     const elapsed = wallMs - this.#at;
     if (elapsed > 0) {
       this.#shown = this.#flows ? this.#flow(wallMs, elapsed / 1000) : this.#glide(wallMs);
@@ -55,21 +55,21 @@ export class SimClock {
    * @param {number} simSeconds
    * @param {number} wallMs
    */
-  hear(simSeconds, wallMs = performance.now()) {
-    if (this.heard === null) {
+  receive(simSeconds, wallMs = performance.now()) {
+    if (this.received === null) {
       this.reset(simSeconds, wallMs);
       return;
     }
-    if (simSeconds < this.heard) {
+    if (simSeconds < this.received) {
       // What comes together need not be in order, but for so long it is time that went back.
       this.#backSince ??= wallMs;
       if (wallMs - this.#backSince > STALE) this.reset(simSeconds, wallMs);
     } else {
       this.#backSince = null;
-      if (simSeconds > this.heard) {
+      if (simSeconds > this.received) {
         this.#from = this.now(wallMs);
-        this.#began = this.#heardAt = wallMs;
-        this.heard = simSeconds;
+        this.#began = this.#receivedAt = wallMs;
+        this.received = simSeconds;
       }
     }
     if (!this.#flows) return;
@@ -93,7 +93,7 @@ export class SimClock {
     this.paused = paused;
     this.#offsets = [];
     this.#from = this.#shown;
-    this.#began = this.#heardAt = wallMs;
+    this.#began = this.#receivedAt = wallMs;
   }
 
   /**
@@ -103,8 +103,8 @@ export class SimClock {
    * @param {number} wallMs
    */
   reset(simSeconds, wallMs = performance.now()) {
-    this.heard = this.#shown = this.#from = simSeconds;
-    this.#at = this.#began = this.#heardAt = wallMs;
+    this.received = this.#shown = this.#from = simSeconds;
+    this.#at = this.#began = this.#receivedAt = wallMs;
     this.#offsets = [];
     this.#backSince = null;
   }
@@ -115,9 +115,9 @@ export class SimClock {
 
   /** Go on at the known rate, a little faster or slower where that is wrong. */
   #flow(wallMs, elapsed) {
-    if (wallMs - this.#heardAt > STANDS * Math.max(1, 1 / this.factor)) return this.#settle(elapsed);
+    if (wallMs - this.#receivedAt > STANDS * Math.max(1, 1 / this.factor)) return this.#settle(elapsed);
     const step = elapsed * this.factor;
-    const most = this.heard + Math.max(MOST_AHEAD * this.factor, LEAST_STEP);
+    const most = this.received + Math.max(MAX_AHEAD * this.factor, MIN_STEP);
     if (!this.#offsets.length) return Math.max(this.#shown, Math.min(this.#shown + step, most));
     const aim = (wallMs / 1000 - MARGIN) * this.factor + this.#offsets[0][1];
     const error = aim - (this.#shown + step);
@@ -126,16 +126,16 @@ export class SimClock {
     return Math.max(this.#shown, Math.min(this.#shown + step + correction, most));
   }
 
-  /** Go to what was heard last. */
+  /** Go to what was received last. */
   #glide(wallMs) {
     const share = Math.min(1, (wallMs - this.#began) / GLIDE);
-    return share < 1 ? this.#from + (this.heard - this.#from) * share : this.heard;
+    return share < 1 ? this.#from + (this.received - this.#from) * share : this.received;
   }
 
-  /** Go back to what was heard last: nothing more comes. */
+  /** Go back to what was received last: nothing more comes. */
   #settle(elapsed) {
     this.#offsets = [];
-    const error = this.heard - this.#shown;
-    return Math.abs(error) < SETTLED ? this.heard : this.#shown + error * Math.min(1, (8 * elapsed) / EASE);
+    const error = this.received - this.#shown;
+    return Math.abs(error) < SETTLED ? this.received : this.#shown + error * Math.min(1, (8 * elapsed) / EASE);
   }
 }

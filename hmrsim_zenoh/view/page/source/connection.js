@@ -1,9 +1,9 @@
 // The page's Zenoh: subscriptions and gets over one WebSocket, which comes back by itself.
 
 const FIRST_PAUSE = 250; // ms before the second try, twice as long before each further one
-const LONGEST_PAUSE = 3000;
+const MAX_PAUSE = 3000;
 
-/** Why a get has no answer: Zenoh's error reply, a timeout, nobody there. */
+/** Why a get has no answer: Zenoh's error reply, a timeout, no simulator. */
 export class RequestError extends Error {
   /**
    * @param {string} message
@@ -76,7 +76,7 @@ export class Connection extends EventTarget {
   }
 
   /**
-   * Ask whoever answers on a key, such as a service of the simulator's.
+   * Ask what answers on a key, such as a service of the simulator.
    *
    * @param {string} key
    * @param {object} [payload]
@@ -89,7 +89,7 @@ export class Connection extends EventTarget {
   }
 
   /**
-   * Ask all who answer on a key expression.
+   * Ask all that answer on a key expression.
    *
    * @param {string} key
    * @param {{timeout?: number}} [options] seconds
@@ -123,7 +123,7 @@ export class Connection extends EventTarget {
     this.#socket = null;
     this.connected = this.alive = false;
     this.#timer = setTimeout(() => this.#connect(), this.#pause);
-    this.#pause = Math.min(2 * this.#pause, LONGEST_PAUSE);
+    this.#pause = Math.min(2 * this.#pause, MAX_PAUSE);
     const gets = [...this.#gets.values()];
     this.#gets.clear();
     for (const { reject } of gets) reject(new RequestError('the server of this page went away'));
@@ -143,7 +143,7 @@ export class Connection extends EventTarget {
     switch (message.op) {
       case 'samples':
         for (const [id, key, payload] of message.samples) {
-          // Not there any more: it was sent before the server heard that we don't want it.
+          // Not there any more: it was sent before the server knew that it is not wanted.
           const subscription = this.#subscriptions.get(id);
           if (subscription) guarded(() => subscription.onSample(payload, key));
         }

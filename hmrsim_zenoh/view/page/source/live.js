@@ -14,8 +14,8 @@ import { complain, sound } from './answers.js';
 
 const RETRY = 1000; // ms
 const BETWEEN = 750; // ms from one scene to the next that is asked for as something has come, gone or been moved
-const HIDDEN = 250; // ms between looks while nobody sees the page
-const MOST_WAITING = 20000; // events: whoever was away for so long need not see each at its time
+const HIDDEN = 250; // ms between looks while the page is hidden
+const MAX_WAITING = 20000; // events: after so long an absence not each is shown at its time
 
 /**
  * The live source of a model.
@@ -59,9 +59,9 @@ export class Live extends EventTarget {
     const latest = { latest: true };
     const readable = (take) => (payload, key) => model.guard(key, () => take(sound(key, payload)));
     const info = (payload) => this.#change('_world/info', payload);
-    connection.subscribe('_world/events', readable((event) => this.#hear(event)), { onLost: () => this.#loseAll() });
-    connection.subscribe('_world/clock', readable(({ clock: stamp }) => clock.hear(secondsOf(stamp))), latest);
-    connection.subscribe('_world/time/state', readable((state) => this.#hearTime(state)), {
+    connection.subscribe('_world/events', readable((event) => this.#receive(event)), { onLost: () => this.#loseAll() });
+    connection.subscribe('_world/clock', readable(({ clock: stamp }) => clock.receive(secondsOf(stamp))), latest);
+    connection.subscribe('_world/time/state', readable((state) => this.#receiveTime(state)), {
       latest: true,
       every: 0.2,
       onLost: () => this.#getTime().catch(() => {}),
@@ -86,12 +86,12 @@ export class Live extends EventTarget {
     this.#watch('trees', on ? '*/_tree' : null, 0.2);
   }
 
-  /** Follow what one robot's sensors see, or nobody's. @param {string | null} robot */
+  /** Follow what one robot's sensors see, or none. @param {string | null} robot */
   watchDetections(robot) {
     this.#watch('detections', robot && `${robot}/detections`, 0.1);
   }
 
-  /** Follow how far one robot's goals are, or nobody's. @param {string | null} robot */
+  /** Follow how far one robot's goals are, or none. @param {string | null} robot */
   watchFeedback(robot) {
     this.#watch('feedback', robot && `${robot}/*/_action/feedback`, 0.1);
   }
@@ -101,38 +101,38 @@ export class Live extends EventTarget {
     this.#watches[name]?.();
     delete this.#watches[name];
     if (!key) return;
-    const heard = new Set();
+    const received = new Set();
     const connection = this.#connection;
-    const end = connection.subscribe(key, (payload, from) => (heard.add(from), this.#change(from, payload)), {
+    const end = connection.subscribe(key, (payload, from) => (received.add(from), this.#change(from, payload)), {
       latest: true,
       every,
       onLost: () => begin(),
     });
     const getLatest = async () => {
-      // Feedback has no latest, a robot without sensors nor anybody's tree has none either.
+      // Feedback has no latest value; a robot without sensors or without a tree has none either.
       const replies = await connection.getAll(key).catch(() => []);
       if (this.#watches[name] !== stop) return;
-      for (const [from, payload] of replies) if (!heard.has(from)) this.#change(from, payload);
+      for (const [from, payload] of replies) if (!received.has(from)) this.#change(from, payload);
     };
-    const begin = () => (heard.clear(), void getLatest());
+    const begin = () => (received.clear(), void getLatest());
     const stop = () => (end(), connection.removeEventListener('alive', begin));
     this.#watches[name] = stop;
     connection.addEventListener('alive', begin);
     if (connection.alive) begin();
   }
 
-  #hear(event) {
+  #receive(event) {
     const at = secondsOf(event.stamp);
     if (restarts(event, this.#model.texts)) {
       // What was before is over, and time may go back.
       this.#play(Infinity);
-      if (!this.#buffering) this.#model.hear('_world/events', event);
+      if (!this.#buffering) this.#model.receive('_world/events', event);
       this.#clock.reset(at);
       this.#resync(true);
       return;
     }
-    this.#clock.hear(at);
-    // Whoever is ahead of the others keeps nobody waiting.
+    this.#clock.receive(at);
+    // An event that is ahead of the others does not delay them.
     for (let i = this.#queue.length - 1; i >= 0 && this.#queue[i].at > at; i -= 1) this.#queue[i].at = at;
     this.#queue.push({ at, event });
     const part = partOf(event, this.#model.texts);
@@ -143,19 +143,19 @@ export class Live extends EventTarget {
   }
 
   /** @param {TimeState} state */
-  #hearTime(state) {
+  #receiveTime(state) {
     this.timeState = state;
     // In lockstep, and as fast as possible, time moves in bursts.
     this.#clock.setRate(state.clock === 'lockstep' ? 0 : state.real_time_factor, state.paused);
-    this.#clock.hear(state.now);
+    this.#clock.receive(state.now);
     this.dispatchEvent(new CustomEvent('time', { detail: state }));
   }
 
   async #getTime() {
-    this.#hearTime(sound('_world/time/state', await this.#connection.get('_world/time/state')));
+    this.#receiveTime(sound('_world/time/state', await this.#connection.get('_world/time/state')));
   }
 
-  /** Some events are lost: nobody knows of what. */
+  /** Begin again: some events are lost. */
   #loseAll() {
     this.#queue = [];
     void this.#resync(true);
@@ -190,7 +190,7 @@ export class Live extends EventTarget {
       const got = await this.#ask(wanted === 'all').catch(complain);
       if (turn !== this.#turn) return;
       this.#answered = performance.now();
-      // Not what was asked for before somebody wanted all.
+      // Not what was asked for before all was wanted.
       if (got && this.#wanted !== 'all' && this.#take(got)) continue;
       this.#wanted = wanted === 'all' ? wanted : (this.#wanted ?? wanted);
       if (!got || wanted === 'all') await new Promise((resolve) => setTimeout(resolve, RETRY));
@@ -218,15 +218,15 @@ export class Live extends EventTarget {
       // One that came before anything was known of kinds: the scene may be of before it.
       const stale = this.#queue.some(({ event }) => event && restarts(event, view.events ?? {}));
       if (stale) this.#queue = [];
-      if (stale || !this.#model.hear('_world/view', view)) return false;
-      this.#model.hear('_world/info', info);
+      if (stale || !this.#model.receive('_world/view', view)) return false;
+      this.#model.receive('_world/info', info);
       this.#model.loadLog(log, at);
       this.#clock.reset(at);
       this.#queue = this.#queue.filter((item) => item.at >= at);
     }
     const index = this.#queue.findIndex((item) => item.at >= at);
     this.#queue.splice(index < 0 ? this.#queue.length : index, 0, { at, scene });
-    this.#clock.hear(at);
+    this.#clock.receive(at);
     this.#buffering = false;
     this.#play(this.#clock.now());
     this.#schedule();
@@ -238,7 +238,7 @@ export class Live extends EventTarget {
   #change(key, payload) {
     // Of a world that we don't know yet.
     if (this.#buffering) return;
-    this.#model.hear(key, payload);
+    this.#model.receive(key, payload);
     this.#dirty = true;
     this.#schedule();
   }
@@ -249,21 +249,21 @@ export class Live extends EventTarget {
     let count = 0;
     while (count < this.#queue.length && this.#queue[count].at <= until) {
       const { event, scene } = this.#queue[count++];
-      this.#model.hear(scene ? '_world/scene' : '_world/events', scene ?? event);
+      this.#model.receive(scene ? '_world/scene' : '_world/events', scene ?? event);
     }
     this.#queue.splice(0, count);
     if (count || this.#dirty) this.#model.flush();
     this.#dirty = false;
   }
 
-  /** Play with the next frame, or soon where there are none as nobody looks. */
+  /** Play with the next frame, or soon where there are none as the page is hidden. */
   #schedule() {
     const hidden = !globalThis.requestAnimationFrame || globalThis.document?.hidden === true;
     if (this.#buffering || (this.#scheduled && (!hidden || this.#scheduledHidden))) return;
     this.#scheduled?.();
     const step = () => {
       this.#scheduled = null;
-      this.#play(this.#queue.length > MOST_WAITING ? Infinity : this.#clock.now());
+      this.#play(this.#queue.length > MAX_WAITING ? Infinity : this.#clock.now());
       if (this.#queue.length) this.#schedule();
     };
     const id = hidden ? setTimeout(step, HIDDEN) : requestAnimationFrame(step);

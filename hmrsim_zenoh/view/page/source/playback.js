@@ -8,8 +8,8 @@ import { secondsOf } from '../model/stamps.js';
 import { World } from '../model/world.js';
 import { told } from '../model/words.js';
 
-const MOST_KEYFRAMES = 40;
-const LEAST_BETWEEN = 2000;
+const MAX_KEYFRAMES = 40;
+const MIN_BETWEEN = 2000;
 const SLICE_MS = 8;
 const JITTER = 1e-3;
 
@@ -60,7 +60,7 @@ export class Playback extends EventTarget {
     this._next = 0;
     this._offset = 0;
     this._wall = null;
-    this._between = Math.max(LEAST_BETWEEN, Math.ceil(count / MOST_KEYFRAMES));
+    this._between = Math.max(MIN_BETWEEN, Math.ceil(count / MAX_KEYFRAMES));
     const start = { next: 0, offset: 0, saved: new Model().snapshot() };
     /** @type {{next: number, offset: number, saved: object}[]} */
     this._keyframes = [start];
@@ -153,7 +153,7 @@ export class Playback extends EventTarget {
     const { _times: times, _samples: samples } = this;
     let next = this._next;
     while (next < times.length && times[next] <= this.time) {
-      this._model.hear(samples[next][1], samples[next][2]);
+      this._model.receive(samples[next][1], samples[next][2]);
       this._offset = offsetAt(samples[next], times[next], this._offset);
       next += 1;
     }
@@ -182,7 +182,7 @@ export class Playback extends EventTarget {
     return frames[low];
   }
 
-  /** Go through all of it, a little at a time, with a model that nobody sees. */
+  /** Go through all of it, a little at a time, with a model that is not shown. */
   async _prepare() {
     const model = new Model();
     let [next, offset] = [0, 0];
@@ -191,7 +191,7 @@ export class Playback extends EventTarget {
       do {
         const to = Math.min(next + 100, this._samples.length);
         for (; next < to; next += 1) {
-          model.hear(this._samples[next][1], this._samples[next][2]);
+          model.receive(this._samples[next][1], this._samples[next][2]);
           offset = offsetAt(this._samples[next], this._times[next], offset);
           if ((next + 1) % this._between === 0) this._keyframes.push({ next: next + 1, offset, saved: model.snapshot() });
         }

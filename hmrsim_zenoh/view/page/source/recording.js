@@ -11,7 +11,7 @@
  */
 
 /** A recording that can't be had. */
-export class RecordingError extends Error {}
+class RecordingError extends Error {}
 
 /**
  * Ask the server what there is to be seen.
