@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _LAST = EventPriority(2)
 """Priority of an event that comes after all others that are due at the same time."""
 
-_NOBODY: Final[list[Callable[[simpy.Event], None]]] = []
+_ABANDONED: Final[list[Callable[[simpy.Event], None]]] = []
 """The callbacks of a timeout that was abandoned, which is known by them."""
 
 
@@ -25,7 +25,7 @@ class Environment(simpy.Environment):
     ``run(until=…)`` would let time pass, too, but leaves a stale event behind, so that the schedule never looks empty.
 
     Attributes:
-        horizon: The last instant of which `take` takes events.
+        horizon: The last instant of which `process_events` takes events.
     """
 
     horizon = math.inf
@@ -40,7 +40,7 @@ class Environment(simpy.Environment):
         return len(self._queue) == self._abandoned + self._background
 
     def alarm(self, delay: float, ring: Callable[[], None]) -> Alarm:
-        """Call *ring* after a delay, if time advances that far for other events; `put_off` cancels the alarm.
+        """Call *ring* after a delay, if time advances that far for other events; `cancel` cancels the alarm.
 
         An ordinary event, such as the next level of an idle robot's battery, would keep a simulation running in which
         nothing else happens any more.
@@ -50,18 +50,18 @@ class Environment(simpy.Environment):
         self.schedule(alarm, NORMAL, delay)
         return alarm
 
-    def put_off(self, alarm: Alarm) -> None:
+    def cancel(self, alarm: Alarm) -> None:
         """Cancel an alarm; one that has rung is ignored."""
-        if alarm.callbacks is not None and alarm.callbacks is not _NOBODY:
-            alarm.callbacks = _NOBODY
+        if alarm.callbacks is not None and alarm.callbacks is not _ABANDONED:
+            alarm.callbacks = _ABANDONED
             self._background -= 1
             self._abandoned += 1
 
-    def pass_until(self, to: float) -> None:
+    def advance_clock(self, to: float) -> None:
         """Let it be *to*; nothing may be due before."""
         self._now = to
 
-    def take(self, most: int, *, idle: bool = True) -> int:
+    def process_events(self, most: int, *, idle: bool = True) -> int:
         """Take at most so many events that are due at the horizon or before; return how many there were.
 
         Unless *idle*, none is taken once nothing is scheduled any more for whose sake time goes on.
@@ -86,10 +86,10 @@ class Environment(simpy.Environment):
 
     def abandon(self, timeout: simpy.Timeout) -> None:
         """Abandon a timeout that no process waits for any more: time does not advance for it."""
-        timeout.callbacks = _NOBODY
+        timeout.callbacks = _ABANDONED
         self._abandoned += 1
 
-    def soon(self, call: Callable[[], None]) -> None:
+    def call_soon(self, call: Callable[[], None]) -> None:
         """Call a function at this instant, before all events that are due."""
         event = simpy.Event(self)
         event._ok, event._value = True, None  # noqa: SLF001 - as simpy's own events do
@@ -99,7 +99,7 @@ class Environment(simpy.Environment):
     def _clear(self) -> None:
         """Remove abandoned events from the top of the schedule; those below stay until they are at the top."""
         queue = self._queue
-        while queue and queue[0][3].callbacks is _NOBODY:
+        while queue and queue[0][3].callbacks is _ABANDONED:
             heapq.heappop(queue)
             self._abandoned -= 1
 
@@ -116,8 +116,10 @@ class Environment(simpy.Environment):
         """Reset time to 0 and drop future events; events that are due now are due at 0."""
         self._queue[:] = [(0.0, *rest) for at, *rest in self._queue if at <= self._now]  # type: ignore[misc]
         heapq.heapify(self._queue)
-        self._abandoned = sum(event.callbacks is _NOBODY for *_, event in self._queue)
-        self._background = sum(isinstance(event, Alarm) and event.callbacks is not _NOBODY for *_, event in self._queue)
+        self._abandoned = sum(event.callbacks is _ABANDONED for *_, event in self._queue)
+        self._background = sum(
+            isinstance(event, Alarm) and event.callbacks is not _ABANDONED for *_, event in self._queue
+        )
         self._now = 0.0
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hmrsim.protocol.goal import ZERO_ID
-from hmrsim.protocol.time import Join, Leave, LookAround, ReadTime, SetClock, TokenSeen
+from hmrsim.protocol.time import CheckWatchdog, Join, Leave, ReadTime, SetClock, TokenSeen
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
@@ -202,7 +202,7 @@ class Advance(NamedTuple):
     reply_to: Any = None
 
 
-TimeCommand = Join | Advance | Leave | TokenSeen | SetClock | ReadTime | LookAround
+TimeCommand = Join | Advance | Leave | TokenSeen | SetClock | ReadTime | CheckWatchdog
 
 
 AnyCommand = Command | TimeCommand

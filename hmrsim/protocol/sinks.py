@@ -14,11 +14,11 @@ class Moment(NamedTuple):
     """When a command came, as exactly as a replay needs it.
 
     Attributes:
-        taken: The events that had been taken.
+        processed: The events that had been taken.
         now: The simulated time, in seconds.
     """
 
-    taken: int
+    processed: int
     now: float
 
 

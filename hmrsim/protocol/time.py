@@ -58,7 +58,7 @@ class ReadTime(NamedTuple):
     reply_to: Any = None
 
 
-class LookAround(NamedTuple):
+class CheckWatchdog(NamedTuple):
     """Check whether a participant has exceeded its time to answer."""
 
 

@@ -187,7 +187,7 @@ class Energy:
         """Set no alarm any more: the robot is there no longer, or time is reset."""
         self.battery.settle(self._env.now)
         if self._alarm is not None:
-            self._env.put_off(self._alarm)
+            self._env.cancel(self._alarm)
             self._alarm = None
 
     def go_on(self) -> None:
@@ -225,11 +225,11 @@ class Energy:
             self._target = self._upper_end(Level(self.level + 1))
             if battery.charge(now) <= self._target:
                 # What changes now comes first.
-                self._env.soon(self._publish_levels)
+                self._env.call_soon(self._publish_levels)
                 return
         self._due = battery.reaches(self._target)
         if self._alarm is not None and self._due < self._alarm_at:
-            self._env.put_off(self._alarm)
+            self._env.cancel(self._alarm)
             self._alarm = None
         if self._alarm is None and self._due < math.inf:
             # An alarm that rings early, since less is drawn meanwhile, is cheaper than a new one with each change.

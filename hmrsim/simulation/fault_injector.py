@@ -216,7 +216,7 @@ class FaultInjector:
     def _clear(self, injected: InjectedFault) -> None:
         del self.known[injected.name]
         if injected.alarm is not None:
-            self._env.put_off(injected.alarm)
+            self._env.cancel(injected.alarm)
         if injected.over is not None:
             self._env.abandon(injected.over)
         if injected.end is not None:

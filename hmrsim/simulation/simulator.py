@@ -108,7 +108,7 @@ class Simulator:
         detections: What its robots' sensors see.
         readings: The latest message of each topic.
         scripts: What its robots do by themselves.
-        taken: Events processed since the start. It depends on neither subscribers nor clocks, so that
+        processed: Events processed since the start. It depends on neither subscribers nor clocks, so that
             (number of events, command) says exactly when a command came.
         generation: How often time was reset.
     """
@@ -133,7 +133,7 @@ class Simulator:
         self.interest = Interest(self._sinks)
         self.telemetry = Telemetry(self.interest)
         self._told = (-1, 0.0)
-        self.taken = 0
+        self.processed = 0
         self.generation = 0
         happened = self.happened = Happenings(self.env, self.interest, self._emit)
         self.dispatcher = Dispatcher(
@@ -224,7 +224,7 @@ class Simulator:
             sink.commanded(command, by, self.moment)
         self._apply(command)
         # Goals that are sent while time stands start all the same.
-        while self.paused and isinstance(command, _BEGINNING) and self.take(self.now, _BATCH):
+        while self.paused and isinstance(command, _BEGINNING) and self.process_events(self.now, _BATCH):
             pass
 
     def _apply(self, command: Command) -> None:
@@ -339,7 +339,7 @@ class Simulator:
     @property
     def moment(self) -> Moment:
         """The time, as exactly as a replay needs it."""
-        return Moment(self.taken, self.env.now)
+        return Moment(self.processed, self.env.now)
 
     @property
     def limit(self) -> float:
@@ -368,7 +368,7 @@ class Simulator:
             self._told = telling
             self._emit(self.readings.clock())
 
-    def take(self, until: float, most: int, *, idle: bool = True) -> bool:
+    def process_events(self, until: float, most: int, *, idle: bool = True) -> bool:
         """Process some events and samples that are due at *until* or before; at one instant events come first.
 
         Args:
@@ -388,42 +388,42 @@ class Simulator:
                 break
             # Each event may bring a sample that is due before the next one; each sample may halt us.
             if sample < event:
-                self.telemetry.sample(self.pass_to)
+                self.telemetry.sample(self.advance_clock)
                 taken += 1
             else:
-                events = self.env.take(1 if self.interest.sampled else most - taken, idle=idle)
-                self.taken += events
+                events = self.env.process_events(1 if self.interest.sampled else most - taken, idle=idle)
+                self.processed += events
                 taken += events
         return taken > 0
 
     def halt(self) -> None:
-        """End the `take` under way after this instant, of which all is taken still."""
+        """End the `process_events` under way after this instant, of which all is taken still."""
         self.env.horizon = end_of_instant(self.now)
 
     def advance(self, until: float) -> None:
         """Take everything that is due at *until* or before, then let it be *until*."""
-        while self.take(until, _BATCH):
+        while self.process_events(until, _BATCH):
             pass
-        self.pass_to(min(until, self.gate.limit))
+        self.advance_clock(min(until, self.gate.limit))
 
     def run(self, until: float = math.inf) -> None:
         """Run until nothing is scheduled or *until* is reached, as fast as possible."""
-        while self.take(until, _BATCH, idle=False):
+        while self.process_events(until, _BATCH, idle=False):
             pass
         if until < math.inf:
             self.advance(until)
 
     def run_scripts(self, until: float = math.inf) -> None:
         """Run until every script has ended, or *until* is reached."""
-        while self.scripts.running and self.take(until, _BATCH, idle=False):
+        while self.scripts.running and self.process_events(until, _BATCH, idle=False):
             pass
         if self.scripts.running and until < math.inf:
             self.advance(until)
 
-    def pass_to(self, to: float) -> None:
+    def advance_clock(self, to: float) -> None:
         """Advance time to *to*, rounded to whole nanoseconds, if it is earlier; no event may be due before.
 
         A replay of a trace, whose times are whole nanoseconds, so reaches exactly the same times.
         """
         if to > self.env.now and (whole := stamp(to)) > stamp(self.env.now):
-            self.env.pass_until(min(whole / NANOSECONDS, self.env.peek()))
+            self.env.advance_clock(min(whole / NANOSECONDS, self.env.peek()))

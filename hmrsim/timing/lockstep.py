@@ -244,22 +244,22 @@ class LockstepCoordinator:
         plans = simulator.plans
         if plans.awaited:
             # All of this instant comes first, and time stands; it can't matter when, and in which order, they come.
-            return simulator.take(end_of_instant(simulator.now), most) or (
+            return simulator.process_events(end_of_instant(simulator.now), most) or (
                 plans.all_kept and self._submit_plans(plans.take_kept())
             )
         stop = min(self._horizon, simulator.limit, self._end)
-        if simulator.take(end_of_instant(stop), most, idle=stop < math.inf):
+        if simulator.process_events(end_of_instant(stop), most, idle=stop < math.inf):
             return True
         if self._woken:
             self._finish("event", wall)
         elif simulator.limit < math.inf and stop == simulator.limit:
             # A client has paused the simulation, or makes it step.
-            simulator.pass_to(stop)
+            simulator.advance_clock(stop)
         elif stop == self._horizon < math.inf:
-            simulator.pass_to(stop)
+            simulator.advance_clock(stop)
             self._finish("until", wall)
         elif stop < math.inf:
-            simulator.pass_to(stop)
+            simulator.advance_clock(stop)
             self._finish("end", wall)
         else:
             self._finish("idle", wall)

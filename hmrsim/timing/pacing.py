@@ -17,7 +17,7 @@ from hmrsim.errors import SimulationStopped
 from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import Advance, PlanAnswered, TimeCommand
 from hmrsim.protocol.outputs import Granted
-from hmrsim.protocol.time import LOCKSTEP, Join, Leave, LookAround, ReadTime, SetClock, TimeState, TokenSeen
+from hmrsim.protocol.time import LOCKSTEP, CheckWatchdog, Join, Leave, ReadTime, SetClock, TimeState, TokenSeen
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.timing.lockstep import LockstepCoordinator
@@ -197,7 +197,7 @@ class Pacing:
             simulator.advance(self._duration)
             self._over = True
         else:
-            simulator.take(min(self._duration, simulator.limit), _EVENTS_BETWEEN_POLLS, idle=False)
+            simulator.process_events(min(self._duration, simulator.limit), _EVENTS_BETWEEN_POLLS, idle=False)
 
     def _paced_round(self, factor: float) -> None:
         simulator = self._simulator
@@ -212,7 +212,7 @@ class Pacing:
             self._lose(late)
         if simulator.next_due <= target:
             # Some of it: commands are looked for in between.
-            simulator.take(target, _EVENTS_BETWEEN_POLLS)
+            simulator.process_events(target, _EVENTS_BETWEEN_POLLS)
         elif target >= self._duration:
             simulator.advance(self._duration)
             self._over = True
@@ -290,7 +290,7 @@ class Pacing:
                 lockstep.leave(command)
             case TokenSeen(name, alive):
                 lockstep.token_seen(name, alive=alive)
-            case LookAround():
+            case CheckWatchdog():
                 for name in lockstep.overdue(wall_time() - self._participant_timeout):
                     lockstep.drop(name, f"it has not asked to advance for more than {self._participant_timeout:g} s")
         if self._end_on_loss and lockstep.lost:
@@ -338,15 +338,15 @@ class Pacing:
             self._last_state = state._replace(now=0.0, epoch=0)
             self._simulator.tell(state)
 
-    def _watching(self) -> _Watch:
+    def _watching(self) -> _Watchdog:
         def look() -> None:
             if self.clock == LOCKSTEP and self.lockstep.overdue(wall_time() - self._participant_timeout):
-                self._inbox.put(LookAround())
+                self._inbox.put(CheckWatchdog())
 
-        return _Watch(look, self._participant_timeout / _LOOKS)
+        return _Watchdog(look, self._participant_timeout / _LOOKS)
 
 
-class _Watch:
+class _Watchdog:
     """Looks again and again in a thread of its own: who waits for a command has no other alarm."""
 
     def __init__(self, look: Callable[[], None], interval: float) -> None:

@@ -176,11 +176,11 @@ class _Replay:
         if line is not None and line.kind in ("command", "end") and not self._made:
             self._let_it_be(line)
             if not self._made:
-                if self._simulator.taken != line.after:
+                if self._simulator.processed != line.after:
                     return None
                 self._repeat(line, number)
         until = end_of_instant(line.stamp.to_nanoseconds() / NANOSECONDS) if line is not None else math.inf
-        while not self._made and self._simulator.take(until, 1):
+        while not self._made and self._simulator.process_events(until, 1):
             self._trace.flush()
         return self._made.popleft() if self._made else None
 
@@ -188,11 +188,11 @@ class _Replay:
         """Take events until the moment at which a command came, or until one of them has something to say."""
         simulator = self._simulator
         until = end_of_instant(line.stamp.to_nanoseconds() / NANOSECONDS)
-        while not self._made and simulator.taken < line.after and simulator.take(until, 1):
+        while not self._made and simulator.processed < line.after and simulator.process_events(until, 1):
             self._trace.flush()
         at = line.stamp.to_nanoseconds()
-        if simulator.taken == line.after and stamp(simulator.now) < at:
-            simulator.pass_to(at / NANOSECONDS)
+        if simulator.processed == line.after and stamp(simulator.now) < at:
+            simulator.advance_clock(at / NANOSECONDS)
 
     def _repeat(self, line: _Line, number: int) -> None:
         """Submit the commands of the trace."""

@@ -188,7 +188,7 @@ class Trace:
 
 
 def _moment(moment: Moment) -> dict[str, Any]:
-    return {"after": moment.taken, "stamp": values_of(stamp(moment.now))}
+    return {"after": moment.processed, "stamp": values_of(stamp(moment.now))}
 
 
 def _send_goal(command: SendGoal) -> dict[str, Any]:

@@ -261,7 +261,7 @@ class Passage:
         """Have vehicles that wait ask again, at this instant but after what happens now."""
         if robots and not self._asking:
             # Now, a vehicle that yields has not left yet.
-            self._env.soon(self._ask)
+            self._env.call_soon(self._ask)
         self._asking.extend(robots)
 
     def _ask(self) -> None:
@@ -334,7 +334,7 @@ class Passage:
         if robot in self.waits:
             self.look_again([robot])
         elif robot.waits:
-            self._env.soon(robot.ask_again)
+            self._env.call_soon(robot.ask_again)
 
     def became_idle(self, robot: Vehicle) -> None:
         """Take note that a vehicle can yield from now on where it stands."""

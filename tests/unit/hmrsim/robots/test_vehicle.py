@@ -380,7 +380,7 @@ class Walk:
         """Take events until some time has passed, but only so many."""
         until = self.simulator.now + seconds if seconds or most == math.inf else math.inf
         taken = 0
-        while taken < most and self.simulator.take(until, 1, idle=False):
+        while taken < most and self.simulator.process_events(until, 1, idle=False):
             taken += 1
             self.check()
         if until < math.inf and taken < most:

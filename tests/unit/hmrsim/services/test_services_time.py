@@ -204,9 +204,9 @@ class TestSteps:
     def test_another_state_ends_the_steps(self, paused, state, word):
         """Who waits for them learns why they were not all made."""
         paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
-        paused.simulator.take(0.1, 1)
+        paused.simulator.process_events(0.1, 1)
         become(paused, state)
-        paused.simulator.take(0.1, 100)
+        paused.simulator.process_events(0.1, 100)
 
         result = paused.log.answer("steps").result
         assert Result.RESULT_OPERATION_FAILED == result.result
@@ -218,7 +218,7 @@ class TestSteps:
     def test_steps_that_were_ended_do_not_end_those_after_them(self, paused):
         """Three are halted after one, and others made."""
         paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
-        paused.simulator.take(0.1, 1)
+        paused.simulator.process_events(0.1, 1)
         become(paused, PAUSED)
         paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=9), "more"))
         paused.simulator.run()

@@ -369,12 +369,12 @@ def test_never_two_in_one_place_and_every_goal_ends(policy, crowd):
     commands = [(at, go(name, *points[goal], f"{i:032x}")) for i, (at, name, goal) in enumerate(goals, 1)]
     commands += [(at + 1.0, CancelGoal(name, "navigate_to_pose")) for at, name in cancels]
     for at, command in sorted(commands, key=lambda timed: timed[0]):
-        while simulator.take(at, 1):
+        while simulator.process_events(at, 1):
             check_places(simulator)
         simulator.advance(at)
         simulator.submit(command)
         check_places(simulator)
-    while simulator.take(math.inf, 1, idle=False):
+    while simulator.process_events(math.inf, 1, idle=False):
         check_places(simulator)
 
     ends = [run.log.changes(command.goal_id)[-1][1] for _, command in commands if isinstance(command, SendGoal)]
