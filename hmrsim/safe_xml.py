@@ -23,7 +23,7 @@ E = TypeVar("E", bound=Parent)
 
 
 class XmlError(Exception):
-    """The text is no XML, or none that is read here.
+    """The text is not valid XML, or none that is read here.
 
     Attributes:
         line: Where, from 1.
@@ -54,7 +54,7 @@ def parse(
         on_text: Called with an element and a piece of the text in it.
 
     Raises:
-        XmlError: It is no XML, has a document type, or exceeds a bound; *make* may raise it, too.
+        XmlError: It is not valid XML, has a document type, or exceeds a bound; *make* may raise it, too.
     """
     parser = expat.ParserCreate(encoding)
     tree = _Tree(parser, make, max_elements, line)
@@ -67,9 +67,9 @@ def parse(
     try:
         parser.Parse(data, True)
     except expat.ExpatError as error:
-        raise XmlError(f"is no XML: {expat.ErrorString(error.code)}", line or error.lineno) from None
+        raise XmlError(f"is not valid XML: {expat.ErrorString(error.code)}", line or error.lineno) from None
     except (LookupError, ValueError) as error:
-        raise XmlError(f"is no XML: {error}", tree.here) from None
+        raise XmlError(f"is not valid XML: {error}", tree.here) from None
     if tree.root is None:
         raise XmlError("is empty", line)
     return tree.root

@@ -75,7 +75,7 @@ def strangers(
         flag = action.option_strings[0]
         if flag in _NO_SETTINGS or known.get(flag) == _described(action):
             continue
-        why = "differs from its setting" if flag in known else "is no setting"
+        why = "differs from its setting" if flag in known else "is not a setting"
         yield f"hmrsim {name} {flag}: {why}; declare it in a model of settings, see hmrsim/settings"
 
 

@@ -24,9 +24,9 @@ def numbers(words: list[str]) -> list[float]:
         try:
             value = float(word)
         except ValueError:
-            raise ValueError(f"{word!r} is no number") from None
+            raise ValueError(f"{word!r} is not a number") from None
         if not math.isfinite(value):
-            raise ValueError(f"{word!r} is no finite number")
+            raise ValueError(f"{word!r} is not a finite number")
         values.append(value)
     return values
 

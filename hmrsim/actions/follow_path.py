@@ -52,7 +52,7 @@ def _ordered(text: str, _world: World) -> FollowPath.Goal:
     """Return the path through the points; at each the robot faces the way that it came from the one before."""
     values = numbers(text.split())
     if len(values) % 2 or not values:
-        raise ValueError(f"{len(values)} numbers are no points; expected pairs of x and y")
+        raise ValueError(f"{len(values)} numbers are not points; expected pairs of x and y")
     points = list(zip(values[::2], values[1::2], strict=True))
     for point in points:
         check_reachable(*point)

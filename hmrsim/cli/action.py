@@ -46,7 +46,7 @@ examples:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim action``."""
-    parser.description = "What robots can be asked to do, as `ros2 action`."
+    parser.description = "List actions and send goals, as with `ros2 action`."
     parser.epilog = _EXAMPLES
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     lister = commands.add_parser(
@@ -58,8 +58,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     listing.configure(lister, _names)
     info = commands.add_parser(
         "info",
-        help="show what an action takes and gives",
-        description="Show what an action takes and gives.",
+        help="show the goal, result and feedback of an action",
+        description="Show the goal, result and feedback of an action.",
         epilog=_INFO_EXAMPLES,
     )
     info.add_argument("name", metavar="NAME", help="/ROBOT/ACTION or an alias")

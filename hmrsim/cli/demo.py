@@ -50,21 +50,21 @@ _WORLD: Final = "hospital"
 _TREE: Final = "bt_controller.examples.hospital:mission"
 _START_SECONDS: Final = 15.0
 _MISSION_SECONDS: Final = 300.0
-"""Simulated seconds after which the mission is given up; it takes about 160."""
+"""Simulated seconds after which the mission is aborted; it takes about 160."""
 _FREE_SECONDS: Final = 15.0
-"""Wall seconds that it may take besides."""
+"""Wall seconds that it may take in addition."""
 _LOOK: Final = 0.1
 _LAST_EVENTS: Final = 0.3
 _PATIENCE: Final = 0.5
-"""Wall seconds that what is heard from one process waits for what the other has to say before."""
+"""Wall seconds that a line of one process waits for an earlier line of the other."""
 
 
 class DemoFailed(HmrsimError):
-    """A part of the demo did not do what it should; the text says which, and has what it said."""
+    """A process of the demo failed; the text names it and has its output."""
 
 
 class _Interrupted(Exception):
-    """The user, or the system, wants the demo to end."""
+    """The user or the system has asked the demo to end."""
 
     def __init__(self, signal: int) -> None:
         super().__init__(signal)
@@ -74,15 +74,15 @@ class _Interrupted(Exception):
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim demo``."""
     parser.description = (
-        "Watch a fleet do its work in the hospital: a simulator and a controller with behaviour trees, two processes\n"
-        "that talk over Zenoh. Shows what happens as it happens, and what was done at the end."
+        "Run a mission of a fleet in a hospital: a simulator and a controller with behaviour trees, two processes\n"
+        "that communicate over Zenoh. Prints events as they happen, and a summary at the end."
     )
     parser.epilog = _EXAMPLES
     add_settings(parser, DemoSettings, only=("seed", "clock", "real_time_factor"))
     add_settings(parser, TraceSettings)
     add_settings(parser, ViewSettings)
     parser.add_argument(
-        "--json", action="store_true", help="what happens, and the sum at the end, as one JSON object a line"
+        "--json", action="store_true", help="print each event, and the summary at the end, as one JSON object per line"
     )
     add_log_options(parser)
     parser.set_defaults(function=_demo)
@@ -179,7 +179,7 @@ class _Demo:
         return dict(ready)
 
     def _follow(self, story: Story) -> None:
-        """Tell what happens until the controller has ended.
+        """Show the events until the controller has ended.
 
         Raises:
             DemoFailed: It takes too long.
@@ -190,7 +190,7 @@ class _Demo:
             item = self._next(_LOOK)
             self._screen.refresh()
             if item == (None,):
-                # The last events may be on their way still.
+                # The last events may not have arrived yet.
                 while (item := self._next(_LAST_EVENTS)) is not None:
                     self._hear(story, item)
                 self._tell(math.inf)
@@ -218,10 +218,10 @@ class _Demo:
             self._screen.tell(line)
 
     def _next(self, timeout: float) -> Any:
-        """Return the next news; None when there is none in *timeout* wall seconds.
+        """Return the next message; None when there is none within *timeout* wall seconds.
 
         Raises:
-            _Interrupted: A signal came.
+            _Interrupted: A signal arrived.
         """
         try:
             item = self.news.get(timeout=timeout)

@@ -35,7 +35,7 @@ class Audience(Protocol):
         """Return what has to be entered while the mission goes on."""
 
     def say(self, text: str) -> None:
-        """Show a line that is no part of the mission."""
+        """Show a line that is not a part of the mission."""
 
     def log(self, text: str) -> None:
         """Show a line of the log; from any thread."""
@@ -58,7 +58,7 @@ class JsonLines:
         return nullcontext()
 
     def say(self, text: str) -> None:
-        """Show a line that is no part of the mission."""
+        """Show a line that is not a part of the mission."""
         warn(text)
 
     def log(self, text: str) -> None:
@@ -117,7 +117,7 @@ class Screen:
         self._table = None
 
     def say(self, text: str) -> None:
-        """Show a line that is no part of the mission."""
+        """Show a line that is not a part of the mission."""
         if self._table is None:
             print(text, file=self._out, flush=True)
         else:

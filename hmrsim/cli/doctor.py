@@ -1,4 +1,4 @@
-"""``hmrsim doctor``: what is on the network, what is wrong with it, and what to do."""
+"""``hmrsim doctor``: the network: what is on it, what is wrong, and what to do."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 _EXAMPLES: Final = f"""\
 exit codes:
-  0  nothing is wrong, but for warnings
-  1  something is; each problem is told with what to do
+  0  no errors, maybe warnings
+  1  errors; each comes with a remedy
   2  wrong use
-  3  nobody there: neither a simulator nor a ROS node
+  3  neither a simulator nor a ROS node answers
 
 examples:
   hmrsim doctor
@@ -38,8 +38,8 @@ examples:
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim doctor``."""
     parser.description = (
-        "Say what is on the network (a simulator, its robots and who drives them, ROS nodes), what is wrong with it,\n"
-        "and what to do. It only looks, for half a second, and changes nothing."
+        "Show what is on the network (a simulator, its robots and their controllers, ROS nodes), what is wrong,\n"
+        "and what to do. It observes for half a second, and changes nothing."
     )
     parser.epilog = _EXAMPLES
     parser.add_argument("--json", action="store_true", help="print one JSON object with everything")
@@ -47,7 +47,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--ros-domain-id",
         type=reader_of(Ros2Settings, "ros_domain_id"),
         metavar="N",
-        help=f"ROS's domain to look at (default: the environment's {ROS_DOMAIN_ID}, else 0)",
+        help=f"the ROS domain to examine (default: the environment's {ROS_DOMAIN_ID}, else 0)",
     )
     parser.set_defaults(function=_examine)
     add_connection_options(parser)
@@ -78,7 +78,7 @@ def _examine(args: argparse.Namespace) -> int:
 
 
 def _domain_of(environment: Mapping[str, str]) -> int:
-    """Return the domain of the environment; 0 if it says none, or what is none, which is found to be a problem."""
+    """Return the domain of the environment; 0 if it has none, or an invalid one, which is reported as a problem."""
     try:
         return domain_id(environment.get(ROS_DOMAIN_ID, ""))
     except ValueError:

@@ -29,11 +29,11 @@ _KINDS: Final = {
 }
 _MAX_DOMAINS: Final = 8
 _LABEL: Final = 11
-"""Columns of what stands in front of a line."""
+"""Width of the heading of a line, in characters."""
 
 
 def as_text(snapshot: Snapshot, found: Sequence[Problem]) -> str:
-    """Return what is there, a line for each kind of thing, and what is wrong, a line for each problem."""
+    """Return the findings, one line per kind, and the problems, one line each."""
     facts = [f"{label:<{_LABEL}} {text}" for label, text in _facts(snapshot)]
     told = [f"{one.severity}: {one.text}; {one.remedy}" for one in found]
     return "\n".join(printable(line) for line in (*facts, "", *(told or ["nothing is wrong"])))
@@ -72,7 +72,7 @@ def _simulator(snapshot: Snapshot, simulator: Simulator) -> dict[str, Any]:
 
 
 _OF_TREES: Final = ("sim_time", "tick", "status", "ended")
-"""The shown fields of a tree; its topic has all of them."""
+"""The fields of a tree that are shown; its topic has all of them."""
 
 
 def _domain(domain: Domain) -> list[dict[str, Any]]:
@@ -127,10 +127,10 @@ def _of_simulator(snapshot: Snapshot, simulator: Simulator) -> Iterator[tuple[st
     yield "robots", "; ".join((some(_groups(simulator)) or "none", *_alive(simulator)))
     if time.get("participants") or time.get("waiting_for"):
         waiting = f"; time waits for {some(time['waiting_for'])}" if time.get("waiting_for") else ""
-        yield "lockstep", f"{some(time.get('participants', ())) or 'nobody takes part'}{waiting}"
-    # A simulator takes the one next to it for a planner.
+        yield "lockstep", f"{some(time.get('participants', ())) or 'no participants'}{waiting}"
+    # A simulator takes another simulator beside it for a planner.
     if info.get("planner_present") and not simulator.twins:
-        yield "planner", "there is one outside"
+        yield "planner", "an external one is available"
     if simulator.trees:
         yield (
             "trees",
@@ -139,7 +139,7 @@ def _of_simulator(snapshot: Snapshot, simulator: Simulator) -> Iterator[tuple[st
 
 
 def _groups(simulator: Simulator) -> Iterator[str]:
-    """Yield the robots that can do the same, and how much that is."""
+    """Yield the robots that serve the same actions, and how many actions that is."""
     groups: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
     for robot, actions in simulator.robots.items():
         groups[tuple(actions)].append(robot)
@@ -174,7 +174,7 @@ def _of_ros(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
     for number in [*domains][:_MAX_DOMAINS]:
         domain = domains[number]
         if not domain.tokens:
-            yield "ROS", f"domain {number}: nobody"
+            yield "ROS", f"domain {number}: no nodes"
         if domain.ours:
             yield "ROS", f"domain {number}: {_offer(snapshot, domain)}"
         if domain.others:
@@ -194,7 +194,7 @@ def _offer(snapshot: Snapshot, domain: Domain) -> str:
 
 
 def _distros(domain: Domain) -> tuple[str, ...]:
-    """Return whose types the simulator speaks."""
+    """Return the ROS distributions whose types the simulator uses."""
     return distros_of({(one.type, one.hash) for _, one in endpoints(domain.ours, *OFFER)})
 
 

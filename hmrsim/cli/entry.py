@@ -17,26 +17,26 @@ if TYPE_CHECKING:
 _COMMANDS: Final = {
     "run": "serve a world over Zenoh until Ctrl-C",
     "simulate": "run the robots' own scripts in virtual time, without a network",
-    "replay": "run a trace again, and say whether it comes out the same",
-    "demo": "watch a fleet do its work in the hospital, from start to end",
-    "action": "list the robots' actions, look at one, send a goal",
-    "topic": "list what is published, and follow it",
-    "service": "list what can be asked, and ask it",
-    "doctor": "say what is on the network, and what is wrong with it",
-    "view": "see it: a live picture in a browser, or a recording",
-    "record": "write what is published into an MCAP file, for Foxglove and for the page",
-    "report": "say what happened in a trace or a recording, as a page, as JSON or as tables",
-    "map": "check a world file, look at it, plan on it, convert it, draw it",
-    "completion": "print what makes a shell complete our commands",
+    "replay": "replay a trace, and check that the run is identical",
+    "demo": "run a hospital mission: simulator and controller, each in its own process",
+    "action": "list the robots' actions, show one, send a goal",
+    "topic": "list topics, print their messages, measure their rate",
+    "service": "list services, and call them",
+    "doctor": "diagnose the network: simulators, clients, ROS nodes",
+    "view": "show a simulation in a browser, live or recorded",
+    "record": "record what is published to an MCAP file, for Foxglove and `hmrsim view`",
+    "report": "report on a trace or a recording, as a page, as JSON or as tables",
+    "map": "check, inspect, convert and draw world files; plan routes on them",
+    "completion": "print a script for shell completion",
 }
 """Each is a module of this package with a function *configure*, which adds arguments to the command's parser."""
 
 _EPILOG: Final = f"""\
 exit codes:
   0  done
-  1  it ran and did not succeed: goal rejected, aborted or canceled, unknown robot or action, errors found
+  1  it ran, but did not succeed: goal rejected, aborted or canceled, unknown robot or action, errors found
   2  wrong use, unreadable input, port taken
-  3  nobody there: no simulator answers within --timeout
+  3  no simulator answers within --timeout
   130  Ctrl-C while following a goal, which cancels it
   143  SIGTERM while following a goal, which cancels it
 

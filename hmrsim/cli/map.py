@@ -44,7 +44,7 @@ examples:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim map``."""
-    parser.description = "Look at world files, plan on them, convert them, draw them."
+    parser.description = "Check, inspect, convert and draw world files; plan routes on them."
     parser.epilog = _EXAMPLES
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     validate = commands.add_parser(
@@ -56,8 +56,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_world_options(validate, argument="file")
     validate.add_argument("--json", action="store_true", help="print one JSON list")
     validate.set_defaults(function=_validate)
-    map_info.configure(commands.add_parser("info", help="tell what is in a world file"))
-    map_plan.configure(commands.add_parser("plan", help="print the way from here to there, and how long it takes"))
+    map_info.configure(commands.add_parser("info", help="show the contents of a world file"))
+    map_plan.configure(commands.add_parser("plan", help="print the route between two points, and its travel time"))
     map_convert.configure(commands.add_parser("convert", help="write a world in another format"))
     map_render.configure(commands.add_parser("render", help="draw a world as SVG or PNG"))
 
@@ -73,12 +73,12 @@ def _validate(args: argparse.Namespace) -> int:
 
 
 def _is_wrong_use(problem: Problem) -> bool:
-    """Return whether it is an option that can't be read, as opposed to one that does not go with the file."""
+    """Return whether an option can't be read, as opposed to one that does not apply to the file."""
     return problem.file.startswith("--") and not problem.path
 
 
 def _readable(args: argparse.Namespace) -> bool:
-    """Return whether a file is there and of a known format, whatever it says."""
+    """Return whether a file exists and has a known format, whatever its content."""
     try:
         read_document(find(args.file), args.file, ReadOptions(page=read_settings(args, WorldSettings).page))
     except WorldError:

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
 _EXAMPLES: Final = f"""\
-OUT's suffix says the format: .yaml or .json is a native world, which holds everything; .geojson is the route graph
-of Nav2's Route Server. What IN has and a world can't hold is said on stderr, and what OUT can't hold. Files that IN
+OUT's suffix chooses the format: .yaml or .json is a native world, which holds everything; .geojson is the route graph
+of Nav2's Route Server. What a world or OUT can't hold is reported on stderr. Files that IN
 includes are merged in.
 
 examples:
@@ -48,9 +48,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     add_world_options(parser, argument="in")
     parser.add_argument("out", metavar="OUT", help="the file to write, or - for stdout")
-    parser.add_argument("--to", choices=[*_WRITERS], help="the format (default: what OUT's suffix says; yaml for -)")
+    parser.add_argument("--to", choices=[*_WRITERS], help="the format (default: that of OUT's suffix; yaml for -)")
     parser.add_argument("--force", action="store_true", help="overwrite OUT")
-    parser.add_argument("--json", action="store_true", help="print one JSON object that says what was written")
+    parser.add_argument("--json", action="store_true", help="print one JSON object about what was written")
     parser.set_defaults(function=_convert)
 
 
@@ -58,7 +58,7 @@ def _convert(args: argparse.Namespace) -> int:
     to = args.to or _format(args.out)
     out = Path(args.out)
     if args.out == _STDOUT and args.json:
-        raise WrongUse("--json says what was written, and so does OUT -; name a file")
+        raise WrongUse("--json and OUT - both write to stdout; name a file")
     if args.out != _STDOUT:
         check_target(out, force=args.force)
     loaded = read_world(args, argument="in")
@@ -69,7 +69,7 @@ def _convert(args: argparse.Namespace) -> int:
     for kind, number in left.items():
         warn(f"{args.out}: GeoJSON holds no {kind.replace('_', ' ')}: {number} left out")
     if to == "geojson" and loaded.world.units == "px":
-        warn(f"{args.out}: coordinates stay in pixels, y downwards; Nav2 will take them for metres, y upwards")
+        warn(f"{args.out}: coordinates stay in pixels, y downwards; Nav2 reads them as metres, y upwards")
     if args.out == _STDOUT:
         show(text.rstrip("\n"))
         return ExitCode.DONE
@@ -83,19 +83,19 @@ def _convert(args: argparse.Namespace) -> int:
 
 
 def _format(out: str) -> str:
-    """Return the format that a file's name asks for."""
+    """Return the format of a file, by its name."""
     suffix = Path(out).suffix.lower().removeprefix(".").replace("yml", "yaml")
     kind = choose(Path(out).name, "")
     if out == _STDOUT:
         return "yaml"
     if suffix not in _WRITERS or (kind is not None and kind.name not in ("native", "geojson")):
         known = ", ".join(f".{name}" for name in _WRITERS)
-        raise WrongUse(f"{out}: is of no format that can be written; expected one of {known}, or --to")
+        raise WrongUse(f"{out}: unknown output format; expected one of {known}, or --to")
     return suffix
 
 
 def _left_out(world: World) -> dict[str, int]:
-    """Return how many of what a route graph doesn't hold."""
+    """Return the number of entities of each kind that a route graph can't hold."""
     kept = {kind: getattr(world, kind) for kind in World.model_fields if kind not in _IN_GEOJSON}
     return {
         kind: 1 if kind == "bounds" or not isinstance(value, (dict, tuple)) else len(value)
@@ -105,7 +105,7 @@ def _left_out(world: World) -> dict[str, int]:
 
 
 def _as_yaml(world: World, out: Path) -> str:
-    """Return YAML that names its schema if that is in a folder near by."""
+    """Return YAML that names its schema if that is in a folder nearby."""
     folders = out.absolute().parents if str(out) != _STDOUT else ()
     near = next((folder for folder in folders if (folder / _SCHEMA).is_file()), None)
     schema = None if near is None else os.path.relpath(near / _SCHEMA, folders[0])

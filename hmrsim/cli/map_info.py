@@ -46,14 +46,14 @@ _COUNTED: Final = (
     "faults",
 )
 _MAX_LINES: Final = 10
-"""So many lines of a kind are shown."""
+"""Maximum number of lines of each kind."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim map info``."""
     parser.description = (
-        "Tell what is in a world file, and what its lanes mean for traffic: bottlenecks, places that can't be reached,"
-        " the longest and shortest trips, and where traffic will concentrate."
+        "Show the contents of a world file, and what its lanes mean for traffic: bottlenecks, places that can't be"
+        " reached, the longest and shortest trips, and where traffic will concentrate."
     )
     parser.epilog = _EXAMPLES
     add_world_options(parser, argument="file")
@@ -72,8 +72,8 @@ def _info(args: argparse.Namespace) -> int:
 
 
 def facts(loaded: LoadedWorld) -> dict[str, Any]:
-    """Return what there is to know of a world, as plain values."""
-    # It imports networkx, which takes longer than most that other commands do.
+    """Return the contents and statistics of a world, as plain values."""
+    # Imports networkx, which takes longer than most other commands take in all.
     from hmrsim.cli import map_network  # noqa: PLC0415
 
     world = loaded.world
@@ -123,7 +123,7 @@ def _lines(values: dict[str, Any]) -> Iterator[str]:
     yield f"{values['name']} ({values['file']}, {values['format']})"
     box = values["bounds"] or values["extent"]
     if box:
-        kind = "bounds" if values["bounds"] else "no bounds; all is within"
+        kind = "bounds" if values["bounds"] else "no bounds; all entities are within"
         yield f"{kind} ({box[0]:g}, {box[1]:g}) to ({box[2]:g}, {box[3]:g}) {units}"
     yield ", ".join(_counted(number, key.replace("_", " ")) for key, number in values["counts"].items() if number)
     if values["counts"]["lanes"]:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from hmrsim.world import World
 
 _EXAMPLES: Final = f"""\
-exit codes: 0 there is a way; 1 there is none, or no such name; 2 the file can't be read
+exit codes: 0 there is a route; 1 there is none, or no such name; 2 the file can't be read
 
 examples:
   hmrsim map plan hospital wall_e pharmacy
@@ -46,8 +46,8 @@ class Trip:
     """A route and how it is driven.
 
     Attributes:
-        route: The way.
-        base: What drives it; its speed is given.
+        route: The route.
+        base: The robot's base; its speed is given.
         seconds: For each leg.
         turning: Seconds of all turns between them.
     """
@@ -65,19 +65,21 @@ class Trip:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim map plan``."""
-    parser.description = "Print the quickest way from one point to another, each leg of it, and how long it takes."
+    parser.description = "Print the quickest route from one point to another, each of its legs, and its travel time."
     parser.epilog = _EXAMPLES
     add_world_options(parser, argument="file")
     where = "X,Y, or the name of a waypoint, place, dock, robot or item"
     parser.add_argument("start", metavar="FROM", help=where)
     parser.add_argument("goal", metavar="TO", help=where)
     who = parser.add_mutually_exclusive_group()
-    who.add_argument("--for", dest="driver", metavar="ROBOT", help="who drives (default: FROM, if that is a robot)")
+    who.add_argument(
+        "--for", dest="driver", metavar="ROBOT", help="the robot that drives (default: FROM, if that is a robot)"
+    )
     who.add_argument(
         "--speed",
         type=numbers.positive,
         metavar="V",
-        help="how fast, in the world's unit a second (default: that of a robot without one)",
+        help="the maximum speed, in the world's unit per second (default: that of a robot without one)",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(function=_plan)
@@ -125,10 +127,10 @@ def _trip(route: Route, base: Base, yaw: float | None) -> Trip:
 
 
 def _ends(world: World, texts: Sequence[str], driver: str | None) -> list[Point]:
-    """Return the points that are meant.
+    """Return the points that the arguments name.
 
     Raises:
-        UnknownName: There is nothing of a name; it tells all of them.
+        UnknownName: There is nothing of this name; the text lists all names.
         WrongUse: A coordinate is not finite.
     """
     found = [_point(world, text) for text in texts]
@@ -149,7 +151,7 @@ def _point(world: World, text: str) -> Point | None:
     if match := _POINT.fullmatch(text):
         point = float(match["x"]), float(match["y"])
         if not all(map(math.isfinite, point)):
-            raise WrongUse(f"{text!r} is no point; expected X,Y of finite numbers, such as 1.5,-2")
+            raise WrongUse(f"{text!r} is not a point; expected X,Y of finite numbers, such as 1.5,-2")
         return point
     thing = world.robots.get(text) or world.items.get(text)
     try:

@@ -15,9 +15,9 @@ from hmrsim.drawing import THEMES, Drawing
 from hmrsim.program.command_line import ENVIRONMENT
 
 _EXAMPLES: Final = f"""\
-OUT's suffix says the format: .svg, or .png, which needs the extra `png` (pip install 'hmrsim[png]'). Without -o the
-picture is SVG on stdout. Names are left out where there is no room for them; a viewer shows them, and more, of what
-is pointed at. The same world gives the same SVG, byte for byte.
+OUT's suffix chooses the format: .svg, or .png, which needs the extra `png` (pip install 'hmrsim[png]'). Without -o the
+picture is SVG on stdout. Names are omitted where there is no room for them; a viewer shows them, and more, as
+tooltips. The same world gives the same SVG, byte for byte.
 
 examples:
   hmrsim map render hospital -o hospital.svg
@@ -43,22 +43,28 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--theme", choices=THEMES, default="light", help="colours (light)")
     parser.add_argument("--width", type=_width, default=1200, metavar="N", help="width in pixels (1200)")
     parser.add_argument(
-        "--scale", type=_scale, default=2.0, metavar="N", help="pixels of a PNG for one of the drawing's, each way (2)"
+        "--scale",
+        type=_scale,
+        default=2.0,
+        metavar="N",
+        help="pixels of a PNG per pixel of the drawing, in each direction (2)",
     )
     parser.add_argument("--no-names", action="store_true", help="write no names")
-    parser.add_argument("--no-legend", action="store_true", help="the map alone, without title, scale bar and legend")
+    parser.add_argument(
+        "--no-legend", action="store_true", help="draw the map only, without title, scale bar and legend"
+    )
     parser.add_argument("--details", action="store_true", help="write speed limits and capacities beside lanes")
     parser.add_argument(
         "--bottlenecks",
         action="store_true",
-        help="draw where traffic concentrates, and waypoints, lanes and lifts that are the only way somewhere",
+        help="draw where traffic concentrates, and the waypoints, lanes and lifts that alone connect parts",
     )
     parser.set_defaults(function=_render)
 
 
 def _width(text: str) -> int:
     if not text.isdecimal() or not _MIN_WIDTH <= int(text) <= _MAX_WIDTH:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {_MIN_WIDTH} to {_MAX_WIDTH}")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {_MIN_WIDTH} to {_MAX_WIDTH}")
     return int(text)
 
 
@@ -68,7 +74,7 @@ def _scale(text: str) -> float:
     except ValueError:
         scale = 0.0
     if not 0.0 < scale <= _SHARPEST:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number above 0, up to {_SHARPEST:g}")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0, up to {_SHARPEST:g}")
     return scale
 
 
@@ -81,7 +87,7 @@ def _render(args: argparse.Namespace) -> int:
         warn(line_of(problem))
     overlay = None
     if args.bottlenecks:
-        # It imports networkx, which takes longer than to draw most worlds.
+        # Imports networkx, which takes longer than drawing most worlds.
         from hmrsim.cli.map_overlay import overlay_of  # noqa: PLC0415
 
         overlay = overlay_of(loaded.world, args.theme)
@@ -103,10 +109,10 @@ def _render(args: argparse.Namespace) -> int:
 
 
 def _format(out: str) -> str:
-    """Return the format that a file's name asks for."""
+    """Return the format of a file, by its name."""
     suffix = Path(out).suffix.lower()
     if out != _STDOUT and suffix not in (".svg", ".png"):
-        raise WrongUse(f"{out}: is of no format that can be drawn; expected one of .svg, .png")
+        raise WrongUse(f"{out}: unknown picture format; expected one of .svg, .png")
     return suffix.removeprefix(".")
 
 
@@ -114,7 +120,7 @@ def _png(svg: str, drawing: Drawing, scale: float) -> bytes:
     """Return a picture as pixels.
 
     Raises:
-        WrongUse: They are too many, or what makes them is not installed.
+        WrongUse: They are too many, or the package that renders them is not installed.
     """
     width, height = drawing.size
     if width * height * scale * scale > _MAX_PIXELS:

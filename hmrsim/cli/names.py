@@ -102,5 +102,5 @@ def split(name: str) -> tuple[str, str]:
     """
     first, slash, second = name.removeprefix("/").partition("/")
     if not (first and slash and second) or "/" in second:
-        raise WrongUse(f"{name!r} is no action's name; expected /ROBOT/ACTION, such as /wall_e/navigate_to_pose")
+        raise WrongUse(f"{name!r} is not an action's name; expected /ROBOT/ACTION, such as /wall_e/navigate_to_pose")
     return first, second

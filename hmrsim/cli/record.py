@@ -38,22 +38,22 @@ examples:
 
 _LOOK: Final = 0.2
 _GRACE: Final = 5.0
-"""Wall seconds in which a simulator that went may come back, as when it is started anew."""
+"""Wall seconds within which a simulator may come back, as when it is restarted."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim record``."""
     parser.description = (
-        "Write all that a simulator publishes into an MCAP file until Ctrl-C, or until the simulator has gone."
+        "Record everything that a simulator publishes to an MCAP file until Ctrl-C, or until the simulator is gone."
     )
     parser.epilog = _EXAMPLES
-    parser.add_argument("file", type=Path, metavar="OUT.mcap", help="what is there is overwritten")
+    parser.add_argument("file", type=Path, metavar="OUT.mcap", help="an existing file is overwritten")
     parser.add_argument(
         "--duration",
         type=numbers.positive,
         default=math.inf,
         metavar="S",
-        help="end after so many simulated seconds (default: never)",
+        help="end after this many simulated seconds (default: never)",
     )
     parser.add_argument("--json", action="store_true", help="print how much was recorded as one JSON object")
     add_connection_options(parser)
@@ -83,7 +83,7 @@ def _follow(
     """Record until a signal, the end of the time, or of the simulator.
 
     Raises:
-        Unreachable: The simulator says nothing of itself.
+        Unreachable: The simulator does not describe itself.
     """
     began = looked = seen = time.monotonic()
     said = False
@@ -101,7 +101,7 @@ def _follow(
             continue
         looked = now
         if not listener.begun and now - began > _GRACE:
-            raise Unreachable("the simulator is there, but does not say what is in it")
+            raise Unreachable("the simulator answers, but does not describe its world")
         if not client.alive:
             if now - seen > _GRACE:
                 warn("the simulator is gone")

@@ -19,25 +19,25 @@ if TYPE_CHECKING:
     import argparse
 
 _EXAMPLES: Final = """\
-exit codes: 0 it came out the same, byte for byte; 1 it did not; 2 it is no trace
+exit codes: 0 the replay is identical, byte for byte; 1 it is not; 2 the file is not a trace
 
 examples:
   hmrsim replay run.jsonl
   hmrsim replay run.jsonl --json | jq .difference"""
 
 _MAX_BYTES: Final = 64 * 1024 * 1024
-"""No line is so long: a world is smaller, and all else is much smaller."""
+"""Maximum length of a line; a world takes less, and all other lines much less."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim replay``."""
     parser.description = (
-        "Run a trace again without any network or controller, and say whether it comes out identical,\n"
-        "or where it first differs. A trace that was cut off is run to its end."
+        "Run a trace again without any network or controller, and tell whether it is identical,\n"
+        "or where it first differs. A truncated trace is run to its end."
     )
     parser.epilog = _EXAMPLES
     parser.add_argument("trace", type=Path, metavar="TRACE", help="a file that --trace has written")
-    parser.add_argument("--json", action="store_true", help="print what came of it as one JSON object")
+    parser.add_argument("--json", action="store_true", help="print the outcome as one JSON object")
     add_log_options(parser, default="error")
     parser.set_defaults(function=_replay)
 
@@ -45,7 +45,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def _replay(args: argparse.Namespace) -> int:
     collect_rarely()
     with (
-        told_of(args.trace, no_text="is no text, and so no trace"),
+        told_of(args.trace, no_text="is not a trace: it is not text"),
         args.trace.open(encoding="utf-8", newline="\n") as lines,
         logging_to_stderr(args),
     ):
@@ -76,7 +76,7 @@ def _show(path: Path, outcome: Outcome) -> None:
     if outcome.difference is not None:
         _show_difference(path, outcome.difference)
         return
-    cut = "" if outcome.complete else "; the trace was cut off there"
+    cut = "" if outcome.complete else "; the trace is truncated there"
     show(
         f"identical: {outcome.lines} lines, {outcome.commands} commands, {outcome.sim_time:.3f} simulated seconds{cut}"
     )

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from hmrsim.report import Report, Told
 
 _EXAMPLES: Final = """\
-A trace is run again, so that each motion is known; so it takes as long as `hmrsim replay`. Where this version can't
+A trace is replayed, so that each motion is known; this takes as long as `hmrsim replay`. Where this version can't
 run it again, the report is of what the trace says itself, and tells what is missing.
 
-exit codes: 0 done, also if goals failed; 2 it is no trace and no recording, or the output can't be written
+exit codes: 0 done, also if goals failed; 2 the file is neither a trace nor a recording, or the output can't be written
 
 examples:
   hmrsim simulate warehouse --trace run.jsonl && hmrsim report run.jsonl
@@ -39,7 +39,7 @@ examples:
 
 _MCAP: Final = b"\x89MCAP"
 _MAX_CHARACTERS: Final = 64 * 1024 * 1024
-"""No line is so long: a world is smaller, and all else is much smaller."""
+"""Maximum length of a line; a world takes less, and all other lines much less."""
 
 _STDOUT: Final = "-"
 
@@ -47,18 +47,21 @@ _STDOUT: Final = "-"
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim report``."""
     parser.description = (
-        "Say what happened in a run, of which there is a trace (--trace) or a recording (--record): how goals ended\n"
+        "Report on a run from its trace (--trace) or its recording (--record): how goals ended\n"
         "and why, what each robot did, for whom it waited, how far it drove, where the lanes are full.\n"
         "Without -o, --json or --csv a summary is printed."
     )
     parser.epilog = _EXAMPLES
     parser.add_argument("file", type=Path, metavar="TRACE|MCAP", help="a file that --trace or --record has written")
     parser.add_argument(
-        "-o", "--output", metavar="FILE", help="write a page of HTML that needs nothing else; - is the standard output"
+        "-o", "--output", metavar="FILE", help="write a self-contained HTML page; - is the standard output"
     )
-    parser.add_argument("--json", action="store_true", help="print all of it as one JSON object")
+    parser.add_argument("--json", action="store_true", help="print the whole report as one JSON object")
     parser.add_argument(
-        "--csv", type=_folder, metavar="DIR", help="write tables: goals.csv with a row a goal, robots.csv, waits.csv, …"
+        "--csv",
+        type=_folder,
+        metavar="DIR",
+        help="write tables: goals.csv with one row per goal, robots.csv, waits.csv, …",
     )
     add_log_options(parser, default="error")
     parser.set_defaults(function=_report)
@@ -66,7 +69,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def _report(args: argparse.Namespace) -> int:
     if args.json and args.output == _STDOUT:
-        raise WrongUse("hmrsim report: -o - and --json both want the standard output; give -o a file")
+        raise WrongUse("hmrsim report: -o - and --json both write to the standard output; give -o a file")
     if args.output not in (None, _STDOUT):
         _check_writable(args.file, Path(args.output))
     if args.csv is not None:
@@ -84,7 +87,7 @@ def _report(args: argparse.Namespace) -> int:
     if args.json:
         show(report.model_dump_json())
     elif args.output is None and args.csv is None:
-        # Loads rich, which takes 60 ms and serves people alone.
+        # Loads rich, which takes 60 ms and is needed for text output only.
         from hmrsim.cli.report_text import show_summary  # noqa: PLC0415
 
         show_summary(report)
@@ -98,7 +101,7 @@ def _folder(text: str) -> Path:
 
 
 def _check_folder(directory: Path) -> None:
-    """Do nothing if a folder is there, or can be made, and files in it.
+    """Check that a folder exists or can be created, and that files can be written in it.
 
     Raises:
         WrongUse: They can't.
@@ -111,14 +114,14 @@ def _check_folder(directory: Path) -> None:
 
 
 def _check_writable(told: Path, output: Path) -> None:
-    """Do nothing if a page can be written there, which one wants to know before a long run is run again.
+    """Check, before a long run is replayed, that a page can be written there.
 
     Raises:
-        WrongUse: It can't, or it would overwrite what is to be read.
+        WrongUse: It can't, or it would overwrite the file to read.
     """
     there = output.exists()
     if there and told.exists() and output.samefile(told):
-        raise WrongUse(f"hmrsim report: -o {output}: is what the report is of")
+        raise WrongUse(f"hmrsim report: -o {output}: is the file to read; name another")
     try:
         output.open("ab").close()
     except OSError as error:
@@ -128,12 +131,12 @@ def _check_writable(told: Path, output: Path) -> None:
 
 
 def _read(path: Path) -> Told:
-    """Return what a file tells.
+    """Return the content of a trace or a recording.
 
     Raises:
         TraceError: It can't be read, or is neither a trace nor a recording.
     """
-    with told_of(path, no_text="neither a trace, which is text, nor a recording, which is MCAP"):
+    with told_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
         with path.open("rb") as file:
             begins = file.read(len(_MCAP))
         if begins == _MCAP:

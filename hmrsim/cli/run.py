@@ -54,7 +54,7 @@ examples:
 {ENVIRONMENT}"""
 
 _LOOK: Final = 0.1
-"""Wall seconds between looks: Python sees a signal only when a wait is over."""
+"""Wall seconds of one wait: Python handles a signal only between waits."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -71,14 +71,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--settings",
         type=Path,
         metavar="FILE",
-        help="a file of settings, YAML or JSON; options and variables come first",
+        help="a settings file, YAML or JSON; options and environment variables override it",
     )
-    parser.add_argument("--json", action="store_true", help="say that it is ready as one JSON object")
+    parser.add_argument("--json", action="store_true", help="print that it is ready as one JSON object")
     parser.set_defaults(function=_run)
 
 
 class _Asked:
-    """What a run was asked for: by options and variables, else by the settings file, else the defaults."""
+    """The settings of a run: from options and variables, else from the settings file, else the defaults."""
 
     def __init__(self, args: argparse.Namespace) -> None:
         self.below = read_file(args.settings, SERVED) if args.settings else {}

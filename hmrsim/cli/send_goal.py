@@ -46,15 +46,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.epilog = _EXAMPLES
     parser.add_argument("name", metavar="NAME", help="/ROBOT/ACTION or an alias")
-    parser.add_argument(
-        "type", metavar="TYPE", nargs="?", help="the action's ROS type, as `ros2 action send_goal` wants it"
-    )
-    parser.add_argument("goal", metavar="GOAL", help="the goal as YAML; what is left out has its ROS default")
+    parser.add_argument("type", metavar="TYPE", nargs="?", help="the action's ROS type, as for `ros2 action send_goal`")
+    parser.add_argument("goal", metavar="GOAL", help="the goal as YAML; omitted fields have their ROS defaults")
     parser.add_argument("-f", "--feedback", action="store_true", help="show feedback, too")
     parser.add_argument(
-        "--json", action="store_true", help="print the outcome as one JSON object, after one a line for each feedback"
+        "--json", action="store_true", help="print the outcome as one JSON object, after one line of JSON per feedback"
     )
-    parser.add_argument("--goal-id", metavar="HEX", help="32 hex digits, hyphens optional; made if not given")
+    parser.add_argument("--goal-id", metavar="HEX", help="32 hex digits, hyphens optional; generated if not given")
     parser.set_defaults(function=_send_goal)
     add_connection_options(parser)
 
@@ -69,7 +67,7 @@ def _send_goal(args: argparse.Namespace) -> int:
             raise WrongUse(f"{name.name} is a {action.ros_type}, not a {args.type}")
         goal = read_goal(data, action.goal)
         if info.get("clock") == LOCKSTEP:
-            warn("in lockstep, time moves only as far as the controllers that take part allow")
+            warn("in lockstep, time advances only as far as the participating controllers allow")
         return _follow(client, name, goal, goal_id=goal_id, report=_Report(as_json=args.json, feedback=args.feedback))
 
 
@@ -82,10 +80,10 @@ def _goal_id(text: str | None) -> str | None:
 
 @dataclass
 class _Report:
-    """What is printed of a goal, in the order in which it happens.
+    """Prints the course of a goal.
 
     Attributes:
-        as_json: Print JSON in place of YAML.
+        as_json: Print JSON instead of YAML.
         feedback: Print feedback, too.
     """
 
@@ -94,20 +92,20 @@ class _Report:
     _accepted: bool = field(default=False, init=False)
 
     def accept(self, goal_id: str) -> None:
-        """Tell that the goal was accepted, once."""
+        """Print, once, that the goal was accepted."""
         if not (self._accepted or self.as_json):
             show(f"Goal accepted with ID: {goal_id}\n")
         self._accepted = True
 
     def show_feedback(self, goal_id: str, message: Message) -> None:
-        """Tell how the goal is doing."""
+        """Print the feedback of the goal."""
         if self.as_json:
             show_json({"goal_id": goal_id, "feedback": values(message)})
         else:
             show(f"Feedback:\n{indented(yaml_text(plain(message)))}")
 
     def reject(self, goal_id: str, error: GoalRejectedError) -> None:
-        """Tell that the goal was rejected."""
+        """Print that the goal was rejected."""
         warn(f"Goal was rejected: {error}")
         if self.as_json:
             show_json(
@@ -121,7 +119,7 @@ class _Report:
             )
 
     def end(self, handle: GoalHandle[Any, Any]) -> None:
-        """Tell how the goal ended."""
+        """Print how the goal ended."""
         if self.as_json:
             show_json(_outcome(handle))
         else:
@@ -129,7 +127,7 @@ class _Report:
             show(f"Result:\n{result}\nGoal finished with status: {handle.status.name}")
 
     def interrupt(self, handle: GoalHandle[Any, Any]) -> None:
-        """Tell how the goal ended that was canceled, or what is known of it."""
+        """Print how the canceled goal ended, or the last known status."""
         if isinstance(handle.error, GoalRejectedError):
             self.reject(handle.goal_id, handle.error)
         elif self.as_json:
@@ -148,7 +146,7 @@ def _outcome(handle: GoalHandle[Any, Any]) -> dict[str, Any]:
 
 
 def _follow(client: Client, name: names.ActionName, goal: Message, *, goal_id: str | None, report: _Report) -> int:
-    """Send a goal and report on it until it has ended; a signal cancels it."""
+    """Send a goal and print its course until it has ended; a signal cancels it."""
     news: queue.SimpleQueue[Message | int | None] = queue.SimpleQueue()
     with on_signals(news.put):
         handle: GoalHandle[Any, Any] = client.action_client(name.robot, name.definition()).send_goal(
@@ -184,7 +182,7 @@ def _ended(handle: GoalHandle[Any, Any], report: _Report) -> int:
 
 
 def _cancel(handle: GoalHandle[Any, Any], signal: int, report: _Report) -> int:
-    """Cancel the goal and wait a little for its end."""
+    """Cancel the goal and wait briefly for its end."""
     warn("Canceling goal…")
     handle.cancel()
     try:

@@ -47,7 +47,8 @@ examples:
 {ENVIRONMENT}"""
 
 _CALL_EXAMPLES: Final = f"""\
-exit codes: 0 it answered; 1 there is no such service, robot or action; 2 it can't read the request; 3 nobody there
+exit codes: 0 the service answered; 1 there is no such service, robot or action; 2 the request can't be read;
+3 no simulator answers
 
 examples:
   hmrsim service call /_world/info --json | jq -r '.robots[].name'
@@ -56,7 +57,7 @@ examples:
   hmrsim service call /wall_e/wait/_action/get_result '{{goal_id: 0123456789abcdef0123456789abcdef}}'
 
 The answer is waited for as long as the simulator is there: get_result, for one, answers when the goal has ended.
---timeout is for reaching the simulator. Ctrl-C gives up; what was asked for may be done all the same.
+--timeout is for reaching the simulator. Ctrl-C gives up; the request may be carried out all the same.
 
 {ENVIRONMENT}"""
 
@@ -69,23 +70,23 @@ _FOR_EVER: Final = 1e6
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim service``."""
-    parser.description = "What can be asked, as `ros2 service`."
+    parser.description = "Call the simulator's services, as with `ros2 service`."
     parser.epilog = _EXAMPLES
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     lister = commands.add_parser(
         "list", help="list all services", description="List all services, one a line.", epilog=_LIST_EXAMPLES
     )
     lister.add_argument(
-        "-a", "--include-hidden-services", action="store_true", help="list those that actions are made of, too"
+        "-a", "--include-hidden-services", action="store_true", help="list the services of actions, too"
     )
     listing.configure(lister, _names)
     call = commands.add_parser(
-        "call", help="ask a service", description="Ask a service and print its answer.", epilog=_CALL_EXAMPLES
+        "call", help="call a service", description="Call a service and print its response.", epilog=_CALL_EXAMPLES
     )
     call.add_argument("name", metavar="NAME", help="such as /_world/info")
-    call.add_argument("type", metavar="TYPE", nargs="?", help="the service's type, as `ros2 service call` wants it")
+    call.add_argument("type", metavar="TYPE", nargs="?", help="the service's type, as for `ros2 service call`")
     call.add_argument("request", metavar="REQUEST", nargs="?", help="the request as YAML (default: {})")
-    call.add_argument("--json", action="store_true", help="print one JSON object, in place of YAML")
+    call.add_argument("--json", action="store_true", help="print one JSON object instead of YAML")
     call.set_defaults(function=_call)
     add_connection_options(call)
 
@@ -114,7 +115,7 @@ def _call(args: argparse.Namespace) -> int:
         except RequestError as error:
             if name in known:
                 raise mistakes_in_reply("request", error, data, _request_type(name, info)) from None
-            raise _unknown(name, known, info, f"; the answer: {error}") from None
+            raise _unknown(name, known, info, f"; the response: {error}") from None
         except (Unreachable, ValueError) as error:
             if name in known and isinstance(error, Unreachable):
                 raise
@@ -129,11 +130,11 @@ def _payload(data: object) -> bytes:
     try:
         return json.dumps(data, allow_nan=False).encode()
     except ValueError:
-        raise WrongUse("request: NaN and infinity are no JSON; expected finite numbers") from None
+        raise WrongUse("request: NaN and infinity are not valid JSON; expected finite numbers") from None
 
 
 def _answer(client: Client, key: str, payload: bytes) -> bytes:
-    """Return what a service answers, however long that takes.
+    """Return the response of a service, however long that takes.
 
     Raises:
         SimulatorGone: The simulator has been out of reach for too long.
@@ -192,7 +193,7 @@ def _print(answer: bytes, *, as_json: bool) -> None:
     try:
         data: Any = json.loads(answer)
     except ValueError as error:
-        raise HmrsimError(f"what was answered is no JSON: {error}") from None
+        raise HmrsimError(f"the response is not valid JSON: {error}") from None
     if as_json:
         show_json(data)
     else:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from hmrsim.world_checks import LoadedWorld
 
 _EXAMPLES: Final = """\
-exit codes: 0 every script was carried out; 1 one failed, or was not done by --duration; 2 the world can't be read;
+exit codes: 0 every script was finished; 1 one failed, or was not finished by --duration; 2 the world can't be read;
 130 Ctrl-C
 
 examples:
@@ -44,7 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim simulate``."""
     parser.description = (
         "Run the robots' own scripts in virtual time to their end, as fast as possible and without any network,\n"
-        "and print how they went."
+        "and print the results."
     )
     parser.epilog = _EXAMPLES
     add_world_options(parser)
@@ -98,7 +98,7 @@ def _simulate(args: argparse.Namespace) -> int:
     if args.json:
         show_json(summary)
     else:
-        # Loads rich, which takes 60 ms and serves people alone.
+        # Loads rich, which takes 60 ms and is needed for text output only.
         from hmrsim.cli.simulate_text import show_summary  # noqa: PLC0415
 
         show_summary(summary, list(scripts))

@@ -12,20 +12,20 @@ if TYPE_CHECKING:
 
 
 def check_target(out: Path, *, force: bool) -> None:
-    """Check that a file can be written, as far as that can be known before.
+    """Check that a file can be written, as far as that can be known in advance.
 
     Args:
         out: The file.
-        force: Whether it may be there already.
+        force: Whether it may exist already.
 
     Raises:
         WrongUse: It can't.
     """
     if out.is_file():
         if not force:
-            raise WrongUse(f"{out}: is there already; overwrite it with --force")
+            raise WrongUse(f"{out}: exists already; overwrite it with --force")
     elif out.exists():
-        raise WrongUse(f"{out}: is no ordinary file; name another, or - for stdout")
+        raise WrongUse(f"{out}: is not a regular file; name another, or - for stdout")
     elif not out.parent.is_dir():
         raise WrongUse(f"{out}: there is no folder {str(out.parent)!r}")
 

@@ -51,7 +51,7 @@ _LOOK: Final = 0.5
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim topic``."""
-    parser.description = "What is published, as `ros2 topic`."
+    parser.description = "Show the published topics, as `ros2 topic` does."
     parser.epilog = _EXAMPLES
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     lister = commands.add_parser(
@@ -60,13 +60,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     listing.configure(lister, _names)
     echo = commands.add_parser(
         "echo",
-        help="print what a topic publishes",
-        description="Print what a topic publishes until Ctrl-C; first the latest, where the simulator keeps it.",
+        help="print the messages of a topic",
+        description="Print the messages of a topic until Ctrl-C; the latest one first, where the simulator keeps it.",
         epilog=_ECHO_EXAMPLES,
     )
     echo.add_argument("name", metavar="NAME", help="such as /wall_e/odom")
-    echo.add_argument("--once", action="store_true", help="print one message and end")
-    echo.add_argument("--json", action="store_true", help="print one JSON object a line, in place of YAML")
+    echo.add_argument("--once", action="store_true", help="print one message and exit")
+    echo.add_argument("--json", action="store_true", help="print one JSON object per line instead of YAML")
     echo.set_defaults(function=_echo)
     add_connection_options(echo)
     topic_hz.configure(commands.add_parser("hz", help="measure how often a topic is published"))
@@ -93,7 +93,7 @@ def _echo(args: argparse.Namespace) -> int:
 def _payloads(
     client: Client, topic: Topic, samples: queue.SimpleQueue[bytes | int], *, timeout: float
 ) -> Iterator[bytes]:
-    """Yield the latest of a topic, if it is latched, then what is published; ends with a signal.
+    """Yield the latest message of a topic, if it is latched, then those that are published; ends with a signal.
 
     Raises:
         SimulatorGone: The simulator has been out of reach for too long.
@@ -114,7 +114,7 @@ def _payloads(
             continue
         if isinstance(sample, int):
             return
-        # What was published between the subscription and the question comes twice.
+        # A message that was published between the subscription and the query comes twice.
         if sample != latest:
             yield sample
         latest = None
@@ -124,7 +124,7 @@ def _print(payload: bytes, *, as_json: bool) -> None:
     try:
         data: Any = json.loads(payload)
     except ValueError as error:
-        raise WrongUse(f"what is published is no JSON: {error}") from None
+        raise WrongUse(f"the message is not valid JSON: {error}") from None
     if as_json:
         show_json(data)
     else:

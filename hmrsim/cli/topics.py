@@ -34,17 +34,17 @@ _OF_ACTIONS: Final = {
     Verb.FEEDBACK: ("{action}_FeedbackMessage", False),
     Verb.STATUS: ("action_msgs/msg/GoalStatusArray", True),
 }
-"""Their types, and whether a ``get`` answers with the latest."""
+"""Their types, and whether a ``get`` answers with the latest message."""
 
 
 @dataclass(frozen=True)
 class Topic:
-    """Something that is published.
+    """A published topic.
 
     Attributes:
         name: As in ROS, such as ``/wall_e/odom`` or ``/wall_e/wait/_action/status``.
         ros_type: The type of its messages.
-        latched: Whether the simulator answers with the latest.
+        latched: Whether the simulator answers a ``get`` with the latest message.
     """
 
     name: str
@@ -77,7 +77,7 @@ def find_topic(info: Info, name: str) -> Topic:
     """
     words = name.removeprefix("/").split("/")
     if words[1:] == [TREE] and words[0] in robots(info):
-        # It is no simulator's; a controller may come later.
+        # This topic is a controller's, which may come later.
         return Topic(f"/{words[0]}/{TREE}", "hmrsim/Tree", latched=True)
     if len(words) > 2:  # noqa: PLR2004 - an action's name has two words
         words[:2] = aliases(info).get("/".join(words[:2]), "/".join(words[:2])).split("/")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def check_writable(path: Path | None) -> None:
-    """Do nothing if a trace can be written there, or none is wanted.
+    """Check that a trace can be written there, if one is wanted.
 
     Raises:
         TraceError: It can't.
@@ -36,14 +36,14 @@ def _opened(path: Path) -> IO[str]:
 
 @contextmanager
 def told_of(path: Path, *, no_text: str) -> Iterator[None]:
-    """Have whatever is wrong with a file that is read within told with its path.
+    """Raise errors of the file that is read in this context with its path.
 
     Args:
         path: The file.
-        no_text: What is said of one that is no text.
+        no_text: The error of a file that is not text.
 
     Raises:
-        TraceError: It can't be read, or makes no sense.
+        TraceError: It can't be read, or its content is invalid.
     """
     try:
         yield
@@ -88,14 +88,14 @@ class TraceFile:
             try:
                 yield
             except BaseException:
-                # What broke the run may be that nothing can be written.
+                # The run may have failed because the trace can't be written.
                 with suppress(HmrsimError):
                     self.flush()
                 raise
             self._trace.close(simulator.moment)
 
     def flush(self) -> None:
-        """Write what has not been written yet."""
+        """Write the buffered lines."""
         if self._path is not None:
             self._trace.flush()
 

@@ -41,18 +41,22 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim view``."""
     parser.description = (
         "Serve a page that shows a simulator live, or plays a recording, until Ctrl-C. Prints `ready URL`.\n"
-        "The simulator may be anywhere; it may be restarted, and the page goes on with it."
+        "The simulator may be on another machine; when it is restarted, the page continues with it."
     )
     parser.epilog = _EXAMPLES
     parser.add_argument(
-        "recording", nargs="?", type=Path, metavar="RECORDING.mcap", help="play it, in place of showing a simulator"
+        "recording",
+        nargs="?",
+        type=Path,
+        metavar="RECORDING.mcap",
+        help="play this recording instead of showing a simulator",
     )
     group = parser.add_argument_group("page")
     group.add_argument(
         "--host",
         default=DEFAULT_HOST,
         metavar="ADDRESS",
-        help="serve it there; beyond this machine the URL has a token that every page needs (default: %(default)s)",
+        help="address to serve on; if not local, the URL has a token that every page needs (default: %(default)s)",
     )
     group.add_argument(
         "--port",
@@ -61,15 +65,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="PORT",
         help="… 0 for a free one (default: %(default)s)",
     )
-    group.add_argument("--open", action="store_true", help="open it in the browser")
+    group.add_argument("--open", action="store_true", help="open the page in the browser")
     add_session_options(parser)
     add_log_options(parser)
-    parser.add_argument("--json", action="store_true", help="say that it is ready as one JSON object")
+    parser.add_argument("--json", action="store_true", help="print that it is ready as one JSON object")
     parser.set_defaults(function=_view)
 
 
 def _view(args: argparse.Namespace) -> int:
-    # It may be long, and a signal ends the process at once meanwhile.
+    # This may take long; meanwhile a signal ends the process at once.
     recording = None if args.recording is None else _recording(args.recording)
     signals: queue.SimpleQueue[int] = queue.SimpleQueue()
     with on_signals(signals.put), logging_to_stderr(args), ExitStack() as stack:
@@ -88,10 +92,10 @@ def _view(args: argparse.Namespace) -> int:
 
 
 def _simulator(args: argparse.Namespace, stack: ExitStack) -> Source:
-    """Return a simulator that is there.
+    """Return the simulator.
 
     Raises:
-        NobodyThere: None is.
+        NobodyThere: No simulator answers.
     """
     options = session_options(args)
     client = stack.enter_context(Client(options, clock="realtime"))
@@ -103,6 +107,6 @@ def _recording(path: Path) -> Source:
     """Return a recording.
 
     Raises:
-        RecordingError: It is none.
+        RecordingError: It is not a recording.
     """
     return Recorded(open_recording(path))

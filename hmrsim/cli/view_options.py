@@ -33,7 +33,7 @@ def check_port(view: int | None) -> None:
         if view is not None:
             socket.create_server((DEFAULT_HOST, view)).close()
     except OSError as error:
-        why = "is taken" if error.errno == errno.EADDRINUSE else f"can't be had ({(error.strerror or '').lower()})"
+        why = "is taken" if error.errno == errno.EADDRINUSE else f"is not available ({(error.strerror or '').lower()})"
         raise BadOptions(f"--view: {DEFAULT_HOST}:{view} {why}; name another with --view, 0 for a free one") from None
 
 

@@ -49,13 +49,13 @@ def _flaws_of(event: type[Event]) -> Iterator[str]:
     severity, subject, text = event.presentation
     for name, form in [*fields_in(severity), *fields_in(text), *((name, "") for name in subject)]:
         if name not in names and not event.rest:
-            yield f"is shown with {name!r}, which is no field of it"
+            yield f"is shown with {name!r}, which is not one of its fields"
         if form not in _FORMATS:
-            yield f"is shown with a format {form!r}, which there is not"
+            yield f"is shown with a format {form!r}, which does not exist"
     if not text:
         yield "has no text"
     if "{" not in severity and render(severity, {}) not in [*Severity]:
-        yield f"has the severity {severity!r}, which there is not"
+        yield f"has the severity {severity!r}, which does not exist"
     if event.change is not None:
         yield from _flaws_of_change(event.change, names)
 

@@ -38,16 +38,16 @@ def registry() -> dict[str, type[Event]]:
 
 
 def from_json(fields: Mapping[str, Any]) -> Event:
-    """Return the event that its JSON stands for, as it is on the wire, in traces and in recordings.
+    """Return the event of its JSON, as it is on the wire, in traces and in recordings.
 
-    One of an unknown kind becomes an `UnknownEvent`.
+    An unknown kind becomes an `UnknownEvent`.
 
     Raises:
         ValueError: It has no kind, or its fields are not those of its kind.
     """
     kind = fields.get("kind")
     if not isinstance(kind, str):
-        raise ValueError("kind is no text")  # noqa: TRY004 - of JSON, not of a program
+        raise ValueError("kind is not text")  # noqa: TRY004 - of JSON, not of a program
     return registry().get(kind, UnknownEvent).from_json(fields)
 
 

@@ -12,10 +12,10 @@ from hmrsim.events._parts import Part
 
 
 class BatteryEvent(Event):
-    """Something about a robot's battery."""
+    """A change of a robot's battery."""
 
     robot: RobotName
-    charge: Annotated[Number, Field(description="What is in it, in the world's units of energy.")]
+    charge: Annotated[Number, Field(description="Its charge, in the world's units of energy.")]
     percentage: Annotated[Number, Field(description="The share of its capacity that is left, from 0 to 1.")]
 
 
@@ -27,7 +27,7 @@ class BatteryLow(
     changes=Part.BATTERY,
     sets={"level": "low"},
 ):
-    """A battery has come down to its low level."""
+    """A battery has fallen to its low level."""
 
 
 class BatteryCritical(
@@ -38,7 +38,7 @@ class BatteryCritical(
     changes=Part.BATTERY,
     sets={"level": "critical"},
 ):
-    """A battery has come down to its critical level."""
+    """A battery has fallen to its critical level."""
 
 
 class BatteryEmpty(
@@ -61,7 +61,7 @@ class BatteryRevived(
     changes=Part.BATTERY,
     sets={"level": "", "enables": "battery_empty"},
 ):
-    """A battery that was empty has been charged so far that its robot can drive."""
+    """A battery that was empty has enough charge for its robot to drive."""
 
 
 class BatteryFull(

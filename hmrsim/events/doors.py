@@ -10,7 +10,7 @@ from hmrsim.events._event import Event, EventGroup
 from hmrsim.events._parts import Part
 
 _DoorName = Annotated[str, Field(description="The door's name.")]
-_By = Annotated[str, Field(description="The robot for which it opens; left out if it was told to open.")]
+_By = Annotated[str, Field(description="The robot for which it opens; left out if a client opens it.")]
 
 
 class DoorOpening(

@@ -37,7 +37,7 @@ class Deleted(
 
 
 class Teleported(Event, kind="teleported", subject=("entity",), text="teleported to {at:point}", changes=Part.ENTITIES):
-    """A robot or an item was put elsewhere at once."""
+    """A robot or an item was teleported."""
 
     entity: _Entity
     at: Position

@@ -20,13 +20,13 @@ class FaultEvent(Event, rest="settings"):
         `at` of a fault is a time, in simulated seconds.
     """
 
-    fault: Annotated[str, Field(description="What goes wrong, such as `breakdown`.")]
+    fault: Annotated[str, Field(description="The fault's type, such as `breakdown`.")]
     name: Annotated[str, Field(description="The fault's name.")]
     settings: Annotated[Mapping[str, Any], Field(description="The fault's settings, each a field of its own in JSON.")]
 
     @property
     def robot(self) -> str:
-        """The robot that has the fault; empty if it is no robot's."""
+        """The robot that has the fault; empty for a fault of another subject."""
         robot = self.settings.get("robot", "")
         return robot if isinstance(robot, str) else ""
 
@@ -61,7 +61,7 @@ class FaultMissed(
     subject=_SUBJECT,
     text="is not hit by the fault {name} ({fault}): {why}",
 ):
-    """A fault is due, but does not begin, as its robot, component, door or lane is not there."""
+    """A fault is due, but does not begin, as its robot, component, door or lane does not exist."""
 
     why: Annotated[str, Field(description="What is missing.")]
 

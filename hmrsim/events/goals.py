@@ -13,7 +13,7 @@ from hmrsim.events._parts import Part
 
 
 class GoalAccepted(Event, kind="goal", text="{action} accepted[: {goal:goal}]", traced=False, changes=Part.GOALS):
-    """A goal is about to be accepted: what it asks for."""
+    """The goal message of a goal that is about to be accepted."""
 
     robot: RobotName
     action: ActionName
@@ -49,8 +49,8 @@ class SendGoalRejected(Event, kind="rejected", severity="warning", text="{action
     robot: RobotName
     action: ActionName
     goal_id: Annotated[str, Field(description="The goal's id, as it was sent.")]
-    reason: Annotated[str, Field(description="Why, for programs, such as `not_ready`.")]
-    error_msg: Annotated[str, Field(description="Why, for people.")]
+    reason: Annotated[str, Field(description="The reason as an identifier, such as `not_ready`.")]
+    error_msg: Annotated[str, Field(description="The reason as text.")]
 
 
 EVENTS: Final = EventGroup("goals", (GoalAccepted, GoalStatusChanged, SendGoalRejected))

@@ -38,7 +38,7 @@ class ItemDropped(
     changes=Part.CARRIER,
     sets={"carried": False},
 ):
-    """A robot drops an item, which is in the way then."""
+    """A robot drops an item, which then blocks its lane."""
 
     robot: RobotName
     item: _ItemName

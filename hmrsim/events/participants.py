@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 _Participant = Annotated[str, Field(description="The participant's name.")]
-_Why = Annotated[str, Field(description="Why, if not of its own accord.")]
+_Why = Annotated[str, Field(description="Why, unless it left by itself.")]
 
 
 class ParticipantJoined(

@@ -28,7 +28,7 @@ class PlannerChanged(
     text="[{present=true}an external planner is available|no external planner is available]",
     changes=Part.PLANNER,
 ):
-    """An external planner has come, or the last one has gone."""
+    """An external planner has become available, or the last one has gone."""
 
     present: Annotated[bool, Field(strict=True, description="Whether there is one now.")]
 

@@ -22,7 +22,7 @@ class MotionBegan(
     traced=False,
     changes=Part.MOTION,
 ):
-    """A robot begins to drive a lane or another straight piece of way, to turn in place, or to ride in a lift."""
+    """A robot begins to drive a lane or another straight segment, to turn in place, or to ride in a lift."""
 
     robot: RobotName
     from_: Annotated[_Pose, Field(description="The pose where it begins: x, y in the world's unit, yaw in radians.")]
@@ -51,7 +51,8 @@ class RouteTaken(
 
     robot: RobotName
     points: Annotated[
-        Sequence[tuple[Number, Number]], Field(description="Where it leads: x, y in the world's unit, in order.")
+        Sequence[tuple[Number, Number]],
+        Field(description="The points of the route in order: x, y in the world's unit."),
     ]
 
 
@@ -69,7 +70,7 @@ class ScriptEnded(
     text="[{state=failed}fails its script: {error}|finishes its script ({done} of {orders} orders)]",
     changes=Part.SCRIPT,
 ):
-    """A robot has carried out its script, or can't."""
+    """A robot has finished its script, or failed it."""
 
     robot: RobotName
     orders: Annotated[Whole, Field(description="How many orders the script has.")]

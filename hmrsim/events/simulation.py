@@ -18,7 +18,7 @@ class SimulationStateChanged(
     text="the simulation is [{state=0}stopped|{state=1}playing|{state=2}paused|in state {state}]",
     changes=Part.STATE,
 ):
-    """The simulation was paused, stopped, or goes on."""
+    """The simulation was paused, stopped, or set to play."""
 
     state: Annotated[
         Whole, Field(description="Of simulation_interfaces/msg/SimulationState: 0 stopped, 1 playing, 2 paused.")
@@ -40,7 +40,7 @@ class WorldLoaded(Event, kind="world_loaded", subject=(), text="the world {name}
 class SimulatorReturned(
     Event, kind="simulator_returned", severity="warning", subject=(), text="the simulator can be reached again"
 ):
-    """Only in a recording: the recorder has found the simulator again, which it could not reach."""
+    """The recorder can reach the simulator again after it could not; only in recordings."""
 
 
 EVENTS: Final = EventGroup("simulation", (SimulationStateChanged, SimulationReset, WorldLoaded, SimulatorReturned))

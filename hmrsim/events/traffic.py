@@ -24,7 +24,7 @@ class Waiting(
     robot: RobotName
     at: Position
     lane: Annotated[LaneName | None, Field(description="The lane that it can't enter; left out off the lanes.")] = None
-    why: Annotated[str, Field(description="What is in the way, if it is no robot.")] = ""
+    why: Annotated[str, Field(description="What is in the way, unless it is a robot.")] = ""
     for_: Annotated[
         tuple[str, ...] | None, Field(description="The robots for which it waits; left out where there is a `why`.")
     ] = None
@@ -81,7 +81,7 @@ class LaneClosed(
     """A lane is closed: no robot enters it; a robot that is on it may leave it."""
 
     lane: LaneName
-    why: Annotated[str, Field(description="All that keeps it closed, for people.")]
+    why: Annotated[str, Field(description="Why it is closed: all reasons, as text.")]
 
 
 class LaneOpened(

@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 _MAX = 1e9
 
 SUBJECTS = ("robot", "door", "lane")
-"""The fields that name what a fault happens to."""
+"""The fields that name the subject of a fault."""
 
 _IN_GENERAL = frozenset({"name", "at", "mean_time_between", "until", "duration", "mean_duration"})
-"""The fields that faults of all kinds have: a form has them behind those of the kind."""
+"""The fields that all faults have; a form shows them after those of the kind."""
 
 _TITLES = {"at": "Start time", "until": "End time", "mean_time_between": "Mean time between faults", "yaw": "Rotation"}
 
@@ -44,17 +44,17 @@ Probability = Annotated[float, Field(strict=True, gt=0, le=1)]
 
 
 class Occurrence(BaseModel):
-    """Settings that every fault has: when it happens. A fault that is no `Spell` happens in an instant."""
+    """Settings that every fault has: when it happens. A fault that is not a `Spell` happens in an instant."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     name: Name | None = Field(
-        default=None, description="By which it is told of and cleared; None for its type and a number."
+        default=None, description="Its name in events, by which it is cleared; None for its type and a number."
     )
     at: Seconds | None = Field(default=None, description="When it begins, in simulated seconds; None for at once.")
     mean_time_between: SomeSeconds | None = Field(
         default=None,
-        description="Until it happens, and from its end until it happens again, in seconds, on average; None for once.",
+        description="Mean seconds until it begins, and from its end until it begins again; None to begin once.",
     )
 
     @property
@@ -70,11 +70,11 @@ class Occurrence(BaseModel):
 
 
 class Spell(Occurrence):
-    """What may be said of a fault that lasts a while; for ever if its end is not said."""
+    """Settings of a fault that lasts for some time; for ever if no end is given."""
 
     until: Seconds | None = Field(default=None, description="When it ends, in simulated seconds.")
     duration: SomeSeconds | None = Field(default=None, description="How long it lasts, in seconds.")
-    mean_duration: SomeSeconds | None = Field(default=None, description="How long it lasts, in seconds, on average.")
+    mean_duration: SomeSeconds | None = Field(default=None, description="How long it lasts on average, in seconds.")
 
     @model_validator(mode="after")
     def _one_end(self) -> Self:
@@ -82,7 +82,7 @@ class Spell(Occurrence):
         if len(ends) > 1:
             raise ValueError(f"{' and '.join(ends)} are both given; leave one of them out")
         if self.until is not None and self.mean_time_between is not None:
-            raise ValueError("until is given for what happens again and again; give duration or mean_duration")
+            raise ValueError("until is given for a fault that recurs; give duration or mean_duration")
         if self.until is not None and self.until <= (self.at or 0.0):
             raise ValueError(f"until {self.until:g} s is not after at {self.at or 0.0:g} s")
         return self
@@ -110,19 +110,19 @@ class FaultTarget(Protocol):
         """Return where it is now."""
 
     def disable(self, cause: str, why: str) -> None:
-        """Stop, and be able to do nothing until this and all other causes are gone."""
+        """Stop, and stay disabled until this and all other causes are gone."""
 
     def enable(self, cause: str) -> None:
         """Be disabled by this cause no longer."""
 
     def scale_speed(self, scale: float) -> None:
-        """Go at this share of its maximum speed."""
+        """Drive at this share of its maximum speed."""
 
     def set_localization_error(self, error: Pose) -> None:
-        """Estimate its own pose with this error from now on."""
+        """Set the error of its estimated pose."""
 
     def drop(self, item: Item) -> None:
-        """Let an item fall where the robot is."""
+        """Drop an item where the robot is."""
 
 
 class FaultSite(Protocol):
@@ -197,7 +197,7 @@ class FaultType(Generic[S]):
         begin: Begins it; returns what ends it.
         component: The component that the robot needs; None for none.
         example: Valid settings in the world of the contract tests, in plain values.
-        title: What people call it; empty for its name in words.
+        title: Its name for users; empty for its name in words.
         changes: What it changes in a picture of the world, beside what its events say: ``ailments``, ``connected``,
             ``sensors`` or ``speed`` of its robot, or ``jammed`` of its door; empty for nothing.
     """
@@ -211,7 +211,7 @@ class FaultType(Generic[S]):
     changes: Literal["", "ailments", "connected", "sensors", "speed", "jammed"] = ""
 
     def form(self) -> dict[str, Any]:
-        """Return the JSON Schema of what people fill in to inject it; ``subject`` says what it is injected into."""
+        """Return the JSON Schema of the form that injects it; ``subject`` names what it is injected into."""
         about = inspect.getmodule(self.begin)
         text = inspect.getdoc(about) or "" if about else ""
         schema = self.settings.model_json_schema()
@@ -231,7 +231,7 @@ class FaultType(Generic[S]):
         }
 
     def _shown(self, name: str, part: dict[str, Any]) -> dict[str, Any]:
-        """Return the schema of a field without the choice of null: a field that is not filled in is left out."""
+        """Return the schema of a field without the alternative null: an empty field is left out."""
         value: dict[str, Any] = next((each for each in part.get("anyOf", ()) if each.get("type") != "null"), {})
         said = {key: each for key, each in part.items() if key != "anyOf" and each is not None}
         titled: dict[str, Any] = {"title": _TITLES.get(name) or _in_words(name)}
@@ -241,7 +241,7 @@ class FaultType(Generic[S]):
 
     @property
     def lasts(self) -> bool:
-        """Whether it goes on for a while, and does not end at the instant at which it begins."""
+        """Whether it lasts for some time, and does not end at the instant at which it begins."""
         return issubclass(self.settings, Spell)
 
 

@@ -183,7 +183,7 @@ class ActionServers:
         """Return the id in its canonical form; one made from the seed where there is none.
 
         Raises:
-            GoalRejected: It is no id.
+            GoalRejected: It is not an id.
         """
         if text is None:
             whose = (server.robot.name, server.action.name)
@@ -256,7 +256,7 @@ def selects(command: CancelGoal, goal: ServedGoal) -> bool:
 
 
 def as_answered(goal_id: str | None) -> str:
-    """Return an id as answers have it, without hyphens; a text that is no id is returned as it was sent."""
+    """Return an id as answers have it, without hyphens; a text that is not an id is returned as it was sent."""
     try:
         return parse_goal_id(goal_id or "")
     except ValueError:

@@ -55,7 +55,7 @@ class CommandParser(argparse.ArgumentParser):
         options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
         options.setdefault("allow_abbrev", False)
         super().__init__(**options)
-        # Points such as -3,4 are no options.
+        # Points such as -3,4 are not options.
         self._negative_number_matcher = re.compile(r"-\.?\d.*", re.DOTALL)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
@@ -101,7 +101,7 @@ class CommandParser(argparse.ArgumentParser):
         return value
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
-        """Return the value of an argument; the error for one that is no number is ours."""
+        """Return the value of an argument; the error for one that is not a number is ours."""
         try:
             return super()._get_value(action, arg_string)
         except argparse.ArgumentError:

@@ -14,7 +14,7 @@ class GoalResponse(NamedTuple):
 
     Attributes:
         accepted: Whether the robot pursues the goal.
-        goal_id: The goal's id, as given or made; the text that was sent if it is no id.
+        goal_id: The goal's id, as given or made; the text that was sent if it is not an id.
         stamp: When it was accepted; of a duplicate, when the first one was.
         reason: Why not, for programs.
         error_code: Why not, as the action's result would say it.

@@ -10,7 +10,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 State = Literal["offline", "stopped", "waiting", "driving", "charging", "busy", "idle"]
-"""What a robot does; of several that hold, the first is told."""
+"""The states of a robot; of several that hold, the first counts."""
 
 STATES: tuple[State, ...] = ("offline", "stopped", "waiting", "driving", "charging", "busy", "idle")
 
@@ -24,16 +24,16 @@ class _Model(BaseModel):
 
 
 class Source(_Model):
-    """Of what a report is made, and what is missing for that."""
+    """The source of a report, and what is missing in it."""
 
     kind: Literal["trace", "recording"]
     exact: bool = Field(description="Whether motions are known, so that distances and states are exact.")
-    complete: bool = Field(description="Whether it was read to its end; one that was cut short was not.")
-    notes: tuple[str, ...] = Field((), description="What is missing, or should be known, for people.")
+    complete: bool = Field(description="Whether it was complete, and not truncated.")
+    notes: tuple[str, ...] = Field((), description="What is missing or should be noted, as text.")
 
 
 class World(_Model):
-    """Which world it was."""
+    """The world of the run."""
 
     name: str
     hash: str
@@ -44,13 +44,13 @@ class World(_Model):
 
 
 class Summary(_Model):
-    """The whole in numbers."""
+    """The totals of the run."""
 
     sim_time: float
     robots: int
     goals: int = Field(description="Goals that were accepted.")
     by_status: dict[str, int]
-    by_action: dict[str, dict[str, int]] = Field(description="Numbers by action and status.")
+    by_action: dict[str, dict[str, int]] = Field(description="Number of goals by action and status.")
     rejected: int
     success_rate: float | None = Field(description="Succeeded, as a share of the goals that ended; None if none did.")
     distance: float | None
@@ -69,15 +69,15 @@ class Robot(_Model):
 
     name: str
     type: str
-    began: float = Field(description="When it came; 0 unless it was spawned later.")
-    ended: float = Field(description="When it went, or the run ended.")
+    began: float = Field(description="When it was added; 0 unless it was spawned later.")
+    ended: float = Field(description="When it was removed, or the run ended.")
     distance: float | None
     energy_used: float | None = Field(description="Units of energy; None without a battery.")
     energy_charged: float | None
-    battery: float | None = Field(description="Share of the battery that is left.")
+    battery: float | None = Field(description="Remaining share of the battery.")
     lowest_battery: float | None
-    seconds: dict[State, float] = Field(description="In each state.")
-    share: dict[State, float] = Field(description="Of its time, in each state; their sum is 1.")
+    seconds: dict[State, float] = Field(description="Seconds in each state.")
+    share: dict[State, float] = Field(description="Share of its time in each state; their sum is 1.")
     goals: int
     succeeded: int
     failed: int = Field(description="Goals that were aborted.")
@@ -98,7 +98,7 @@ class Goal(_Model):
     ended: float | None
     duration: float | None
     status: Status
-    target: str = Field(description="What was asked for, in a few words.")
+    target: str = Field(description="The goal in a few words.")
     target_x: float | None
     target_y: float | None
     distance: float | None
@@ -110,7 +110,7 @@ class Goal(_Model):
 
 
 class Wait(_Model):
-    """A robot stood on its way, or in the queue of a dock."""
+    """A wait of a robot on its way, or in the queue of a dock."""
 
     robot: str
     began: float
@@ -118,7 +118,7 @@ class Wait(_Model):
     duration: float
     kind: Literal["way", "dock"]
     robots: tuple[str, ...] = Field(description="For whom.")
-    why: str = Field(description="For what, where it was for nobody.")
+    why: str = Field(description="What it waited for, if not for robots.")
     lane: tuple[str, str] | None
     x: float | None
     y: float | None
@@ -127,7 +127,7 @@ class Wait(_Model):
 
 
 class Span(_Model):
-    """A robot was in one state."""
+    """A period in which a robot was in one state."""
 
     robot: str
     state: State
@@ -137,7 +137,7 @@ class Span(_Model):
 
 
 class Error(_Model):
-    """A goal that was aborted or rejected, and what was going on then."""
+    """A goal that was aborted or rejected, and its circumstances."""
 
     at: float
     robot: str
@@ -148,18 +148,18 @@ class Error(_Model):
     error_name: str = Field(description="The code's name, or the reason of a rejection.")
     error_msg: str
     target: str
-    waited_for: str = Field(description="For what or whom the robot was waiting just then; empty if it was not.")
+    waited_for: str = Field(description="What the robot was waiting for at that moment; empty if it was not waiting.")
     waiting_since: float | None
-    faults: tuple[str, ...] = Field(description="Faults that were going on and may have to do with it.")
+    faults: tuple[str, ...] = Field(description="Faults that were active and may be related.")
     deadlock: bool = Field(description="Whether it was in a deadlock while it pursued the goal.")
 
 
 class FaultSpan(_Model):
-    """Something went wrong on purpose."""
+    """An injected fault."""
 
     name: str
     fault: str
-    subject: str = Field(description="The robot, door or lane.")
+    subject: str = Field(description="The robot, door or lane that had it.")
     robot: str
     began: float
     ended: float | None
@@ -167,7 +167,7 @@ class FaultSpan(_Model):
 
 
 class Deadlock(_Model):
-    """A circle of robots of which each waited for the next."""
+    """A cycle of robots of which each waited for the next."""
 
     at: float
     robots: tuple[str, ...]
@@ -175,7 +175,7 @@ class Deadlock(_Model):
 
 
 class Lane(_Model):
-    """How one direction of a lane was used; without names, all ways off the lanes."""
+    """The usage of one direction of a lane; without names, of all segments off the lanes."""
 
     begin: str
     end: str
@@ -184,11 +184,11 @@ class Lane(_Model):
     seconds: float
     waits: int
     waited: float
-    closed: float = Field(description="Seconds for which nobody was let in, in either direction.")
+    closed: float = Field(description="Seconds for which the lane was closed, in either direction.")
 
 
 class Path(_Model):
-    """A straight way that was driven off the lanes, in either direction."""
+    """A straight segment that was driven off the lanes, in either direction."""
 
     begin: tuple[float, float]
     end: tuple[float, float]
@@ -196,21 +196,21 @@ class Path(_Model):
 
 
 class Fixture(_Model):
-    """How a door, a lift or a dock was used."""
+    """The usage of a door, a lift or a dock."""
 
     name: str
     kind: Literal["door", "lift", "dock"]
-    uses: int = Field(description="Of a door openings, of a lift trips, of a dock dockings.")
-    robots: int = Field(description="Different robots for which it was used.")
-    seconds: float = Field(description="For how long it was open, under way, or taken by somebody.")
-    share: float = Field(description="That, as a share of the whole time.")
+    uses: int = Field(description="Openings of a door, trips of a lift, dockings at a dock.")
+    robots: int = Field(description="Number of different robots that used it.")
+    seconds: float = Field(description="Seconds for which it was open, moving, or occupied.")
+    share: float = Field(description="The same as a share of the whole time.")
     waits: int = Field(description="How often a robot waited for it.")
     waited: float
     longest_queue: int | None = Field(description="Of a dock: the most robots that stood in its queue.")
 
 
 class Bucket(_Model):
-    """How many goals ended in a stretch of time."""
+    """How many goals ended in one interval."""
 
     began: float
     ended: float
@@ -220,7 +220,7 @@ class Bucket(_Model):
 
 
 class Report(_Model):
-    """What happened in one run."""
+    """The report of one run."""
 
     report: Literal[1] = 1
     source: Source
@@ -238,4 +238,4 @@ class Report(_Model):
     fixtures: tuple[Fixture, ...]
     throughput: tuple[Bucket, ...]
     batteries: dict[str, tuple[tuple[float, float], ...]] = Field(description="Time and share, by robot; thinned.")
-    events: dict[str, int] = Field(description="How often each kind of event was told.")
+    events: dict[str, int] = Field(description="How often each kind of event was published.")

@@ -104,7 +104,7 @@ def text(fields: Mapping[str, Any], key: str, default: str | None = None) -> str
     """Return a field that has to be text."""
     value = fields.get(key, default)
     if not isinstance(value, str):
-        raise Misfit(f"{key} is no text")
+        raise Misfit(f"{key} is not text")
     return value
 
 
@@ -112,7 +112,7 @@ def texts(fields: Mapping[str, Any], key: str) -> tuple[str, ...]:
     """Return a field that has to be a list of text; left out it is empty."""
     value = fields.get(key, ())
     if not isinstance(value, (list, tuple)) or not all(isinstance(each, str) for each in value):
-        raise Misfit(f"{key} is no list of text")
+        raise Misfit(f"{key} is not a list of text")
     return tuple(value)
 
 
@@ -120,7 +120,7 @@ def records(fields: Mapping[str, Any], key: str) -> list[dict[str, Any]]:
     """Return a field that has to be a list of objects; left out it is empty."""
     value = fields.get(key) or []
     if not isinstance(value, list) or not all(isinstance(each, dict) for each in value):
-        raise Misfit(f"{key} is no list of objects")
+        raise Misfit(f"{key} is not a list of objects")
     return value
 
 
@@ -128,7 +128,7 @@ def whole(fields: Mapping[str, Any], key: str) -> int:
     """Return a field that has to be a whole number."""
     value = fields.get(key)
     if not isinstance(value, int):
-        raise Misfit(f"{key} is no whole number")
+        raise Misfit(f"{key} is not a whole number")
     return value
 
 
@@ -141,7 +141,7 @@ def point(fields: Mapping[str, Any], key: str) -> tuple[float, float]:
     """Return the first two numbers of a field, which are a point's, or a pose's."""
     value = fields.get(key)
     if not isinstance(value, (list, tuple)) or len(value) < 2:  # noqa: PLR2004 - x and y
-        raise Misfit(f"{key} is no point")
+        raise Misfit(f"{key} is not a point")
     return _finite(value[0]), _finite(value[1])
 
 
@@ -151,7 +151,7 @@ def lane(fields: Mapping[str, Any]) -> tuple[str, str] | None:
         return None
     named = texts(fields, "lane")
     if len(named) != 2:  # noqa: PLR2004 - from and to
-        raise Misfit("lane is no pair of names")
+        raise Misfit("lane is not a pair of names")
     return named[0], named[1]
 
 

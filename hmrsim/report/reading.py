@@ -60,7 +60,7 @@ def of_trace(lines: Callable[[], Iterable[str]]) -> Told:
             an end is half a line, and left out.
 
     Raises:
-        TraceError: It is no trace.
+        TraceError: It is not a trace.
     """
     first = next(iter(lines()), "")
     header = _header(first)
@@ -182,7 +182,7 @@ def _battery(robot: str, state: Mapping[str, Any]) -> BatterySeen:
     """Return units of energy of a state in ampere hours, by the nominal voltage that its voltage is in line with."""
     share = number(state, "percentage")
     if not 0.0 <= share <= 1.0:
-        raise Misfit("percentage is no share")
+        raise Misfit("percentage is not a share")
     if state.get("voltage") is None or state.get("charge") is None:
         return BatterySeen(robot, share)
     return BatterySeen(robot, share, number(state, "charge") * number(state, "voltage") / voltage_at(share) * 3600.0)

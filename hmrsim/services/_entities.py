@@ -40,19 +40,19 @@ class BadPose(ValueError):
 
 
 def unknown(simulator: Simulator, name: str) -> Result:
-    """Return that there is no such entity."""
+    """Return the result of a request for an entity that does not exist."""
     there = ", ".join(sorted(entity.name for entity in simulator.roster))
     return failed(f"no entity {name!r}; there are: {there or 'none'}", Result.RESULT_NOT_FOUND)
 
 
 def pose_message(pose: Pose) -> PoseMessage:
-    """Return a pose of the plane as a message."""
+    """Return a pose in the plane as a message."""
     facing = Quaternion(z=math.sin(pose.yaw / 2), w=math.cos(pose.yaw / 2))
     return PoseMessage(position=Point(x=pose.x, y=pose.y), orientation=facing)
 
 
 def state_of(simulator: Simulator, entity: Robot | Item | Fixture) -> EntityState:
-    """Return where an entity is and how it moves; an item that is carried moves as its robot does."""
+    """Return where an entity is and how it moves; a carried item moves as its robot does."""
     robot = entity if isinstance(entity, Robot) else entity.carrier if isinstance(entity, Item) else None
     pose = robot.pose() if robot is not None else _pose(entity)
     ahead, turning = robot.velocity() if robot is not None else (0.0, 0.0)
@@ -94,7 +94,7 @@ def info_of(simulator: Simulator, entity: Robot | Item | Fixture) -> EntityInfo:
 
 
 def has_tags(tags: Collection[str], wanted: TagsFilter) -> bool:
-    """Return whether tags pass a filter; an empty one lets all pass."""
+    """Return whether tags pass a filter; an empty filter passes all."""
     how = all if wanted.filter_mode == TagsFilter.FILTER_MODE_ALL else any
     return not wanted.tags or how(tag in tags for tag in wanted.tags)
 
@@ -128,11 +128,11 @@ class _NoBounds(ValueError):
 
 
 def _is_inside(entity: Robot | Item | Fixture, bounds: Bounds) -> bool:
-    """Return whether an entity is inside of bounds; entities are points of the plane here."""
+    """Return whether an entity is inside bounds; entities are points in the plane."""
     if bounds.type == Bounds.TYPE_EMPTY:
         return True
     if bounds.type not in (Bounds.TYPE_BOX, Bounds.TYPE_SPHERE):
-        message = f"bounds of type {bounds.type} are no filter here; use a box or a sphere"
+        message = f"bounds of type {bounds.type} are not supported; use a box or a sphere"
         raise _NoBounds(message, Result.RESULT_FEATURE_UNSUPPORTED)
     if len(bounds.points) != _CORNERS:
         raise _NoBounds(f"a box or a sphere has 2 points, got {len(bounds.points)}")
@@ -145,17 +145,17 @@ def _is_inside(entity: Robot | Item | Fixture, bounds: Bounds) -> bool:
 
 
 def read_pose(header: Header, pose: PoseMessage) -> Pose:
-    """Return the pose of the plane that a message asks for.
+    """Return the pose in the plane that a message asks for.
 
     Raises:
-        BadPose: It is of another frame, tilted, or no orientation at all.
+        BadPose: It is in another frame, or its orientation is tilted or all zero.
     """
     if header.frame_id not in _FRAMES:
         raise BadPose(f"unknown frame_id {header.frame_id!r}; use 'map' or leave it empty")
     facing = pose.orientation
     length = math.hypot(facing.x, facing.y, facing.z, facing.w)
     if length <= SAME_PLACE:
-        raise BadPose("the orientation is all zero, which is none; (0, 0, 0, 1) is straight ahead")
+        raise BadPose("the orientation is all zero, which is invalid; (0, 0, 0, 1) is straight ahead")
     if math.hypot(facing.x, facing.y) > SAME_PLACE * length:
         raise BadPose("the orientation is tilted; on a plane x and y of it are 0")
     return Pose(pose.position.x, pose.position.y, yaw_of(facing.z, facing.w))

@@ -24,7 +24,7 @@ def compiled(pattern: str) -> Callable[[str], bool]:
     """Return what tells whether a text has a match of the pattern anywhere in it.
 
     Raises:
-        PatternError: It is no pattern, or too large.
+        PatternError: It is not a pattern, or too large.
     """
     if not pattern:
         return lambda _text: True

@@ -10,7 +10,7 @@ from hmrsim.services import Service, registry
 if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
 
-_ABOUT = "hmrsim: robots and items of a plane; what can be spawned is told by get_spawnables"
+_ABOUT = "hmrsim: mission-level simulation of robots and items in a plane; get_spawnables lists what can be spawned"
 
 
 def _serve(_simulator: Simulator, _request: GetSimulatorFeatures.Request) -> GetSimulatorFeatures.Response:

@@ -86,7 +86,9 @@ def _name(simulator: Simulator, request: SpawnEntity.Request, kind: Kind) -> str
     if not name and not request.allow_renaming:
         raise _CanNotSpawn("the name is empty; give one, or allow_renaming", _Response.NAME_INVALID)
     if name and not (re.fullmatch(ROS_NAME, name, re.ASCII) and len(name) <= _MAX_NAME):
-        message = f"{name[:_MAX_NAME]!r} is no name: expected up to {_MAX_NAME} letters, digits and _, a letter first"
+        message = (
+            f"{name[:_MAX_NAME]!r} is not a name: expected up to {_MAX_NAME} letters, digits and _, a letter first"
+        )
         raise _CanNotSpawn(message, _Response.NAME_INVALID)
     if name and simulator.roster.find(name) is None:
         return name

@@ -1,6 +1,6 @@
 """The settings of a run, each declared once.
 
 A model here (`run.RunSettings` and its like) declares its fields with an `option.Option`; command-line options,
-environment variables, settings files, their JSON Schema and the tables of the docs all come of that. The commands use
-it, and so does a program that runs a world by itself, for which `RunSettings` is all that it needs.
+environment variables, settings files, their JSON Schema and the tables in the docs derive from it. The commands use
+these models, and so does a program that runs a world itself, which needs `RunSettings` only.
 """

@@ -29,8 +29,8 @@ def add_settings(
     Args:
         parser: Of the command.
         model: The settings.
-        only: The names of those that the command has; None for all.
-        defaults: Put in place of the model's; settings with one here are always in the result.
+        only: The names of the settings that the command has; None for all.
+        defaults: Override the model's; settings with a default here are always in the result.
     """
     groups: dict[str, Any] = {"": parser} | {str(group.title): group for group in parser._action_groups}  # noqa: SLF001
     for name, setting in settings_of(model).items():
@@ -47,18 +47,18 @@ def add_settings(
 
 
 def given(args: argparse.Namespace, model: type) -> dict[str, Any]:
-    """Return the settings of a model that a command line and the environment give, by name."""
+    """Return the settings of a model that the command line and the environment set, by name."""
     found = {name: getattr(args, name) for name in settings_of(model) if name in args}
     return {name: tuple(value) if isinstance(value, list) else value for name, value in found.items()}
 
 
 def read_settings(args: argparse.Namespace, model: type[M], below: Mapping[str, Any] | None = None) -> M:
-    """Return the settings that a command line and the environment give, with defaults for others.
+    """Return the settings that the command line and the environment set, with defaults for others.
 
     Args:
         args: The parsed arguments.
         model: The settings.
-        below: Settings, of this and other models, that come before the defaults.
+        below: Settings, of this and other models, that override the defaults.
     """
     settings = settings_of(model)  # type: ignore[arg-type]  # a type is hashable
     known = {name: value for name, value in (below or {}).items() if name in settings}
@@ -90,7 +90,7 @@ def help_of(setting: Setting) -> str:
 
 
 def default_text(setting: Setting) -> str:
-    """Return the default of a setting as text; empty where that is nothing."""
+    """Return the default of a setting as text; empty if there is none."""
     default = setting.default
     if default is None or default is False or default in ((), math.inf):
         return ""
@@ -98,7 +98,7 @@ def default_text(setting: Setting) -> str:
 
 
 def reader_of(model: type, name: str) -> Callable[[str], Any]:
-    """Return what reads the text of one setting, for an option of another name."""
+    """Return the function that reads the text of a setting, for an option of another name."""
     setting = settings_of(model)[name]
     return _reader(setting.kind.type, setting.option)
 

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 
 def read_file(path: Path, models: tuple[type, ...]) -> dict[str, Any]:
-    """Return what a file sets, by name.
+    """Return the settings of a file, by name.
 
     Args:
         path: The file.
         models: All settings that it may have.
 
     Raises:
-        SettingsError: It can't be read, or a setting makes no sense; has everything that is wrong.
+        SettingsError: It can't be read, or a setting is invalid; it has all problems.
     """
     file = str(path)
     try:
@@ -68,7 +68,7 @@ def _problem(file: str, finding: Finding, line: int) -> Problem:
 @cache
 def together(models: tuple[type, ...]) -> type[BaseModel]:
     """Return one model of the settings of several."""
-    # Built here, as two of its parts are no models of pydantic's: tools have them without loading it.
+    # Built here, as two of its parts are not pydantic models, so that tools need not load pydantic.
     fields: dict[str, Any] = {}
     for model in models:
         for name, setting in settings_of(model).items():

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pydantic_core import CoreSchema
 
 FOR_EVER: Final = -1
-"""What a timeout is set to that never ends."""
+"""The value of a timeout that never ends."""
 
 
 @dataclass(frozen=True)
@@ -29,22 +29,22 @@ class Option:
     """Describes one setting.
 
     Attributes:
-        help: What it is, without its default; begins in lower case.
+        help: Its description, without its default; begins in lower case.
         metavar: What stands for its value in ``--help``.
         unit: Of its value; empty for none.
         group: The heading of ``--help`` below which it stands; empty for the command's own options.
         default_text: What ``--help`` says of the default; None for the default itself.
-        more_than: Numbers have to be greater.
-        at_least: Numbers have to be as great.
-        at_most: Numbers may not be greater.
+        more_than: The exclusive minimum of a number.
+        at_least: The minimum of a number.
+        at_most: The maximum of a number.
         hint: Ends an error about a number that is out of bounds.
-        for_ever: What a timeout of -1 stands for; None where -1 is a number like others.
+        for_ever: The value that a timeout of -1 stands for; None where -1 is an ordinary number.
         endless: Whether it may be infinite.
-        bare: What the option alone, without a value, stands for; None where it needs one.
-        read: Turns the text of a command line into a value; None for what fits its type.
+        bare: The value of the option without an argument; None where it needs one.
+        read: Converts the text of a command line to a value; None for the default of its type.
         check: Returns the value to use for a value of the right type.
 
-    What *read* and *check* don't take they refuse with a ValueError, which says what would do.
+    *read* and *check* raise ValueError for an invalid value, and say what would do.
     """
 
     help: str
@@ -70,7 +70,7 @@ class Option:
             text: How it was written, for errors; as `repr` writes it if empty.
 
         Raises:
-            ValueError: It will not do.
+            ValueError: It is invalid.
         """
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             if value == FOR_EVER and self.for_ever is not None:
@@ -94,7 +94,7 @@ class Option:
 
     @property
     def bounds(self) -> str:
-        """The values that will do, for people; empty where all do."""
+        """The valid values, as text; empty where all are."""
         parts = [
             f"{sign} {bound:g}"
             for sign, bound in ((">", self.more_than), ("≥", self.at_least), ("≤", self.at_most))
@@ -105,8 +105,8 @@ class Option:
     # --- what pydantic asks for -----------------------------------------------------------------------------------
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Have models check the bounds, and take what a file has in place of tuples and paths."""
-        # Loaded here, as tools without models must not wait for pydantic; see the module's docstring.
+        """Let models check the bounds, and accept a file's values in place of tuples and paths."""
+        # Imported here, as tools without models must not wait for pydantic; see the module's docstring.
         from pydantic_core import core_schema  # noqa: PLC0415
 
         kind = kind_of(source)
@@ -120,7 +120,7 @@ class Option:
         return core_schema.no_info_before_validator_function(loosened, checked)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Add what it is, and its bounds."""
+        """Add its description and its bounds."""
         found = handler(schema)
         limits = {"exclusiveMinimum": self.more_than, "minimum": self.at_least, "maximum": self.at_most}
         bounds = {key: bound for key, bound in limits.items() if bound is not None}
@@ -136,11 +136,11 @@ class Option:
 
 @dataclass(frozen=True)
 class Kind:
-    """The type of a setting, as far as a command line has to know it.
+    """The type of a setting, as a command line needs it.
 
     Attributes:
         type: Of one value.
-        choices: All values that there are; none where there is no end to them.
+        choices: All valid values; none where they can't be listed.
         repeatable: Whether there can be several values.
     """
 
@@ -157,7 +157,7 @@ class Setting:
         name: The field's, and the key in a file.
         kind: Of its values.
         default: Its default.
-        option: What it says of itself.
+        option: Its annotation.
     """
 
     name: str
@@ -189,7 +189,7 @@ def settings_of(model: type) -> Mapping[str, Setting]:
 
 
 def kind_of(hint: Any) -> Kind:
-    """Return what a command line has to know of a type; of alternatives, the first."""
+    """Return the type of a setting, as a command line needs it; of alternatives, the first."""
     origin, parts = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return kind_of(parts[0])

@@ -11,9 +11,9 @@ from pydantic import BaseModel, ConfigDict
 from hmrsim.settings.option import Option
 
 MAX_PAYLOAD: Final = 1024 * 1024
-"""Bytes that a payload may have unless a user says otherwise."""
+"""Default maximum size of a payload, in bytes."""
 
-TIME_STANDS: Final = "time passes only while robots do something"
+TIME_STANDS: Final = "time advances only while robots are active"
 
 _NANOSECOND: Final = 1e-9
 _PARTICIPANT: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -47,32 +47,32 @@ def _check_step(value: float) -> float:
 
 
 class Settings(BaseModel):
-    """What models of settings have in common."""
+    """The base of models of settings."""
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid")
 
 
 class RunSettings(Settings):
-    """How a world is run.
+    """The settings of a run.
 
     Each field is an option of ``hmrsim run``, a variable ``HMRSIM_…`` and a key of a settings file, too. A program that
     runs a world by itself gives them to `Simulator`, which looks at the seed, the step size, the rates and how many
     results are kept; all others are about a simulation that is served.
     """
 
-    seed: Annotated[int | None, Option("replaces the world's", "N")] = None
+    seed: Annotated[int | None, Option("seed of all random numbers; overrides the world's", "N")] = None
     clock: Annotated[
         Literal["realtime", "lockstep"],
         Option(
-            "how simulated time moves: with the wall; or as far as the controllers that join allow, as fast as the "
-            "machine can, and the same each time",
+            "realtime: simulated time follows the wall clock; lockstep: it advances as far as the participating "
+            "controllers allow, as fast as possible, and every run is the same",
             group="time",
         ),
     ] = "realtime"
     real_time_factor: Annotated[
         float,
         Option(
-            "simulated seconds a wall second, in real time; 0: as fast as possible",
+            "simulated seconds per wall second, in real time; 0: as fast as possible",
             "X",
             group="time",
             at_least=0,
@@ -83,7 +83,7 @@ class RunSettings(Settings):
     participants: Annotated[
         int | tuple[str, ...],
         Option(
-            "in lockstep, how many controllers have to join before time moves, or their names",
+            "in lockstep, the controllers that must join before time advances: their number or their names",
             "N|NAME,…",
             group="time",
             more_than=0,
@@ -94,7 +94,7 @@ class RunSettings(Settings):
     participant_timeout: Annotated[
         float,
         Option(
-            "drop a controller that thinks for more than so many wall seconds; -1: never",
+            "in lockstep, wall seconds after which a controller that does not ask to advance is dropped; -1: never",
             group="time",
             more_than=0,
             for_ever=math.inf,
@@ -102,7 +102,8 @@ class RunSettings(Settings):
         ),
     ] = 30.0
     on_participant_loss: Annotated[
-        Literal["continue", "end"], Option("whether the run goes on when a controller was dropped", group="time")
+        Literal["continue", "end"],
+        Option("whether the run continues or ends when a controller is dropped", group="time"),
     ] = "continue"
     planner_timeout: Annotated[
         float,
@@ -117,7 +118,7 @@ class RunSettings(Settings):
     step_size: Annotated[
         float,
         Option(
-            "what one step is, for step_simulation and simulate_steps",
+            "length of one step of step_simulation and simulate_steps",
             "SIM_S",
             unit="simulated seconds",
             group="time",
@@ -128,7 +129,7 @@ class RunSettings(Settings):
     duration: Annotated[
         float,
         Option(
-            f"end after so much simulated time; with --real-time-factor 0 {TIME_STANDS}",
+            f"end after this much simulated time; with --real-time-factor 0 {TIME_STANDS}",
             "SIM_S",
             unit="simulated seconds",
             group="time",
@@ -136,15 +137,15 @@ class RunSettings(Settings):
             endless=True,
         ),
     ] = math.inf
-    feedback_rate: Annotated[float, Option("samples of feedback a simulated second", **_RATE)] = 10.0
-    odom_rate: Annotated[float, Option("samples of odom a simulated second", **_RATE)] = 10.0
-    clock_rate: Annotated[float, Option("samples of clock a simulated second", **_RATE)] = 10.0
-    detection_rate: Annotated[float, Option("samples of detection a simulated second", **_RATE)] = 10.0
-    battery_rate: Annotated[float, Option("samples of battery a simulated second", **_RATE)] = 1.0
+    feedback_rate: Annotated[float, Option("feedback samples per simulated second", **_RATE)] = 10.0
+    odom_rate: Annotated[float, Option("odom samples per simulated second", **_RATE)] = 10.0
+    clock_rate: Annotated[float, Option("clock samples per simulated second", **_RATE)] = 10.0
+    detection_rate: Annotated[float, Option("detection samples per simulated second", **_RATE)] = 10.0
+    battery_rate: Annotated[float, Option("battery samples per simulated second", **_RATE)] = 1.0
     result_timeout: Annotated[
         float,
         Option(
-            "wall seconds that a result is kept; -1: for ever",
+            "wall seconds for which a result is kept; -1: for ever",
             group="server",
             at_least=0,
             for_ever=-1.0,
@@ -153,11 +154,11 @@ class RunSettings(Settings):
         ),
     ] = 900.0
     keep_results: Annotated[
-        int, Option("results of ended goals that are kept of a robot", "N", group="server", more_than=0, read=count)
+        int, Option("results of ended goals that are kept per robot", "N", group="server", more_than=0, read=count)
     ] = 1000
     max_payload: Annotated[
         int,
-        Option("refuse requests that are larger", "BYTES", unit="bytes", group="server", more_than=0, read=count),
+        Option("reject larger requests", "BYTES", unit="bytes", group="server", more_than=0, read=count),
     ] = MAX_PAYLOAD
 
 
@@ -165,15 +166,16 @@ class SimulateSettings(RunSettings):
     """How ``hmrsim simulate`` runs a world: to the end of its scripts."""
 
     duration: Annotated[
-        float, Option("give up after so much time", "SIM_S", unit="simulated seconds", more_than=0, endless=True)
+        float,
+        Option("give up after this much simulated time", "SIM_S", unit="simulated seconds", more_than=0, endless=True),
     ] = math.inf
     keep_results: int = 1
     """No client asks for results there."""
 
 
 class DemoSettings(RunSettings):
-    """How ``hmrsim demo`` runs its world: it has to come to an end."""
+    """How ``hmrsim demo`` runs its world: its mission must end."""
 
     real_time_factor: Annotated[
-        float, Option("simulated seconds a wall second, in real time", "X", group="time", more_than=0, at_most=1e6)
+        float, Option("simulated seconds per wall second, in real time", "X", group="time", more_than=0, at_most=1e6)
     ] = 10.0

@@ -12,4 +12,6 @@ from hmrsim.settings.run import Settings
 class TraceSettings(Settings):
     """Whether a run is traced."""
 
-    trace: Annotated[Path | None, Option("write what happens as lines of JSON, for `hmrsim replay`", "FILE")] = None
+    trace: Annotated[Path | None, Option("write a trace of the run as lines of JSON, for `hmrsim replay`", "FILE")] = (
+        None
+    )

@@ -23,7 +23,7 @@ class WorldSettings(Settings):
         ),
     ] = None
     rename: Annotated[tuple[str, ...], Option("rename a robot of a drawing; repeatable", "OLD=NEW", group="world")] = ()
-    lenient: Annotated[bool, Option("leave out objects of a drawing that have no known type", group="world")] = False
+    lenient: Annotated[bool, Option("ignore objects of a drawing without a known type", group="world")] = False
     neighbours: Annotated[
-        Literal[4, 8] | None, Option("whether cells of a grid touch at their corners, too (8)", group="world")
+        Literal[4, 8] | None, Option("neighbours of a grid cell: 4, or 8 with those at its corners", group="world")
     ] = None

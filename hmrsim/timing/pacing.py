@@ -148,7 +148,7 @@ class Pacing:
     def hindrance(self) -> str:
         """Why time can't move, even if the simulator is asked to; empty if it can."""
         if self.clock == LOCKSTEP and not self.lockstep.participants:
-            return "nobody takes part in lockstep, so that time stands; let somebody join, or set the clock to realtime"
+            return "time stands, as lockstep has no participant; let a controller join, or set the clock to realtime"
         return ""
 
     # --- rounds ---------------------------------------------------------------------------------------------------

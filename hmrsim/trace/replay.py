@@ -126,7 +126,7 @@ def replay(lines: Iterable[str], watchers: Callable[[Simulator], Sequence[Sink]]
         watchers: Makes sinks, of the simulation before it begins.
 
     Raises:
-        TraceError: It is no trace, or one of another version.
+        TraceError: It is not a trace, or one of another version.
     """
     return _Replay((line[:-1] for line in lines if line.endswith("\n")), watchers).run()
 

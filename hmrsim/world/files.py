@@ -45,12 +45,12 @@ def read_text(path: Path, file: str) -> str:
         file: Its name as the user knows it, for errors.
 
     Raises:
-        WorldError: It can't be read, is too large, or is no text.
+        WorldError: It can't be read, is too large, or is not text.
     """
     try:
         # A named pipe or device might never end.
         if not stat.S_ISREG(path.stat().st_mode):
-            raise _error(file, f"is {'a folder' if path.is_dir() else 'no ordinary file'}; expected a file")
+            raise _error(file, f"is {'a folder' if path.is_dir() else 'not a regular file'}; expected a file")
         with path.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
     except FileNotFoundError:

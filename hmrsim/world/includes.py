@@ -26,7 +26,7 @@ _IN_TURN = "includes this file in turn; take one of the two includes out"
 _MAX_FILES = 100
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".pdf", ".webp")
-"""What draw.io exports beside drawings; the name alone tells."""
+"""Suffixes of what draw.io exports beside drawings."""
 
 
 def read_document(path: Path, file: str, options: ReadOptions = AS_IT_IS) -> Document:
@@ -69,7 +69,7 @@ def _real(path: Path) -> Path:
 
 
 def _not_taken(options: ReadOptions, documents: Sequence[Document], *, complete: bool) -> Iterator[Problem]:
-    """Yield the options that no file had a use for; what could not be read might have had one."""
+    """Yield the options that apply to no file; a file that could not be read might have used one."""
     if options.page is not None and complete and not any(document.pages for document in documents):
         yield Problem(
             f"--page {options.page}", "", "there are no pages; drawings have them, and levels and layouts count"
@@ -102,7 +102,7 @@ class _Includes:
             target = _target(name, above, self.seen)
             if isinstance(target, str):
                 self.merged.problems.append(source.problem(Finding(("include", i), target, name)))
-                # What a file that includes itself has to say is known.
+                # The document of a file that includes itself is known already.
                 self.merged.complete = self.merged.complete and target.endswith(_IN_TURN)
             elif target not in self.seen:
                 self.seen.add(target)
@@ -137,7 +137,7 @@ def _target(name: object, above: tuple[Path, ...], seen: set[Path]) -> Path | st
     try:
         target = (folder / name).resolve()
     except (OSError, ValueError, RuntimeError) as error:
-        return f"{shown(name)} is no file: {error}"
+        return f"{shown(name)} is not a file name: {error}"
     wrong = None
     if Path(name).is_absolute() or not target.is_relative_to(folder):
         wrong = "is outside the folder of this file; include files beside or below it"
@@ -146,5 +146,5 @@ def _target(name: object, above: tuple[Path, ...], seen: set[Path]) -> Path | st
     elif len(above) > _MAX_DEPTH:
         wrong = f"is included {len(above)} deep; at most {_MAX_DEPTH}"
     elif len(seen) >= _MAX_FILES:
-        wrong = f"is one file too many; at most {_MAX_FILES}"
+        wrong = f"exceeds the maximum of {_MAX_FILES} files"
     return f"{name!r} {wrong}" if wrong else target

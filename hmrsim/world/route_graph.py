@@ -19,7 +19,7 @@ def to_geojson(world: World, *, closed: Collection[tuple[str, str]] = (), lifts:
 
     Nodes are points and lanes are MultiLineStrings, one for each direction, with the properties ``id``,
     ``startid``, ``endid`` and ``cost`` of Nav2's graph files; names, lengths, limits and capacities are metadata, and
-    that a way is no part of a lane that leads both ways.
+    that a way is not a part of a lane that leads both ways.
 
     Args:
         world: The world.

@@ -174,7 +174,7 @@ class _Builder:
         self._count(part.size, len(self._open) + part.depth, line)
         if self._open and self._wants_key():
             if not isinstance(part.value, str):
-                raise Unreadable(f"alias {shown(anchor)} is no name that could be a key", line)
+                raise Unreadable(f"alias {shown(anchor)} is not a name that could be a key", line)
             self._open[-1].key = (part.value, line)
             return
         self._add(part)

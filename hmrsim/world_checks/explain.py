@@ -69,7 +69,7 @@ def explain(error: ValidationError, data: object, model: type[BaseModel] | None 
     Args:
         error: What pydantic says.
         data: The validated data.
-        model: What it was validated as, if that is no world.
+        model: What it was validated as, if that is not a world.
     """
     found: dict[Path, Finding] = {}
     too_short: set[Path] = set()
@@ -119,7 +119,7 @@ def _message(details: ErrorDetails, path: Path, value: object, model: type[BaseM
     elif kind in _PHRASES:
         text = _PHRASES[kind](context, value)
     elif kind == "string_pattern_mismatch":
-        text = f"{shown(path[-1])} is no ROS name; use a letter, then letters, digits and _"
+        text = f"{shown(path[-1])} is not a ROS name; use a letter, then letters, digits and _"
     else:
         text = f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
     return text

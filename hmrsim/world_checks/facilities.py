@@ -35,7 +35,7 @@ def check_fixtures(world: World, lost: Lost) -> Iterator[Finding]:
 
 
 def _check_names(world: World) -> Iterator[Finding]:
-    """Yield whose names are those of others that are asked for by name, too."""
+    """Yield an error for each name that another kind of entity that is asked for by name has, too."""
     kinds = ("robots", "items", "docks", "doors", "lifts")
     first: dict[str, str] = {}
     for kind in kinds:
@@ -81,10 +81,10 @@ def _check_stops(world: World, name: str, lift: Lift, lost: Lost) -> Iterator[Fi
             yield Finding((*path, i), f"no waypoint {stop!r}{instead(stop, world.waypoints)}", stop)
     for stop, times in Counter(lift.stops).items():
         if times > 1:
-            yield Finding(path, f"{stop!r} is there {times} times; a lift stops there once", stop)
+            yield Finding(path, f"{stop!r} is listed {times} times; list each stop once", stop)
     for a, b in combinations(dict.fromkeys(stop for stop in lift.stops if stop in world.points), 2):
         if distance(world.points[a], world.points[b]) <= SAME_PLACE:
             yield Finding(path, f"{a!r} and {b!r} are the same point; draw levels beside each other", [a, b])
     if lift.at is not None and lift.at not in lift.stops:
-        message = f"{lift.at!r} is no stop of it{instead(lift.at, lift.stops)}"
+        message = f"{lift.at!r} is not one of its stops{instead(lift.at, lift.stops)}"
         yield Finding(("lifts", name, "at"), message, lift.at)

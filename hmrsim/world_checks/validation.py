@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
 
 _ROUNDS = 20
-"""Leaving out a field can make another one wrong, but not for ever."""
+"""Maximum number of passes: leaving out a field can make another one invalid."""
 
 _Dead = dict[str | int, Any]
 
@@ -48,7 +48,7 @@ class Lost:
 
 @dataclass(frozen=True)
 class Validated:
-    """What could be understood.
+    """The valid part of a world.
 
     Attributes:
         world: The world without the parts with errors; None when nothing was left.
@@ -86,7 +86,7 @@ def validate(data: dict[str, Any]) -> Validated:
                 findings.append(finding)
             _kill(data, dead, finding.path)
         if count > MAX_FINDINGS:
-            text = f"has {count} errors, of which nobody would read more than these"
+            text = f"has {count} errors; only these are reported"
             findings = [Finding((), text, count), *findings][:MAX_FINDINGS]
             break
     return Validated(world, tuple(findings), _lost(data, dead, world), _kept(data, dead))

@@ -147,7 +147,7 @@ def number(element: Element, key: str, default: float = 0.0) -> float:
     """Return a number of an element, *default* when it is not there.
 
     Raises:
-        BadCell: It is no number, or too large to be one of a map.
+        BadCell: It is not a number, or too large to be one of a map.
     """
     return default if key not in element.attributes else read_number(element.attributes[key], key)
 
@@ -156,7 +156,7 @@ def style_number(style: dict[str, str], key: str, default: float = 0.0) -> float
     """Return a number of a style, *default* when it is not there.
 
     Raises:
-        BadCell: It is no number.
+        BadCell: It is not a number.
     """
     return read_number(style[key], key) if style.get(key) else default
 
@@ -165,7 +165,7 @@ def read_number(text: str, key: str) -> float:
     """Return the number that the attribute *key* holds.
 
     Raises:
-        BadCell: It is no number, or too large to be one of a map.
+        BadCell: It is not a number, or too large to be one of a map.
     """
     if not _NUMBER.fullmatch(text) or abs(float(text)) > MAX_COORDINATE:
         raise BadCell(f"{key} is {text[:_SHOWN]!r}; expected a number of at most {MAX_COORDINATE:g}", text)

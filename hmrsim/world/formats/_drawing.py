@@ -125,5 +125,5 @@ class Drawing:
             return None
         other = self.by_id.get(identifier)
         if other is None or not other.is_shape:
-            raise BadCell(f"has the {which} {shown(identifier)}, which is no shape on this page", identifier)
+            raise BadCell(f"has the {which} {shown(identifier)}, which is not a shape on this page", identifier)
         return other

@@ -71,7 +71,7 @@ def _place(cell: Cell, parent: Cell | None, complain: _Complain) -> None:
 
 
 def _numbers(cell: Cell, geometry: Element, complain: _Complain) -> list[float]:
-    """Return x, y, width, height and rotation, without those that are no numbers; each of these is a finding."""
+    """Return x, y, width, height and rotation, without those that are not numbers; each of these is a finding."""
     found: list[float] = []
     readers = [partial(number, geometry, key) for key in ("x", "y", "width", "height")]
     for read in (*readers, partial(style_number, cell.style, "rotation")):

@@ -25,7 +25,7 @@ def road(drawing: Drawing, cell: Cell) -> None:
     """Read a road: from the centre of the shape where it begins, along its points, to where it ends.
 
     Raises:
-        BadCell: An end is no shape, or a number makes no sense.
+        BadCell: An end is not a shape, or a number makes no sense.
     """
     source, target = drawing.end(cell, "source"), drawing.end(cell, "target")
     if any(end is not None and end.failed for end in (source, target)):
@@ -36,7 +36,7 @@ def road(drawing: Drawing, cell: Cell) -> None:
         *([target.box.centre] if target else ()),
     ]
     if len(set(points)) < 2:  # noqa: PLR2004
-        drawing.warn(cell, "has fewer than two points, so it is no road")
+        drawing.warn(cell, "has fewer than two points, so it is not a road")
         return
     drawing.roads.append((cell, points))
 

@@ -126,7 +126,7 @@ class Things:
         """Read an edge: a lane, or what a lift does if it leads to another level.
 
         Raises:
-            BadPart: An end is no node.
+            BadPart: An end is not a node.
         """
         start, end = (self._known(part.want(key)) for key in ("startNodeId", "endNodeId"))
         properties = part.parts("vehicleTypeEdgeProperties")

@@ -90,7 +90,7 @@ def _unpack(diagram: Element) -> Element:
     try:
         deflated = base64.b64decode(packed, validate=True)
     except (binascii.Error, ValueError):
-        raise XmlError("has a compressed <diagram> that is no base64", diagram.line) from None
+        raise XmlError("has a compressed <diagram> that is not valid base64", diagram.line) from None
     inflater = zlib.decompressobj(wbits=-15)
     try:
         content = inflater.decompress(deflated, MAX_INFLATED + 1)

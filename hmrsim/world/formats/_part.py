@@ -44,7 +44,7 @@ class Part:
         """Return a part of a mapping; None if it isn't there, or null.
 
         Raises:
-            BadPart: This is no mapping.
+            BadPart: This is not a mapping.
         """
         if not isinstance(self.value, dict):
             raise self.expected("a mapping")
@@ -55,7 +55,7 @@ class Part:
         """Return a part of a mapping.
 
         Raises:
-            BadPart: This is no mapping, or has no such part.
+            BadPart: This is not a mapping, or has no such part.
         """
         part = self.get(key)
         if part is None:
@@ -77,7 +77,7 @@ class Part:
         """Return the values of a list in this mapping; none if there is no such list.
 
         Raises:
-            BadPart: This is no mapping, or that is no list. An empty mapping is an empty list: some write so.
+            BadPart: This is not a mapping, or that is not a list. An empty mapping is an empty list: some write so.
         """
         part = self.get(key)
         return part.all() if part is not None and part.value != {} else []
@@ -140,7 +140,7 @@ class Part:
         """Return the point that a list begins with: x, y.
 
         Raises:
-            BadPart: This is no list of numbers, or a shorter one.
+            BadPart: This is not a list of numbers, or a shorter one.
         """
         if not isinstance(self.value, list) or len(self.value) < 2:  # noqa: PLR2004
             raise self.expected("[x, y]")

@@ -104,12 +104,12 @@ def of_json(text: str, file: str) -> Reading:
             raise _refused(file, f"has more than {_MAX_VALUES} values")
         value = json.loads(text, parse_constant=_not_finite)
     except json.JSONDecodeError as error:
-        message = f"is no JSON: {error.msg[:1].lower()}{error.msg[1:]}"
+        message = f"is not valid JSON: {error.msg[:1].lower()}{error.msg[1:]}"
         raise _refused(file, message, error.lineno) from None
     except RecursionError:
         raise _refused(file, "is nested too deep") from None
     except ValueError as error:
-        raise _refused(file, f"is no JSON: {error}") from None
+        raise _refused(file, f"is not valid JSON: {error}") from None
     return _of_mapping(Reading(value, lambda: _lines_of(as_yaml(text))), file)
 
 
@@ -143,7 +143,7 @@ def _lines_of(text: str) -> Lines | None:
 
 
 def _not_finite(text: str) -> NoReturn:
-    raise ValueError(f"{text} is no number")
+    raise ValueError(f"{text} is not a number")
 
 
 def _refused(file: str, message: str, line: int | None = None) -> WorldError:

@@ -69,7 +69,7 @@ def way(drawing: Drawing, cell: Cell) -> None:
     """
     source = drawing.end(cell, "source")
     if source is None or source.kind != "robot":
-        what = "no source" if source is None else f"the source {shown(source.id)}, which is no robot"
+        what = "no source" if source is None else f"the source {shown(source.id)}, which is not a robot"
         raise BadCell(f"has {what}; draw it from the robot that is to follow it", source and source.id)
     target = drawing.end(cell, "target")
     points = [*cell.points(), *([target.box.centre] if target else ())]

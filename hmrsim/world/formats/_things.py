@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from hmrsim.world.formats._drawing import Drawing
 
 _DECORATION = frozenset(("text", "edgeLabel", "group", "swimlane"))
-"""Words in the styles of cells that are no obstacles: labels, and frames around other cells."""
+"""Words in the styles of cells that are not obstacles: labels, and frames around other cells."""
 
 
 def obstacle(drawing: Drawing, cell: Cell) -> None:
-    """Read a bare cell: a shape that is no decoration stops robots.
+    """Read a bare cell: a shape that is not a decoration stops robots.
 
     Raises:
         BadCell: A number of its style makes no sense.
@@ -29,7 +29,7 @@ def obstacle(drawing: Drawing, cell: Cell) -> None:
     if cell.style.get("shape") == "mxgraph.floorplan.wall":
         box = box._replace(width=box.width or 1.0, height=box.height or 1.0)
     if not box.width or not box.height:
-        drawing.warn(cell, f"has the size {box.width:g} x {box.height:g}, so it is no obstacle")
+        drawing.warn(cell, f"has the size {box.width:g} x {box.height:g}, so it is not an obstacle")
         return
     if (thick := thickness(cell.style)) > min(box.width, box.height):
         size = f"{box.width:g} x {box.height:g}"
@@ -54,7 +54,7 @@ def pickable(drawing: Drawing, cell: Cell) -> None:
     """Read an item.
 
     Raises:
-        BadCell: It has no name, or one that is taken, or a weight that is no number.
+        BadCell: It has no name, or one that is taken, or a weight that is not a number.
     """
     name = cell.attributes.get("name", "")
     if not name:

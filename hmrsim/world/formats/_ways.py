@@ -45,7 +45,7 @@ class Ways:
             part: What it is from.
             limit: The speed limit; None for none.
             capacity: How many robots may be on it; None where nothing is said of it.
-            alone: Whether it is no part of a lane that leads both ways.
+            alone: Whether it is not a part of a lane that leads both ways.
         """
         way = self._ways.get(ends)
         if way is None:

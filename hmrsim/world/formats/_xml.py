@@ -54,7 +54,7 @@ def parse(text: str, *, line: int | None = None) -> Element:
         line: The line of all elements, for XML that is packed into one; None to count.
 
     Raises:
-        Refused: It is no XML, has a document type, or exceeds a bound.
+        Refused: It is not valid XML, has a document type, or exceeds a bound.
     """
     data = text.encode("utf-8", "surrogatepass")
     return safe_xml.parse(

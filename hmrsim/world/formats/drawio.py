@@ -126,7 +126,7 @@ def _warn_of_hidden_layers(drawing: Drawing) -> None:
 def _warn_of_orphans(drawing: Drawing) -> None:
     for cell in drawing.cells:
         if cell.parent and cell.parent not in drawing.by_id:
-            place = f"is in {shown(cell.parent)}, which is no cell of this page; it is placed on the page itself"
+            place = f"is in {shown(cell.parent)}, which is not a cell of this page; it is placed on the page itself"
             drawing.warn(cell, place, cell.parent)
 
 

@@ -187,7 +187,7 @@ def test_planner_that_is_missing(doctor):
 
     assert "error: eve has an external planner, and there is none; start one" in alone[1]
     assert (1, 0) == (alone[0], attended[0])
-    assert "planner     there is one outside" in attended[1]
+    assert "planner     an external one is available" in attended[1]
 
 
 def test_simulator_that_speaks_ros(doctor):

@@ -84,7 +84,7 @@ def test_a_duration_without_a_pace_is_explained(monkeypatch, capsys):
     main(["run", "scenario1", "--real-time-factor", "0", "--duration", "5", *FREE_PORT])
 
     first = capsys.readouterr().err.splitlines()[0]
-    assert "--duration 5: as fast as possible, time passes only while robots do something" == first
+    assert "--duration 5: as fast as possible, time advances only while robots are active" == first
 
 
 def test_a_result_timeout_is_minus_1_or_no_less_than_0(capsys):

@@ -86,7 +86,7 @@ def test_a_goal_that_is_rejected_is_an_answer(call):
 
 
 def test_the_type_may_be_given(call):
-    """As `ros2 service call` wants it."""
+    """As `ros2 service call`."""
     code, out, _ = call(GET_RESULT, "nav2_msgs/action/Wait_GetResult", f"{{goal_id: {'a' * 32}}}", "--json")
 
     assert (0, 0) == (code, json.loads(out)["status"])
@@ -105,7 +105,7 @@ def test_the_type_may_be_given(call):
         (("/_world/info", "{x: 3}"), "request: x: unknown field; remove it\n"),
         ((GET_RESULT, "[1]"), "request: expected a mapping such as '{goal_id: …}', got [1]\n"),
         ((GET_RESULT, "{a: 1, a: 2}"), "request: a: "),
-        ((GET_RESULT, "{a: .inf}"), "request: NaN and infinity are no JSON; expected finite numbers\n"),
+        ((GET_RESULT, "{a: .inf}"), "request: NaN and infinity are not valid JSON; expected finite numbers\n"),
         ((GET_RESULT, "a/b/C", "{}"), f"{GET_RESULT} is a nav2_msgs/action/Wait_GetResult, not a a/b/C\n"),
         (("/wall_e/*",), "'/wall_e/*' has a wildcard; expected the name of one service\n"),
     ],

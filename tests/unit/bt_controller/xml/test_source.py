@@ -26,13 +26,13 @@ def test_elements_know_file_line_tag_and_name(files):
 @pytest.mark.parametrize(
     ("text", "error"),
     [
-        (b"", r"^tree\.xml:1: is no XML: no element found$"),
-        (b"hello", r"^tree\.xml:1: is no XML: syntax error$"),
-        (b"<root>\n<a></root>", r"^tree\.xml:2: is no XML: mismatched tag$"),
+        (b"", r"^tree\.xml:1: is not valid XML: no element found$"),
+        (b"hello", r"^tree\.xml:1: is not valid XML: syntax error$"),
+        (b"<root>\n<a></root>", r"^tree\.xml:2: is not valid XML: mismatched tag$"),
         (b"<root/><root/>", "junk after document element"),
         (b"<root>\xff\xfe\xfa</root>", "not well-formed"),
-        (b'<?xml version="1.0" encoding="klingon"?><root/>', "no XML: unknown encoding"),
-        (b'<?xml version="1.0" encoding="shift_jis"?><root/>', r"no XML: "),
+        (b'<?xml version="1.0" encoding="klingon"?><root/>', "not valid XML: unknown encoding"),
+        (b'<?xml version="1.0" encoding="shift_jis"?><root/>', r"not valid XML: "),
         (b"<root>&lol;</root>", "undefined entity"),
         (b'<!DOCTYPE r [<!ENTITY a "b">]>\n<root>&a;</root>', r"^tree\.xml:1: has a DOCTYPE"),
         (b'<!DOCTYPE r SYSTEM "file:///etc/passwd"><root/>', "has a DOCTYPE"),
@@ -156,7 +156,7 @@ class TestInclude:
             read("tree.xml")
         assert [
             "a.xml:1: <include>: 'c.xml': there is no such file",
-            "b.xml:1: is no XML: no element found",
+            "b.xml:1: is not valid XML: no element found",
             "tree.xml:1: <include>: 'x.xml': there is no such file",
         ] == str(caught.value).splitlines()
 

@@ -58,7 +58,7 @@ def test_back_and_drive_take_a_distance_and_a_speed(word, action, rest, distance
         ("Back -1", "expected a distance, and perhaps a speed, both positive, got '-1'"),
         ("Drive 1 0", "expected a distance, and perhaps a speed, both positive, got '1 0'"),
         ("Drive 1 2 3", "expected a distance, and perhaps a speed, both positive, got '1 2 3'"),
-        ("Drive far", "'far' is no number"),
+        ("Drive far", "'far' is not a number"),
     ],
 )
 def test_what_makes_no_sense_is_refused(text, message):

@@ -105,7 +105,7 @@ def test_nothing_is_overwritten_unasked(tmp_path, capsys):
 
     code = main(["map", "convert", "scenario1", str(out)])
     assert (2, "mine") == (code, out.read_text())
-    assert f"{out}: is there already; overwrite it with --force\n" == capsys.readouterr().err
+    assert f"{out}: exists already; overwrite it with --force\n" == capsys.readouterr().err
 
 
 def test_force_overwrites(tmp_path):
@@ -134,10 +134,10 @@ def test_no_half_written_file_is_left(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("name", "error"),
     [
-        ("w.drawio", "is of no format that can be written; expected one of .yaml, .json, .geojson, or --to"),
-        ("w", "is of no format that can be written; expected one of .yaml, .json, .geojson, or --to"),
+        ("w.drawio", "unknown output format; expected one of .yaml, .json, .geojson, or --to"),
+        ("w", "unknown output format; expected one of .yaml, .json, .geojson, or --to"),
         ("nowhere/w.yaml", "there is no folder"),
-        ("folder.yaml", "is no ordinary file; name another, or - for stdout"),
+        ("folder.yaml", "is not a regular file; name another, or - for stdout"),
     ],
 )
 def test_what_cannot_be_written_is_2(name, error, tmp_path, capsys):

@@ -119,10 +119,10 @@ def test_no_start_is_1(path, capsys, start, error):
 
 @pytest.mark.parametrize("ends", [("1e400,1", "home"), ("home", "1,-1e400"), ("nan,1", "home"), ("home", "Infinity,1")])
 def test_a_coordinate_that_is_not_finite_is_2(path, capsys, ends):
-    """It is no point of any map."""
+    """It is not a point of any map."""
     assert 2 == main(["map", "plan", path, *ends])
 
-    assert capsys.readouterr().err.endswith(" is no point; expected X,Y of finite numbers, such as 1.5,-2\n")
+    assert capsys.readouterr().err.endswith(" is not a point; expected X,Y of finite numbers, such as 1.5,-2\n")
 
 
 def test_all_unknown_names_are_told(path, capsys):

@@ -70,9 +70,9 @@ def test_png_without_its_package(tmp_path, capsys, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["-o", "map.gif"], "map.gif: is of no format that can be drawn; expected one of .svg, .png"),
+        (["-o", "map.gif"], "map.gif: unknown picture format; expected one of .svg, .png"),
         (["-o", "nowhere/map.svg"], "nowhere/map.svg: there is no folder 'nowhere'"),
-        (["-o", "folder.svg"], "folder.svg: is no ordinary file; name another, or - for stdout"),
+        (["-o", "folder.svg"], "folder.svg: is not a regular file; name another, or - for stdout"),
         (
             ["-o", "map.png", "--width", "20000", "--scale", "8"],
             "a PNG of 160000 x 107200 pixels is too large; give less --width or --scale",

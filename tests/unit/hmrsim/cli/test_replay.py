@@ -40,7 +40,7 @@ def test_a_trace_that_was_cut_off(trace, capsys):
     trace.write_text(trace.read_text()[:-50])
     code = main(["replay", str(trace)])
 
-    assert (0, True) == (code, capsys.readouterr().out.endswith("; the trace was cut off there\n"))
+    assert (0, True) == (code, capsys.readouterr().out.endswith("; the trace is truncated there\n"))
 
 
 def test_a_replay_that_differs(trace, capsys):
@@ -79,7 +79,7 @@ def test_two_runs_have_one_trace(trace, tmp_path):
     [
         (None, "can't be read: no such file or directory"),
         (b"", "line 1: no header of a trace; expected a file that was written with --trace"),
-        (b"\xff\xfe\n", "is no text, and so no trace"),
+        (b"\xff\xfe\n", "is not a trace: it is not text"),
     ],
 )
 def test_what_is_no_trace_is_wrong_use(tmp_path, capsys, content, why):

@@ -66,7 +66,7 @@ def test_fields_that_are_unknown_are_passed_over():
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"door": "gate"}, "kind is no text"),
+        ({"door": "gate"}, "kind is not text"),
         ({"kind": "door_opening"}, "door: Field required"),
         ({"kind": "door_opening", "door": 7}, "door: Input should be a valid string"),
         ({"kind": "stopped", "robot": "eve", "at": [1.0, float("inf")]}, "at.1: Input should be a finite number"),

@@ -107,9 +107,9 @@ def test_flaws_are_found(monkeypatch):
     assert [
         "has no docstring",
         "robot has no description",
-        "is shown with 'nothing', which is no field of it",
-        "is shown with a format 'loud', which there is not",
-        "has the severity 'dreadful', which there is not",
+        "is shown with 'nothing', which is not one of its fields",
+        "is shown with a format 'loud', which does not exist",
+        "has the severity 'dreadful', which does not exist",
         "changes 'mood', which is no part of a picture",
         "sets 'robot', which is a field of it",
     ] == [line.rpartition("Bad: ")[2] for line in found]

@@ -113,7 +113,7 @@ def test_what_is_no_text_and_no_recording(tmp_path, capsys):
     path.write_bytes(b"\xff\xfe\n")
     code = main(["report", str(path)])
 
-    error = "neither a trace, which is text, nor a recording, which is MCAP"
+    error = "neither a trace (text) nor a recording (MCAP)"
     assert (2, f"hmrsim: {path}: {error}\n") == (code, capsys.readouterr().err)
 
 
@@ -194,7 +194,7 @@ def test_a_page_over_what_it_is_of(file, capsys):
     before = path.read_bytes()
     code = main(["report", str(path), "-o", str(path)])
 
-    assert (2, f"hmrsim report: -o {path}: is what the report is of\n") == (code, capsys.readouterr().err)
+    assert (2, f"hmrsim report: -o {path}: is the file to read; name another\n") == (code, capsys.readouterr().err)
     assert before == path.read_bytes()
 
 
@@ -231,4 +231,4 @@ def test_two_that_want_the_standard_output(file, capsys):
     """A page and JSON can't both be printed."""
     code = main(["report", str(file(ALONE)), "-o", "-", "--json"])
 
-    assert (2, True) == (code, "both want the standard output" in capsys.readouterr().err)
+    assert (2, True) == (code, "both write to the standard output" in capsys.readouterr().err)

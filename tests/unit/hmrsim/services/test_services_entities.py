@@ -60,7 +60,7 @@ class TestFilters:
         [
             ({"filter": "("}, 4, "filter '(': missing ): ("),
             ({"filter": "x" * 300}, 4, "it has 300 characters; at most 256 are taken"),
-            ({"bounds": {"type": 2}}, 0, "bounds of type 2 are no filter here; use a box or a sphere"),
+            ({"bounds": {"type": 2}}, 0, "bounds of type 2 are not supported; use a box or a sphere"),
             ({"bounds": {"type": 3}}, 4, "a box or a sphere has 2 points, got 0"),
         ],
     )

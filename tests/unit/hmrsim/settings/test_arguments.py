@@ -93,7 +93,7 @@ def test_an_option_of_no_model_is_found():
         parser.add_argument("--warp", type=float)
         parser.add_argument("--clock", default="realtime")
 
-    assert ["hmrsim x --warp: is no setting", "hmrsim x --clock: differs from its setting"] == [
+    assert ["hmrsim x --warp: is not a setting", "hmrsim x --clock: differs from its setting"] == [
         problem.partition(";")[0] for problem in strangers("x", configure, (RunSettings,))
     ]
 

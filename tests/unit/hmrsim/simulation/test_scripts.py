@@ -153,14 +153,14 @@ def test_an_order_is_a_goal(text, action, fields):
         ("Go 1e400 3", "no waypoint, place or dock '1e400 3'"),
         ("Grab parzel", "no item 'parzel'; did you mean 'parcel'"),
         ("Drop nothing", "no item 'nothing'"),
-        ("Wait long", "'long' is no number"),
+        ("Wait long", "'long' is not a number"),
         ("Wait -1", "expected one number of seconds, from 0 to 2147483647, got '-1'"),
         ("Wait 1e300", "expected one number of seconds, from 0 to 2147483647, got '1e300'"),
         ("Go 1e9 5", r"\(1e\+09, 5\) is outside any map: coordinates end at 1e\+07"),
         ("Follow 1 2 3 -1e9", "is outside any map"),
         ("Wait 1 2", "expected one number of seconds, from 0 to 2147483647, got '1 2'"),
-        ("Follow 1 2 3", "3 numbers are no points; expected pairs of x and y"),
-        ("Follow 1 x", "'x' is no number"),
+        ("Follow 1 2 3", "3 numbers are not points; expected pairs of x and y"),
+        ("Follow 1 x", "'x' is not a number"),
     ],
 )
 def test_an_order_that_makes_no_sense_is_refused(text, message):

@@ -90,9 +90,13 @@ ERRORS = [
     ({"doors": {"gate": {"at": [[1, 0], [1, 2]]}}}, "robots.wall_e.at", "(1, 1) is in the closed door 'gate'; start"),
     ({"doors": {"wall_e": {"at": [[3, 0], [3, 2]]}}}, "doors.wall_e", "robots.wall_e has this name already"),
     ({"lifts": {"lift": {"stops": ["home", "shlf"]}}}, "lifts.lift.stops.1", "no waypoint 'shlf'; did you mean"),
-    ({"lifts": {"lift": {"stops": ["home", "shelf", "home"]}}}, "lifts.lift.stops", "'home' is there 2 times"),
+    ({"lifts": {"lift": {"stops": ["home", "shelf", "home"]}}}, "lifts.lift.stops", "'home' is listed 2 times"),
     ({"lifts": {"lift": {"stops": ["home", "door"]}}}, "lifts.lift.stops", "'door' and 'home' are joined by lanes.0"),
-    ({"lifts": {"lift": {"stops": ["home", "shelf"], "at": "door"}}}, "lifts.lift.at", "'door' is no stop of it"),
+    (
+        {"lifts": {"lift": {"stops": ["home", "shelf"], "at": "door"}}},
+        "lifts.lift.at",
+        "'door' is not one of its stops",
+    ),
     (
         {"waypoints": {"attic": [9, 1]}, "lifts": {"lift": {"stops": ["shelf", "attic"]}}},
         "lifts.lift.stops",

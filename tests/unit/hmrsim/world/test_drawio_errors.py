@@ -46,7 +46,7 @@ def test_all_bad_cells_are_told_at_once(wrong):
         "1: POI cell '-': has no mxGeometry, so it is nowhere",
         "1: POI cell 'l': is a label of the line 'm'; put it on the page",
         "1: robot cell 'edge': is a line; a robot is a shape",
-        "1: map-path cell 'm': has the source 'nobody', which is no shape on this page",
+        "1: map-path cell 'm': has the source 'nobody', which is not a shape on this page",
     ]
 
 
@@ -77,7 +77,7 @@ def test_cell_in_a_group_that_is_nowhere_is_warned_of(warned):
     """It is read as if it were on the page itself."""
     warnings = warned(typed("POI", 1, 1, id="p", parent="nope"))
 
-    assert ["POI cell 'p': is in 'nope', which is no cell of this page; it is placed on the page itself"] == warnings
+    assert ["POI cell 'p': is in 'nope', which is not a cell of this page; it is placed on the page itself"] == warnings
 
 
 def test_all_numbers_of_a_cell_are_told(wrong):
@@ -189,11 +189,11 @@ def page(content: str | bytes) -> str:
     [
         (f"{LAUGHS}<mxfile>&b;</mxfile>", "has a DOCTYPE"),
         ('<!DOCTYPE mxfile SYSTEM "file:///etc/passwd"><mxfile/>', "has a DOCTYPE"),
-        ("<mxfile>&b;</mxfile>", "is no XML: undefined entity"),
-        ("<mxfile>", "is no XML: no element found"),
+        ("<mxfile>&b;</mxfile>", "is not valid XML: undefined entity"),
+        ("<mxfile>", "is not valid XML: no element found"),
         ("<mxfile/>", "has no <diagram>"),
         ("<mxfile><diagram/></mxfile>", "has an empty <diagram>"),
-        ("<mxfile><diagram>%%%</diagram></mxfile>", "is no base64"),
+        ("<mxfile><diagram>%%%</diagram></mxfile>", "is not valid base64"),
         ("<mxfile><diagram>AAAA</diagram></mxfile>", "can't be inflated|cut off"),
         ("<mxfile><diagram><svg/></diagram></mxfile>", "has no <mxGraphModel>"),
         ("<?xml version='1.0'?><html/>", "begins with <html>; expected <mxfile> or <mxGraphModel>"),
@@ -203,8 +203,8 @@ def page(content: str | bytes) -> str:
         (page(f"{LAUGHS}<mxGraphModel/>".encode()), "has a DOCTYPE"),
         (page(b"\xff\xfe"), "is not UTF-8"),
         (page(b"%FF"), "is not UTF-8"),
-        (page(b"hello"), "is no XML: syntax error"),
-        (file(diagram(packed(model())[:-12])), "cut off|is no base64|can't be inflated"),
+        (page(b"hello"), "is not valid XML: syntax error"),
+        (file(diagram(packed(model())[:-12])), "cut off|is not valid base64|can't be inflated"),
     ],
     ids=lambda value: repr(value[:40]),
 )

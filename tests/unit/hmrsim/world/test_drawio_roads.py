@@ -93,16 +93,16 @@ def test_missing_coordinate_is_nought(draw):
 def test_road_without_points_is_told(warned):
     """It leads nowhere."""
     assert warned(road((5, 5), (5, 5), identifier="r")) == [
-        "map-path cell 'r': has fewer than two points, so it is no road"
+        "map-path cell 'r': has fewer than two points, so it is not a road"
     ]
 
 
 @pytest.mark.parametrize(
     ("cells", "message"),
     [
-        ([road((0, 0), (1, 1), source="nobody")], "has the source 'nobody', which is no shape on this page"),
-        ([road((0, 0), (1, 1), target="1")], "has the target '1', which is no shape on this page"),
-        ([road((0, 0), (1, 1), target="r")], "has the target 'r', which is no shape on this page"),
+        ([road((0, 0), (1, 1), source="nobody")], "has the source 'nobody', which is not a shape on this page"),
+        ([road((0, 0), (1, 1), target="1")], "has the target '1', which is not a shape on this page"),
+        ([road((0, 0), (1, 1), target="r")], "has the target 'r', which is not a shape on this page"),
         ([road((0, 0), ("nan", 1))], "x is 'nan'; expected a number of at most 1e+07"),
         ([typed("map-path", 1, 1)], "is a shape; a map-path is a line"),
     ],

@@ -59,8 +59,8 @@ def test_several_ways_are_followed_in_the_order_of_the_file():
     ("source", "message"),
     [
         ("", "has no source; draw it from the robot that is to follow it"),
-        ("bed", "has the source 'bed', which is no robot; draw it from the robot that is to follow it"),
-        ("x", "has the source 'x', which is no shape on this page"),
+        ("bed", "has the source 'bed', which is not a robot; draw it from the robot that is to follow it"),
+        ("x", "has the source 'x', which is not a shape on this page"),
     ],
 )
 def test_way_of_nobody_is_an_error(wrong, source, message):

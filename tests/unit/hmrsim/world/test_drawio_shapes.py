@@ -175,7 +175,7 @@ def test_missing_numbers_are_nought_and_a_wall_is_1_px_thin(draw):
 
 def test_shape_without_a_size_is_told(warned):
     """It can't be an obstacle."""
-    assert warned(shape("rounded=0", 1, 1, 0, 5, id="s")) == ["cell 's': has the size 0 x 5, so it is no obstacle"]
+    assert warned(shape("rounded=0", 1, 1, 0, 5, id="s")) == ["cell 's': has the size 0 x 5, so it is not an obstacle"]
 
 
 def test_named_point_is_where_the_original_has_it(draw):

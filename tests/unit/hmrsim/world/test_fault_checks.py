@@ -48,7 +48,7 @@ def test_faults_that_make_sense_are_no_problem():
         (
             {"type": "breakdown", "robot": "eve", "until": 5, "mean_time_between": 5},
             "faults.0",
-            "until is given for what happens again and again; give duration or mean_duration",
+            "until is given for a fault that recurs; give duration or mean_duration",
         ),
         (
             {"type": "claw_drops", "robot": "eve", "until": 5},

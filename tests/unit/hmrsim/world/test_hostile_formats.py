@@ -75,13 +75,13 @@ def test_any_text_is_read_or_refused(kind, text):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[" * 100_000, "is nested too deep|is no JSON"),
-        ('{"layouts": ' * 100_000, "is nested too deep|is no JSON"),
-        ('{"type": "FeatureCollection", "features": [NaN]}', "is no JSON: NaN is no number"),
-        ('{"type": "FeatureCollection", "features": [-Infinity]}', "is no JSON: -Infinity is no number"),
-        (f'{{"layouts": [{"9" * 5000}]}}', "is no JSON: "),
+        ("[" * 100_000, "is nested too deep|is not valid JSON"),
+        ('{"layouts": ' * 100_000, "is nested too deep|is not valid JSON"),
+        ('{"type": "FeatureCollection", "features": [NaN]}', "is not valid JSON: NaN is not a number"),
+        ('{"type": "FeatureCollection", "features": [-Infinity]}', "is not valid JSON: -Infinity is not a number"),
+        (f'{{"layouts": [{"9" * 5000}]}}', "is not valid JSON: "),
         ("[1, 2]", r":1: expected a mapping, got \[1, 2\]"),
-        ('{"features": [\n1,\n}', ":3: is no JSON: "),
+        ('{"features": [\n1,\n}', ":3: is not valid JSON: "),
     ],
     ids=lambda value: repr(value[:20]),
 )

@@ -53,7 +53,7 @@ def test_all_errors_are_told_at_once_with_their_lines(errors_of):
         ("robots: {eve: {}}", "1: robots.eve.at: is missing; expected [x, y] or a name"),
         ("robots: {eve: {at: [1]}}", "1: robots.eve.at: expected [x, y], got 1"),
         ("robots: {eve: {at: [1, 2, 3]}}", "1: robots.eve.at: expected 2 values, got 3"),
-        ("robots: {_eve: {at: [1, 2]}}", "1: robots._eve: '_eve' is no ROS name; use a letter, then letters,"),
+        ("robots: {_eve: {at: [1, 2]}}", "1: robots._eve: '_eve' is not a ROS name; use a letter, then letters,"),
         ("robots: {eve: {at: [1, 2], sped: 1}}", "1: robots.eve.sped: unknown key 'sped'"),
         ("robots: {eve: {at: [1, 2], base: {sped: 1}}}", "1: robots.eve.base.sped: unknown key 'sped'; did"),
         ("robots: {eve: {at: [1, 2], components: {claw: }}}", ""),
@@ -119,7 +119,7 @@ def test_file_that_cannot_be_read_is_one_problem(tmp_path):
         ".": (None, "is a folder"),
         "bytes.yaml": (2, "is not UTF-8: byte 0xff"),
         "unknown.txt": (None, "is of no known format"),
-        "pipe.yaml": (None, "is no ordinary file"),
+        "pipe.yaml": (None, "is not a regular file"),
         "nul\0.yaml": (None, "can't be read: its name has a null character"),
     }
 
@@ -238,7 +238,7 @@ def test_robots_and_items_can_be_added(write):
         ("eve@1;2", "--robot eve@1;2: expected NAME@X,Y or NAME@X,Y:TYPE"),
         ("eve@1,2:nurse", "--robot eve@1,2:nurse: robots.eve.type: no robot type 'nurse'; there are carrier, fetcher"),
         ("wall_e@1,2", "--robot wall_e@1,2: robots.wall_e: 'wall_e' is in "),
-        ("e-v@1,2", "--robot e-v@1,2: robots.e-v: 'e-v' is no ROS name"),
+        ("e-v@1,2", "--robot e-v@1,2: robots.e-v: 'e-v' is not a ROS name"),
     ],
 )
 def test_robot_that_cannot_be_added_is_refused(write, robot, message):

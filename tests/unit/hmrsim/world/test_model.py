@@ -23,7 +23,7 @@ def test_wall_is_a_polyline_or_a_solid(wall):
 
 @pytest.mark.parametrize("fields", [{"seed": "7"}, {"bounds": [0, 0, 1, float("inf")]}, {"size": 1}])
 def test_wrong_field_is_refused(fields):
-    """Text is no number, infinity is no coordinate, and an unknown key is no key."""
+    """Text is not a number, infinity is no coordinate, and an unknown key is no key."""
     with pytest.raises(ValidationError, match="1 validation error"):
         World.model_validate(fields)
 
