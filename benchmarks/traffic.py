@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._report import Row
 from hmrsim.events.robots import MotionBegan
-from hmrsim.protocol.outputs import Happened
+from hmrsim.protocol.outputs import EventStamped
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import World
@@ -43,7 +43,7 @@ class _Lanes:
     def emit(self, event: Event) -> None:
         """Count the event if a robot begins a lane."""
         self.driven += (
-            isinstance(event, Happened) and isinstance(event.event, MotionBegan) and event.event.lane is not None
+            isinstance(event, EventStamped) and isinstance(event.event, MotionBegan) and event.event.lane is not None
         )
 
     def wants(self, topic: Topic) -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.actions import registry
 from hmrsim.interfaces.message import Message
 from hmrsim.protocol.commands import CallService
-from hmrsim.protocol.outputs import Answered, FeedbackSent, GoalChanged, Happened
+from hmrsim.protocol.outputs import Answered, EventStamped, FeedbackSent, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
 from hmrsim.settings.run import RunSettings
@@ -101,7 +101,7 @@ class Log:
         return [
             (time, json.loads(json.dumps(event.fields)))
             for time, event in self.events
-            if isinstance(event, Happened) and event.kind == kind
+            if isinstance(event, EventStamped) and event.kind == kind
         ]
 
     def feedback(self, goal_id: str) -> list[tuple[float, object]]:

@@ -205,7 +205,7 @@ class _Demo:
             case bytes():
                 event = json.loads(item)
                 at = Time.model_validate(event["stamp"]).to_nanoseconds() / NANOSECONDS
-                lines = story.happened(at, events.from_json(event))
+                lines = story.on_event(at, events.from_json(event))
             case (str() as tree,):
                 lines = story.ticked(json.loads(tree))
             case _:

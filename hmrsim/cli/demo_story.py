@@ -85,7 +85,7 @@ class Story:
         self.sim_time = 0.0
         self._trees: dict[str, dict[str, str]] = {name: {} for name in robots}
 
-    def happened(self, at: float, event: Event) -> Iterator[Line]:
+    def on_event(self, at: float, event: Event) -> Iterator[Line]:
         """Take an event of the simulation, and when it happened; yield what people want to know."""
         self.sim_time = at
         name = event.subject

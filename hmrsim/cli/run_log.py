@@ -16,7 +16,7 @@ from hmrsim.events import Severity
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.program.log_options import PACKAGES
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.protocol.outputs import GoalChanged, Happened
+from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ class EventLog:
         if isinstance(event, GoalChanged):
             if self._goals:
                 self._log_goal(event)
-        elif isinstance(event, Happened):
+        elif isinstance(event, EventStamped):
             level = _LEVELS[event.event.severity]
             if level >= self._least and _log.isEnabledFor(level):
                 at, text = event.stamp / NANOSECONDS, printable(event.event.describe())
@@ -99,7 +99,7 @@ class Later:
     def emit(self, event: Event) -> None:
         """Keep an event for a moment."""
         kind = type(event)
-        if kind is GoalChanged or kind is Happened:
+        if kind is GoalChanged or kind is EventStamped:
             self._events.append(event)
             if len(self._events) >= _MAX_LATER:
                 self.hand_on()

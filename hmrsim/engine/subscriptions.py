@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hmrsim.engine.sim_time import stamp
-from hmrsim.protocol.outputs import Happened, Sampled
+from hmrsim.protocol.outputs import EventStamped, Sampled
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class Interest:
         return self.feedback or self.odom or self.clock or self.battery_state or self.detections
 
 
-class Happenings:
+class EventPublisher:
     """Publishes what happens in the world, if a sink wants to know.
 
     Args:
@@ -85,12 +85,12 @@ class Happenings:
     def publish(self, make: Callable[[], WorldEvent]) -> None:
         """Publish an event of this instant; it is made only if it is wanted."""
         if self.interest.events:
-            self._emit(Happened(stamp(self._env.now), make()))
+            self._emit(EventStamped(stamp(self._env.now), make()))
 
     def publish_untraced(self, make: Callable[[], WorldEvent]) -> None:
         """Likewise one that no trace has."""
         if self.interest.motion:
-            self._emit(Happened(stamp(self._env.now), make()))
+            self._emit(EventStamped(stamp(self._env.now), make()))
 
     def sampled(self, topic: Topic, robot: str, message: Callable[[], Message]) -> None:
         """Publish what a topic of a robot is now, since it has changed, if it is wanted."""

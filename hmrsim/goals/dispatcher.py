@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import AnyAction
     from hmrsim.engine.sampling import Telemetry
-    from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.goals.servers import ActionServer, Owner
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import CancelGoal, GetResult, SendGoal, StopWaiting
@@ -63,7 +63,7 @@ class Dispatcher:
         actions: All actions, by name.
         telemetry: Takes feedback samples.
         emit: Where events go.
-        happened: Publishes rejected goals, and knows the topics that have subscribers.
+        publisher: Publishes rejected goals, and knows the topics that have subscribers.
         seed: From which the ids of goals that have none are made.
         keep_results: Most ended goals that a robot remembers.
         feedback_rate: Samples of feedback a second of simulated time.
@@ -80,7 +80,7 @@ class Dispatcher:
         telemetry: Telemetry,
         *,
         emit: Callable[[Event], None],
-        happened: Happenings,
+        publisher: EventPublisher,
         seed: int = 0,
         keep_results: int = 1000,
         feedback_rate: float = 10.0,
@@ -90,8 +90,8 @@ class Dispatcher:
         self.cut_off = CutOff()
         self._telemetry = telemetry
         self._emit = emit
-        self._happened = happened
-        self._interest = happened.interest
+        self._publisher = publisher
+        self._interest = publisher.interest
         self._keep_results = keep_results
         self._feedback_rate = feedback_rate
         self._instant, self._instant_stamp = -1.0, 0
@@ -126,7 +126,7 @@ class Dispatcher:
                 error_msg=str(rejection),
             )
             self._answer(command.reply_to, answer)
-            self._happened.publish(lambda: _rejected(command, answer))
+            self._publisher.publish(lambda: _rejected(command, answer))
             return
         goal = ServedGoal(server, goal_id, self._stamp(), from_client=command.goal_id is not None)
         self._answer(command.reply_to, GoalResponse(True, goal_id, goal.stamp))
@@ -160,7 +160,7 @@ class Dispatcher:
         goal.server.goals[goal.goal_id] = goal
         goal.message = message
         if self._interest.motion:
-            self._happened.publish_untraced(goal.accepted)
+            self._publisher.publish_untraced(goal.accepted)
         self._publish(goal, message)
         self._change(goal, GoalEvent.EXECUTE)
         goal.server.robot.act(action.name, begins=True)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     import simpy
 
-    from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.interfaces.nav2_msgs import ComputePathToPose
     from hmrsim.protocol.commands import PlanAnswered
     from hmrsim.protocol.outputs import Event
@@ -24,16 +24,16 @@ class Plans:
     Args:
         env: The simulation's clock and events.
         emit: Where events go.
-        happened: Tells when a planner comes or goes, and what it is asked.
+        publisher: Tells when a planner comes or goes, and what it is asked.
 
     Attributes:
         present: Whether one has announced itself.
     """
 
-    def __init__(self, env: simpy.Environment, emit: Callable[[Event], None], happened: Happenings) -> None:
+    def __init__(self, env: simpy.Environment, emit: Callable[[Event], None], publisher: EventPublisher) -> None:
         self._env = env
         self._emit = emit
-        self._happened = happened
+        self._publisher = publisher
         self._asked = 0
         self._waiting: dict[int, simpy.Event] = {}
         self._kept: dict[int, PlanAnswered] = {}
@@ -49,7 +49,7 @@ class Plans:
         self._asked += 1
         number = self._asked
         answered = self._waiting[number] = self._env.event()
-        self._happened.publish(lambda: PlanRequested(robot, number))
+        self._publisher.publish(lambda: PlanRequested(robot, number))
         self._emit(PlanWanted(number, robot, goal))
         try:
             result: ComputePathToPose.Result = yield answered
@@ -82,4 +82,4 @@ class Plans:
         """Note that a planner has come, or has gone."""
         if present != self.present:
             self.present = present
-            self._happened.publish(lambda: PlannerChanged(present))
+            self._publisher.publish(lambda: PlannerChanged(present))

@@ -102,8 +102,8 @@ class PlanWanted(NamedTuple):
     goal: ComputePathToPose.Goal
 
 
-class Happened(NamedTuple):
-    """Something happened in the world.
+class EventStamped(NamedTuple):
+    """An event of the world, with its time.
 
     Attributes:
         stamp: When.
@@ -115,12 +115,12 @@ class Happened(NamedTuple):
 
     @property
     def kind(self) -> str:
-        """What happened, by its kind."""
+        """The event's kind."""
         return self.event.kind
 
     @property
     def fields(self) -> dict[str, Any]:
-        """To whom and how; JSON values, though arrays may be tuples."""
+        """The event's fields as JSON values, though arrays may be tuples."""
         return self.event.as_dict()
 
 
@@ -132,7 +132,7 @@ class Granted(NamedTuple):
         now: The simulated time.
         reason: ``event``, ``until``, ``idle`` or ``end``.
         accepted: What came of each command, in order.
-        events: What happened of the kinds that were asked for, in order, each with its kind and its stamp.
+        events: The events of the requested kinds, in order, each with its kind and its stamp.
     """
 
     epoch: int
@@ -145,9 +145,17 @@ class Granted(NamedTuple):
 TimeAnswer = Joined | Granted | HasLeft | TimeState
 
 
-Published = StatusChanged | FeedbackSent | Sampled | Happened
+Published = StatusChanged | FeedbackSent | Sampled | EventStamped
 
 
 Event = (
-    Answered | GoalChanged | StatusChanged | FeedbackSent | Sampled | Happened | RosterChanged | PlanWanted | TimeState
+    Answered
+    | GoalChanged
+    | StatusChanged
+    | FeedbackSent
+    | Sampled
+    | EventStamped
+    | RosterChanged
+    | PlanWanted
+    | TimeState
 )

@@ -102,11 +102,11 @@ def _as_written(lines: Iterable[str], header: Mapping[str, Any], why: str) -> To
             continue
         event = _parsed(line, f"line {i}")
         try:
-            happened = occurrence_of(event)
+            occurrence = occurrence_of(event)
         except Misfit as error:
             raise TraceError(f"line {i}: {error}") from None
         last = event["kind"]
-        story.take(happened)
+        story.take(occurrence)
     story.end()
     notes = [_MISSING.format(why=why)]
     if header["hmrsim"] != __version__:
@@ -134,9 +134,9 @@ def of_recording(recording: Recorded) -> Told:
     """Return what a recording tells."""
     story = Story()
     for _, key, payload in recording.samples():
-        happened = _sampled(key, payload)
-        if happened is not None:
-            story.take(happened)
+        occurrence = _sampled(key, payload)
+        if occurrence is not None:
+            story.take(occurrence)
     # Time goes on after the last event; but what a damaged file says of it may be anything.
     story.end(recording.end if recording.end <= LATEST else None)
     notes = ["Energy is what the batteries said, once a second or so."] if story.metered else []

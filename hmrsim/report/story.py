@@ -101,12 +101,12 @@ class Story:
             Malformed: self._left_out,
         }
 
-    def take(self, happened: Occurrence) -> None:
+    def take(self, occurrence: Occurrence) -> None:
         """Take note of what happened; what can't be understood is left out, and counted."""
         try:
-            self._take(happened)
+            self._take(occurrence)
         except ValueError as error:
-            self._left_out(happened.at, Malformed(happened.counted or type(happened.event).__name__, str(error)))
+            self._left_out(occurrence.at, Malformed(occurrence.counted or type(occurrence.event).__name__, str(error)))
 
     def end(self, at: int | None = None) -> None:
         """Take note that the run has ended, at some time or when the last thing happened."""
@@ -132,12 +132,12 @@ class Story:
 
     # --- taking ---------------------------------------------------------------------------------------------------
 
-    def _take(self, happened: Occurrence) -> None:
+    def _take(self, occurrence: Occurrence) -> None:
         # A stamp of one nanosecond is that of time 0, which ROS could not tell from none.
-        at = (0 if happened.at == 1 else happened.at) + self._offset
+        at = (0 if occurrence.at == 1 else occurrence.at) + self._offset
         if self.crew.began is None:
             self.crew.began = self.now = at
-        event = happened.event
+        event = occurrence.event
         if isinstance(event, _SAMPLED) or at >= self.now - JITTER:
             at = max(at, self.now)
         else:
@@ -145,8 +145,8 @@ class Story:
             self.restarts += 1
             at = self.now
         self.now = at
-        if happened.counted:
-            self.counts[happened.counted] += 1
+        if occurrence.counted:
+            self.counts[occurrence.counted] += 1
         taker = self._takers.get(type(event))
         if taker is not None:
             taker(at, event)

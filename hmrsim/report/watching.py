@@ -8,7 +8,7 @@ from hmrsim.engine.sim_time import stamp
 from hmrsim.events.robots import RouteTaken
 from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.protocol.outputs import GoalChanged, Happened
+from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.report.occurrence import BatterySeen, Commanded, Occurrence, SceneSeen
 from hmrsim.simulation.snapshot import scene
@@ -41,7 +41,7 @@ class Watcher:
 
     def emit(self, event: Event) -> None:
         """Tell what happened."""
-        if isinstance(event, Happened):
+        if isinstance(event, EventStamped):
             what = event.event
             if isinstance(what, RouteTaken):
                 return

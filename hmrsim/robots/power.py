@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from hmrsim.components.battery import Battery
     from hmrsim.engine.environment import Alarm, Environment
-    from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.events.batteries import BatteryEvent
     from hmrsim.geometry import Point, Pose
     from hmrsim.robots.docking import DockBay
@@ -101,18 +101,18 @@ class Energy:
         env: The simulation's clock and events.
         robot: The robot, which calls a method here whenever it does something else.
         battery: Its battery.
-        happened: Publishes levels and charging.
+        publisher: Publishes levels and charging.
 
     Attributes:
         battery: Likewise.
         level: How much is left, as it was published last; an empty battery stays EMPTY until it is of use again.
     """
 
-    def __init__(self, env: Environment, robot: PoweredRobot, battery: Battery, happened: Happenings) -> None:
+    def __init__(self, env: Environment, robot: PoweredRobot, battery: Battery, publisher: EventPublisher) -> None:
         self.battery = battery
         self._env = env
         self._robot = robot
-        self._happened = happened
+        self._publisher = publisher
         self._moves = False
         self._alarm: Alarm | None = None
         self._alarm_at = self._due = math.inf
@@ -287,8 +287,8 @@ class Energy:
     def _publish(self, event: Callable[..., BatteryEvent], *more: Point) -> None:
         now = self._env.now
         charge, share = self.battery.charge(now), self.battery.share(now)
-        self._happened.publish(lambda: event(self._robot.name, charge, share, *more))
-        self._happened.sampled(Topic.BATTERY_STATE, self._robot.name, self.state)
+        self._publisher.publish(lambda: event(self._robot.name, charge, share, *more))
+        self._publisher.sampled(Topic.BATTERY_STATE, self._robot.name, self.state)
 
     def state(self) -> BatteryState:
         """Return the message that says how it is now."""

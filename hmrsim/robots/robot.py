@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from simpy import Event
 
     from hmrsim.engine.environment import Environment
-    from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.errors import GoalAborted
     from hmrsim.events import Event as WorldEvent
     from hmrsim.geometry import Point
@@ -52,7 +52,7 @@ class Robot(MobileBase):
         docks: All docks of the world, by name.
         passage: Admits it to each lane.
         plans: Asks an external planner.
-        happened: Publishes what it does.
+        publisher: Publishes what it does.
         abort: Aborts the goal that holds the base of the robot of a name, with a reason.
 
     Attributes:
@@ -94,7 +94,7 @@ class Robot(MobileBase):
         docks: Mapping[str, DockBay],
         passage: Passage,
         plans: Plans,
-        happened: Happenings,
+        publisher: EventPublisher,
         abort: Callable[[str, str], None],
     ) -> None:
         kind = world.robot_type(spec)
@@ -107,7 +107,7 @@ class Robot(MobileBase):
             home=Pose(*world.point(spec.at), spec.yaw),
             graph=graph,
             passage=passage,
-            happened=happened,
+            publisher=publisher,
             changed=self._follow_motion if docks or "battery" in kind.components else None,
         )
         self.planner = spec.planner
@@ -129,7 +129,7 @@ class Robot(MobileBase):
         battery = self.components.get("battery")
         if not isinstance(battery, Battery):
             return None
-        energy = Energy(self._env, self, battery, self._happened)
+        energy = Energy(self._env, self, battery, self._publisher)
         if energy.level is Level.EMPTY:
             super().disable(EMPTY, energy.why_empty)
         return energy
@@ -352,7 +352,7 @@ class Robot(MobileBase):
 
     def publish(self, make: Callable[[], WorldEvent]) -> None:
         """Publish an event of an action's own; it is made only if it is wanted."""
-        self._happened.publish(make)
+        self._publisher.publish(make)
 
     def pick(self, item: Item) -> None:
         """Take an item, which moves with the robot from now on."""
@@ -360,14 +360,14 @@ class Robot(MobileBase):
         if self.energy is not None:
             self.energy.carry(handled=True)
         self._passage.closures.clear(item.name)
-        self._happened.publish(lambda: ItemPicked(self.name, item.name))
+        self._publisher.publish(lambda: ItemPicked(self.name, item.name))
 
     def put(self, item: Item, point: Point) -> None:
         """Lay the item down at *point*."""
         self._lay(item, point)
         if self.energy is not None:
             self.energy.carry(handled=True)
-        self._happened.publish(lambda: ItemPlaced(self.name, item.name, point))
+        self._publisher.publish(lambda: ItemPlaced(self.name, item.name, point))
 
     def drop(self, item: Item) -> None:
         """Let an item fall where it is; it obstructs a lane, however small it is."""
@@ -375,7 +375,7 @@ class Robot(MobileBase):
         self.lose(item)
         self._lay(item, point)
         self._passage.closures.obstruct(item.name, point, f"{item.name} has fallen there")
-        self._happened.publish(lambda: ItemDropped(self.name, item.name, point))
+        self._publisher.publish(lambda: ItemDropped(self.name, item.name, point))
 
     def _lay(self, item: Item, point: Point) -> None:
         item.lie_at(point)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Generator, Sequence
 
     from hmrsim.engine.environment import Environment
-    from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.events.robots import MotionBegan
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane, WaypointGraph
@@ -49,7 +49,7 @@ class MobileBase:
         home: Its pose at the start.
         graph: The lanes that it may use.
         passage: Admits it to each lane.
-        happened: Publishes what it does.
+        publisher: Publishes what it does.
         changed: Called whenever it begins or ceases to move, or begins a lane or a turn; None for no call.
 
     Attributes:
@@ -76,11 +76,11 @@ class MobileBase:
         "_env",
         "_final_yaw",
         "_graph",
-        "_happened",
         "_number",
         "_on_piece_end",
         "_passage",
         "_piece_ends",
+        "_publisher",
         "_rest",
         "_route",
         "_seconds",
@@ -110,7 +110,7 @@ class MobileBase:
         home: Pose,
         graph: WaypointGraph,
         passage: Passage,
-        happened: Happenings,
+        publisher: EventPublisher,
         changed: Callable[[], None] | None = None,
     ) -> None:
         self.name = name
@@ -127,7 +127,7 @@ class MobileBase:
         self._speed = speed
         self._graph = graph
         self._passage = passage
-        self._happened = happened
+        self._publisher = publisher
         self._changed = changed
         self._state = VehicleState.IDLE
         # Where it stands, and when it was stopped there last, with the run-up of the speed that it had.
@@ -308,7 +308,7 @@ class MobileBase:
             # Without a turning rate no piece of the drive says so.
             start, self._rest = self._rest, Pose(*self._rest.point, final_yaw)
             turned = Piece(start, self._rest, 0.0, 0.0, turned=turn(start.yaw, final_yaw))
-            self._happened.publish_untraced(lambda: turned.event(self.name))
+            self._publisher.publish_untraced(lambda: turned.event(self.name))
 
     def perform(self, driven: Drive) -> Generator[Any, Any, None]:
         """Carry out a motion that begins here, without regard to obstacles; an interrupt stops it where it is.
@@ -338,7 +338,7 @@ class MobileBase:
         self._passage.stopped(self, leg)
         if self._changed is not None:
             self._changed()
-        self._happened.publish(lambda: Stopped(self.name, self._rest.point))
+        self._publisher.publish(lambda: Stopped(self.name, self._rest.point))
 
     def give_up(self, why: GoalAborted) -> None:
         """Stop on its way, and fail the drive."""
@@ -440,8 +440,8 @@ class MobileBase:
         """Begin a drive from where it is, or wait; nothing may be scheduled for the one before."""
         self._drive, self._seconds, self._number = driven, driven.seconds, 0
         self._began = self._env.now
-        if self._happened.interest.motion:
-            self._happened.publish_untraced(lambda: RouteTaken(self.name, [leg.end for leg in self.legs_ahead]))
+        if self._publisher.interest.motion:
+            self._publisher.publish_untraced(lambda: RouteTaken(self.name, [leg.end for leg in self.legs_ahead]))
         if admitted or self._may_begin(0):
             self._begin_piece(0)
 
@@ -472,8 +472,8 @@ class MobileBase:
     def _publish_motion(self) -> None:
         if self._changed is not None:
             self._changed()
-        if self._happened.interest.motion:
-            self._happened.publish_untraced(self._motion_began)
+        if self._publisher.interest.motion:
+            self._publisher.publish_untraced(self._motion_began)
 
     def _motion_began(self) -> MotionBegan:
         piece = self.piece
@@ -576,7 +576,7 @@ class MobileBase:
         self._route = route
         self.recoveries += 1
         self.rerouted += 1
-        self._happened.publish(lambda: Rerouted(self.name, self.pose().point))
+        self._publisher.publish(lambda: Rerouted(self.name, self.pose().point))
         # It may have to turn first, and then asks later.
         self._passage.forget(self)
         driven = self._driven(route.legs)

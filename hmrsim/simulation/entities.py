@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from hmrsim.engine.environment import Environment
-    from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.events import Event as WorldEvent
     from hmrsim.geometry import Point, Pose
     from hmrsim.goals.dispatcher import Dispatcher
@@ -36,7 +36,7 @@ class Roster:
         dispatcher: Serves the actions of the robots.
         gate: Serves the actions of the world itself.
         plans: Asks an external planner.
-        happened: Publishes which entities come and go.
+        publisher: Publishes which entities come and go.
         emit: Takes events.
         leaving: Called with the name of a robot that is about to be removed.
 
@@ -63,7 +63,7 @@ class Roster:
         gate: Gate,
         *,
         plans: Plans,
-        happened: Happenings,
+        publisher: EventPublisher,
         emit: Callable[[Event], None],
         leaving: Callable[[str], None],
     ) -> None:
@@ -71,7 +71,7 @@ class Roster:
         self._dispatcher = dispatcher
         self._gate = gate
         self._plans = plans
-        self._happened = happened
+        self._publisher = publisher
         self._emit = emit
         self.spawned: set[str] = set()
         self.robots = {}
@@ -95,12 +95,12 @@ class Roster:
             robot.retire()
         self._world, self._graph = world, graph
         self.passage = Passage(
-            self._env, world, graph, happened=self._happened, ways_changed=lambda: self._emit(RosterChanged())
+            self._env, world, graph, publisher=self._publisher, ways_changed=lambda: self._emit(RosterChanged())
         )
         self.spawned.clear()
         self.robots, self.items = {}, {}
         self.items |= self._own_items()
-        site = Site(self._env, world, self.passage, lambda: self.robots, self._happened)
+        site = Site(self._env, world, self.passage, lambda: self.robots, self._publisher)
         self.fixtures = install_all(site)
         self._docks = {dock.name: dock for dock in self.fixtures.values() if isinstance(dock, DockBays)}
         self.passage.closures.publish()
@@ -153,14 +153,14 @@ class Roster:
         """Add a robot of a type of the world; the name must be free."""
         robot = self._robot(name, RobotSpec(type=kind, at=pose.point, yaw=pose.yaw))
         self.spawned.add(name)
-        self._happened.publish(lambda: Spawned(name, kind, pose.point))
+        self._publisher.publish(lambda: Spawned(name, kind, pose.point))
         self._change({**self.robots, name: robot})
 
     def spawn_item(self, name: str, weight: float, point: Point) -> None:
         """Add an item; the name must be free."""
         self.items[name] = Item(name, weight, point)
         self.spawned.add(name)
-        self._happened.publish(lambda: Spawned(name, "item", point))
+        self._publisher.publish(lambda: Spawned(name, "item", point))
 
     def delete(self, name: str, why: str = "the robot was deleted") -> None:
         """Remove the entity of a name; a robot lays down what it holds."""
@@ -173,14 +173,14 @@ class Roster:
             self.robots[name].release_all()
             self.robots[name].retire()
             self.passage.remove(self.robots[name])
-            self._happened.publish(lambda: Deleted(name))
+            self._publisher.publish(lambda: Deleted(name))
             self._change({other: robot for other, robot in self.robots.items() if other != name})
         elif item is not None:
             if item.carrier is not None:
                 item.carrier.lose(item)
             del self.items[name]
             self.passage.closures.clear(name)
-            self._happened.publish(lambda: Deleted(name))
+            self._publisher.publish(lambda: Deleted(name))
 
     def move(self, entity: Robot | Item, pose: Pose, why: str) -> None:
         """Put a robot or an item somewhere else at once; a goal that holds the robot's base is aborted first."""
@@ -193,11 +193,11 @@ class Roster:
             if entity.carrier is not None:
                 entity.carrier.lose(entity)
             self._lay(entity, pose.point)
-        self._happened.publish(lambda: Teleported(entity.name, pose.point, pose.yaw))
+        self._publisher.publish(lambda: Teleported(entity.name, pose.point, pose.yaw))
 
     def publish(self, make: Callable[[], WorldEvent]) -> None:
         """Publish an event of a fault's own; it is made only if it is wanted."""
-        self._happened.publish(make)
+        self._publisher.publish(make)
 
     def connect(self, name: str, *, connected: bool) -> None:
         """Connect a robot to the network, or disconnect it."""
@@ -214,7 +214,7 @@ class Roster:
             docks=self._docks,
             passage=self.passage,
             plans=self._plans,
-            happened=self._happened,
+            publisher=self._publisher,
             abort=self._dispatcher.free,
         )
         self.passage.place(robot)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from hmrsim.diagnostics import Finding
     from hmrsim.engine.environment import Alarm, Environment
-    from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.faults import AnyFault, Occurrence
     from hmrsim.simulation.entities import Roster
     from hmrsim.world.model import World
@@ -81,17 +81,17 @@ class FaultInjector:
     Args:
         env: Its clock and events.
         roster: The robots, items, doors and lanes that they affect.
-        happened: Publishes their beginnings and ends.
+        publisher: Publishes their beginnings and ends.
 
     Attributes:
         known: Those that are active or scheduled, by name.
     """
 
-    def __init__(self, env: Environment, roster: Roster, happened: Happenings) -> None:
+    def __init__(self, env: Environment, roster: Roster, publisher: EventPublisher) -> None:
         self.known: dict[str, InjectedFault] = {}
         self._env = env
         self._roster = roster
-        self._happened = happened
+        self._publisher = publisher
         self._seed = 0
         self._count: Counter[tuple[str, str]] = Counter()
         self._reserved: set[str] = set()
@@ -172,16 +172,16 @@ class FaultInjector:
         if missing is None:
             self._begin(injected)
             return
-        self._happened.publish(lambda: injected.missed(missing.message))
+        self._publisher.publish(lambda: injected.missed(missing.message))
         self._after(injected)
 
     def _begin(self, injected: InjectedFault) -> None:
         injected.since = self._env.now
-        self._happened.publish(injected.began)
+        self._publisher.publish(injected.began)
         case = Case(injected.name, injected.settings, self._roster, injected.what, partial(self._concurrent, injected))
         end = injected.fault.begin(case)
         if not injected.fault.lasts:
-            self._happened.publish(injected.ended)
+            self._publisher.publish(injected.ended)
             self._after(injected)
             return
         injected.end = end
@@ -227,7 +227,7 @@ class FaultInjector:
         end, injected.end = injected.end, None
         if end is not None:
             end()
-        self._happened.publish(injected.ended)
+        self._publisher.publish(injected.ended)
 
     def _concurrent(self, injected: InjectedFault) -> Sequence[Any]:
         """Return the settings of the other faults of a kind that are active on the same subject."""

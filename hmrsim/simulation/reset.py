@@ -45,7 +45,7 @@ def reset(simulator: Simulator, scope: int = _ALL) -> None:
         simulator.fault_injector.begin(simulator.world, simulator.seed)
     if scope & _STATE:
         simulator.begin_scripts()
-    simulator.happened.publish(lambda: SimulationReset(scope))
+    simulator.publisher.publish(lambda: SimulationReset(scope))
 
 
 def load(simulator: Simulator, world: World) -> None:
@@ -56,7 +56,7 @@ def load(simulator: Simulator, world: World) -> None:
     _restart_time(simulator)
     simulator.fault_injector.begin(world, simulator.seed)
     simulator.begin_scripts()
-    simulator.happened.publish(lambda: WorldLoaded(world.name))
+    simulator.publisher.publish(lambda: WorldLoaded(world.name))
     simulator.tell(RosterChanged())
 
 
@@ -66,7 +66,7 @@ def set_state(simulator: Simulator, state: int, why: str) -> None:
         reset(simulator)
     simulator.roster.abort(why, WORLD)
     simulator.gate.set(state, why)
-    simulator.happened.publish(lambda: SimulationStateChanged(state))
+    simulator.publisher.publish(lambda: SimulationStateChanged(state))
 
 
 def _end_all(simulator: Simulator, why: str, *, scripts: bool) -> None:

@@ -23,7 +23,7 @@ from hmrsim.protocol.outputs import Answered
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence
 
-    from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.protocol.answers import GoalResponse, ResultResponse
     from hmrsim.protocol.commands import Command
     from hmrsim.protocol.outputs import Event
@@ -71,7 +71,7 @@ class Scripts:
         env: The simulation's clock and events; the scripts begin at its first instant.
         world: Its robots' scripts must have been checked.
         submit: Takes commands.
-        happened: Tells of scripts that end.
+        publisher: Tells of scripts that end.
 
     Attributes:
         all: By robot, in the order of names: that of the file must not matter.
@@ -83,11 +83,11 @@ class Scripts:
         world: World,
         *,
         submit: Callable[[Command], None],
-        happened: Happenings,
+        publisher: EventPublisher,
     ) -> None:
         self._env = env
         self._submit = submit
-        self._happened = happened
+        self._publisher = publisher
         self.all = {
             name: Script(name, [read_order(text, world) for text in robot.script])
             for name, robot in sorted(world.robots.items())
@@ -122,7 +122,7 @@ class Scripts:
             script.done += 1
         script.state = ScriptState.FAILED if script.error else ScriptState.DONE
         script.ended = self._env.now
-        self._happened.publish(script.event)
+        self._publisher.publish(script.event)
 
     def _carry_out(self, robot: str, order: Order) -> Generator[Any, Any, str]:
         """Have a robot do something; return why it did not, or ""."""

@@ -15,7 +15,7 @@ from hmrsim.actions import registry as all_actions
 from hmrsim.engine.environment import Environment
 from hmrsim.engine.sampling import Telemetry
 from hmrsim.engine.sim_time import end_of_instant, stamp
-from hmrsim.engine.subscriptions import Happenings, Interest
+from hmrsim.engine.subscriptions import EventPublisher, Interest
 from hmrsim.events.participants import PARTICIPATION
 from hmrsim.goals.dispatcher import Dispatcher
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
@@ -101,7 +101,7 @@ class Simulator:
         world: What runs.
         graph: The ways of the world.
         roster: Its robots and items.
-        happened: Publishes the events of the world.
+        publisher: Publishes the events of the world.
         gate: Controls whether time may move.
         plans: The open requests to an external planner.
         fault_injector: Its faults.
@@ -135,32 +135,32 @@ class Simulator:
         self._told = (-1, 0.0)
         self.processed = 0
         self.generation = 0
-        happened = self.happened = Happenings(self.env, self.interest, self._emit)
+        publisher = self.publisher = EventPublisher(self.env, self.interest, self._emit)
         self.dispatcher = Dispatcher(
             self.env,
             all_actions() if actions is None else actions,
             self.telemetry,
             emit=self._emit,
-            happened=happened,
+            publisher=publisher,
             seed=self.seed,
             keep_results=settings.keep_results,
             feedback_rate=settings.feedback_rate,
         )
         self.graph = WaypointGraph(world)
-        self.plans = Plans(self.env, self._emit, happened)
+        self.plans = Plans(self.env, self._emit, publisher)
         self.roster = Roster(
             self.env,
             self.dispatcher,
             self.gate,
             plans=self.plans,
-            happened=happened,
+            publisher=publisher,
             emit=self._emit,
             leaving=self._leaving,
         )
         self.roster.fill(world, self.graph)
         self.detections = Detections(self.roster)
         self.readings = Readings(self.env, self.roster, self.dispatcher, self.detections)
-        self.fault_injector = FaultInjector(self.env, self.roster, happened)
+        self.fault_injector = FaultInjector(self.env, self.roster, publisher)
         self.fault_injector.begin(world, self.seed)
         self.telemetry.start("odom", Topic.ODOM, 0.0, settings.odom_rate, self._emit_odom)
         self.telemetry.start("battery_state", Topic.BATTERY_STATE, 0.0, settings.battery_rate, self._emit_batteries)
@@ -200,7 +200,7 @@ class Simulator:
 
     def begin_scripts(self) -> None:
         """Let the robots do what the world says that they do by themselves."""
-        self.scripts = Scripts(self.env, self.world, submit=self._apply, happened=self.happened)
+        self.scripts = Scripts(self.env, self.world, submit=self._apply, publisher=self.publisher)
         if self.scripts.all:
             self._sinks.append(self.scripts)
 
@@ -242,7 +242,7 @@ class Simulator:
                 if not self.interest.detections:
                     self.detections.forget()
             case Participation(participant, change, why):
-                self.happened.publish(lambda: PARTICIPATION[change](participant, why))
+                self.publisher.publish(lambda: PARTICIPATION[change](participant, why))
             case PlannerPresent(present):
                 self.plans.announce(present=present)
             case PlanAnswered():

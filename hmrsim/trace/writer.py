@@ -33,7 +33,7 @@ from hmrsim.protocol.commands import (
     SendGoal,
     Stop,
 )
-from hmrsim.protocol.outputs import GoalChanged, Happened
+from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
 from hmrsim.world.writing import native_data
@@ -144,8 +144,8 @@ class Trace:
             self._lines.append(self._status(event))  # type: ignore[arg-type]  # by its exact type: asked for each event
             if len(self._lines) >= _BATCH:
                 self.flush()
-        elif kind is Happened and event.event.traced:  # type: ignore[union-attr]  # likewise
-            self._add(_happened(event))  # type: ignore[arg-type]
+        elif kind is EventStamped and event.event.traced:  # type: ignore[union-attr]  # likewise
+            self._add(_event_fields(event))  # type: ignore[arg-type]
 
     def _status(self, event: GoalChanged) -> str:
         sec, nanosec = divmod(event.stamp, NANOSECONDS)
@@ -210,7 +210,7 @@ def _plan_answered(command: PlanAnswered) -> dict[str, Any]:
     return {"command": "plan_answered", "request": command.request, "result": _as_it_came(command.result)}
 
 
-def _happened(event: Happened) -> dict[str, Any]:
+def _event_fields(event: EventStamped) -> dict[str, Any]:
     happening = event.event
     fields = {
         name: value if type(value) is str else _rounded(value)  # most are text, and this is done for each event

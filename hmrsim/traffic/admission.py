@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Sequence
 
     from hmrsim.engine.environment import Environment
-    from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.route import Leg, Route
@@ -60,13 +60,13 @@ class Passage:
         env: The simulation's clock and events.
         world: The world, whose traffic settings must have been checked.
         graph: Its lanes.
-        happened: Publishes which vehicles wait.
+        publisher: Publishes which vehicles wait.
         ways_changed: Called when lanes have been closed or opened; see `Closures.publish`.
 
     Attributes:
         world: Likewise.
         graph: Likewise.
-        happened: Likewise.
+        publisher: Likewise.
         closures: The lanes that are closed now.
         needed: Whether a lane, a barrier or another vehicle can block a vehicle.
         waits: The vehicles that wait, in the order in which they began to.
@@ -78,19 +78,19 @@ class Passage:
         world: World,
         graph: WaypointGraph,
         *,
-        happened: Happenings,
+        publisher: EventPublisher,
         ways_changed: Callable[[], None],
     ) -> None:
         self.world = world
         self.graph = graph
-        self.happened = happened
+        self.publisher = publisher
         self.waits: dict[Vehicle, Wait] = {}
         self._stopped: dict[Vehicle, tuple[float, Wait]] = {}
         self._env = env
         self._barriers: dict[Lane, list[Barrier]] = {}
         self._off_lanes: list[Barrier] = []
         self._inside: dict[Vehicle, list[Barrier]] = {}
-        self.closures = Closures(graph, happened, self._follow_closures, ways_changed)
+        self.closures = Closures(graph, publisher, self._follow_closures, ways_changed)
         self._queues: dict[Vehicle, Callable[[], Sequence[Vehicle]]] = {}
         self._asking: deque[Vehicle] = deque()
         policy = policies()[world.traffic.policy]
@@ -317,7 +317,7 @@ class Passage:
         """Have a vehicle yield to another by driving a leg, whose slots it has been given."""
         self.forget(robot)
         start = robot.pose().point
-        self.happened.publish(lambda: MadeRoom(robot.name, by.name, start, leg.end))
+        self.publisher.publish(lambda: MadeRoom(robot.name, by.name, start, leg.end))
         robot.yield_along(leg, rerouted=rerouted)
 
     def release(self, robot: Vehicle) -> None:
@@ -326,7 +326,7 @@ class Passage:
         self.forget(robot)
         self._enter_barriers(robot, wait.leg)
         waited = self._env.now - wait.since
-        self.happened.publish(lambda: WentOn(robot.name, waited))
+        self.publisher.publish(lambda: WentOn(robot.name, waited))
         robot.go_on()
 
     def try_again(self, robot: Vehicle) -> None:
@@ -375,7 +375,7 @@ class Passage:
         if self._rules is not None:
             self._rules.stand(robot, self._rules.held(robot)[-1:])
         self._patience.begin(wait)
-        self.happened.publish(lambda: self._described(wait))
+        self.publisher.publish(lambda: self._described(wait))
 
     def _waits_since(self, robot: Vehicle, leg: Leg) -> float:
         """Return since when a vehicle waits: one that is sent the same way again at this instant goes on waiting."""

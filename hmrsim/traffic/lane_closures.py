@@ -11,7 +11,7 @@ from hmrsim.traffic.obstructions import Obstructions
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.route import Leg
@@ -22,7 +22,7 @@ class Closures:
 
     Args:
         graph: Its lanes, which routes use unless they are closed.
-        happened: Publishes which lanes are closed and opened.
+        publisher: Publishes which lanes are closed and opened.
         follow: Called when some have been.
         changed: Likewise, once changes are published.
 
@@ -34,14 +34,14 @@ class Closures:
     def __init__(
         self,
         graph: WaypointGraph,
-        happened: Happenings,
+        publisher: EventPublisher,
         follow: Callable[[], None],
         changed: Callable[[], None],
     ) -> None:
         self.lanes: dict[Lane, dict[str, str]] = {}
         self.obstructions = Obstructions(graph.lanes)
         self._graph = graph
-        self._happened = happened
+        self._publisher = publisher
         self._follow = follow
         self._changed = changed
         self._published = False
@@ -105,9 +105,9 @@ class Closures:
         self._graph.closed = now
         if self._published:
             for lane in sorted(now - before):
-                self._happened.publish(partial(LaneClosed, lane, "; ".join(self.lanes[lane].values())))
+                self._publisher.publish(partial(LaneClosed, lane, "; ".join(self.lanes[lane].values())))
             for lane in sorted(before - now):
-                self._happened.publish(partial(LaneOpened, lane))
+                self._publisher.publish(partial(LaneOpened, lane))
             self._changed()
         self._follow()
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.engine.sim_time import stamp
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Happened, Sampled, StatusChanged
+from hmrsim.protocol.outputs import EventStamped, FeedbackSent, GoalChanged, Sampled, StatusChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.snapshot import scene
 from hmrsim.world.writing import native_data
@@ -55,9 +55,9 @@ class RecordingSink:
             case Sampled():
                 self._sample(event)
             case GoalChanged():
-                self._recorder.event(event.event(), encoding.happened(event), event.stamp)
-            case Happened():
-                self._recorder.event(event.event, encoding.happened(event), event.stamp)
+                self._recorder.event(event.event(), encoding.event_payload(event), event.stamp)
+            case EventStamped():
+                self._recorder.event(event.event, encoding.event_payload(event), event.stamp)
             case StatusChanged():
                 self._recorder.status(event)
             case FeedbackSent():

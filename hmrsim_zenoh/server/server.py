@@ -20,10 +20,10 @@ from hmrsim.protocol.commands import Advance, CallService, CancelGoal, InterestC
 from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.outputs import (
     Answered,
+    EventStamped,
     FeedbackSent,
     GoalChanged,
     Granted,
-    Happened,
     PlanWanted,
     RosterChanged,
     Sampled,
@@ -110,7 +110,7 @@ class Server:
             StatusChanged: self._emit_status,
             FeedbackSent: self._emit_feedback,
             Sampled: self._emit_sample,
-            Happened: self._emit_happening,
+            EventStamped: self._emit_event,
             TimeState: self._emit_time,
             RosterChanged: lambda _event: on_roster(),
             PlanWanted: self._emit_plan_wanted,
@@ -237,20 +237,20 @@ class Server:
         if event.status.terminal:
             self._thinning.forget(event.goal_id)
         if event.goal is not None and self._interest[_LOG]:
-            accepted = encoding.happened(Happened(event.stamp, event.accepted()))
+            accepted = encoding.event_payload(EventStamped(event.stamp, event.accepted()))
             self._put(self._key_of(self._keys.world(_LOG)), accepted, encoding.EVENT, reliable=True)
         self._put_event(event)
 
-    def _emit_happening(self, event: Happened) -> None:
+    def _emit_event(self, event: EventStamped) -> None:
         self._put_event(event)
 
-    def _put_event(self, event: GoalChanged | Happened) -> None:
+    def _put_event(self, event: GoalChanged | EventStamped) -> None:
         watched, logged = self._interest[Topic.EVENTS], self._interest[_LOG]
-        if logged and isinstance(event, Happened):
+        if logged and isinstance(event, EventStamped):
             logged = event.event.traced
         if not (watched or logged):
             return
-        payload = encoding.happened(event)
+        payload = encoding.event_payload(event)
         for topic in ("events",) * watched + (_LOG,) * logged:
             self._put(self._key_of(self._keys.world(topic)), payload, encoding.EVENT, reliable=True)
 

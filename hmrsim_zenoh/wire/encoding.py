@@ -12,7 +12,7 @@ from pydantic_core import to_json
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
-from hmrsim.protocol.outputs import GoalChanged, Happened
+from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:
@@ -113,9 +113,9 @@ def status_array(event: StatusChanged) -> bytes:
     return f'{{"status_list":[{entries}]}}'.encode()
 
 
-def happened(event: GoalChanged | Happened) -> bytes:
+def event_payload(event: GoalChanged | EventStamped) -> bytes:
     """Return what is published of something that happened in the world."""
-    if isinstance(event, Happened):
+    if isinstance(event, EventStamped):
         sec, nanosec = divmod(event.stamp, NANOSECONDS)
         happening = event.event
         return dump({"stamp": {"sec": sec, "nanosec": nanosec}, "kind": happening.kind, **happening.as_dict()})

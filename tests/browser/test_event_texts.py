@@ -6,7 +6,7 @@ import json
 
 from hmrsim.events import Event, texts
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
-from hmrsim.protocol.outputs import GoalChanged, Happened
+from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
 from tests.simulation import Log
@@ -28,7 +28,7 @@ def _published(name: str) -> list[Event]:
     return [
         event.event() if isinstance(event, GoalChanged) else event.event
         for _, event in log.events
-        if isinstance(event, GoalChanged | Happened)
+        if isinstance(event, GoalChanged | EventStamped)
     ]
 
 

@@ -19,7 +19,7 @@ from hmrsim.goals.script_orders import read_order
 from hmrsim.interfaces.message import Message
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.protocol.commands import CallService, CancelGoal, PlanAnswered, PlannerPresent, Read, SendGoal, Stop
-from hmrsim.protocol.outputs import Answered, GoalChanged, Happened
+from hmrsim.protocol.outputs import Answered, EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
 from hmrsim.settings.run import RunSettings
@@ -30,7 +30,7 @@ from hmrsim.trace.writer import Header, Trace
 from hmrsim.world_checks import load_world
 from hmrsim.world_checks.loading import world_of
 from hmrsim_zenoh.host import Host
-from hmrsim_zenoh.wire.encoding import happened
+from hmrsim_zenoh.wire.encoding import event_payload
 from hmrsim_zenoh.wire.session import SessionOptions
 
 ROOT = Path(__file__).parents[2]
@@ -99,8 +99,8 @@ class Run:
 
     def emit(self, event):
         """Keep what happens, and the answer to a command of a story."""
-        if isinstance(event, (GoalChanged, Happened)):
-            self.events.append(json.loads(happened(event)))
+        if isinstance(event, (GoalChanged, EventStamped)):
+            self.events.append(json.loads(event_payload(event)))
         elif isinstance(event, Answered) and isinstance(event.reply_to, str):
             self.answers.append({"at": self._simulator.now, "to": event.reply_to, "answer": _plain(event.answer)})
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from hmrsim.engine.subscriptions import Happenings
+    from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.route import Leg
     from hmrsim.traffic.policies._vehicle import Vehicle, Wait
@@ -26,7 +26,7 @@ class AdmissionControl(Protocol):
         """Its lanes."""
 
     @property
-    def happened(self) -> Happenings:
+    def publisher(self) -> EventPublisher:
         """Publishes what happens."""
 
     @property

@@ -153,7 +153,7 @@ class Reserve:
             return
         self._published = instant
         lanes = tuple(leg.lane for robot in cycle if (leg := robot.next_leg) and leg.lane)
-        self.admission.happened.publish(lambda: Deadlock(tuple(robot.name for robot in cycle), lanes))
+        self.admission.publisher.publish(lambda: Deadlock(tuple(robot.name for robot in cycle), lanes))
 
 
 def rank(robot: Vehicle) -> tuple[float, str]:

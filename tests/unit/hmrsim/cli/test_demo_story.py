@@ -42,7 +42,7 @@ def story():
 )
 def test_events_are_told(event, robot, text, story):
     """What happens is told with time and robot."""
-    (line,) = story.happened(2.5, event)
+    (line,) = story.on_event(2.5, event)
 
     assert f"    2.500 | world | {robot:<8} | {text}" == str(line)
 
@@ -57,7 +57,7 @@ def test_events_are_told(event, robot, text, story):
 )
 def test_what_is_not_told(event, story):
     """Steps in between and robots of other missions are passed over."""
-    assert [] == list(story.happened(2.5, event))
+    assert [] == list(story.on_event(2.5, event))
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_what_is_not_told(event, story):
 )
 def test_the_end_of_a_goal_hands_over(status, hands_over, story):
     """When a goal has ended it is the tree's turn."""
-    (line,) = story.happened(2.5, GoalStatusChanged(*GOAL, status))
+    (line,) = story.on_event(2.5, GoalStatusChanged(*GOAL, status))
 
     assert hands_over == line.hands_over
 
@@ -80,7 +80,7 @@ def test_the_begin_of_a_behaviour_hands_over(story):
 
 def test_a_line_for_programs(story):
     """A line has its time in milliseconds."""
-    (line,) = story.happened(2.5, ItemPicked(*LINEN))
+    (line,) = story.on_event(2.5, ItemPicked(*LINEN))
 
     assert {"sim_time": 2.5, "source": "world", "robot": "eve", "text": "picks up linen"} == line.to_json()
 
@@ -88,25 +88,25 @@ def test_a_line_for_programs(story):
 def test_goals_are_counted(story):
     """Goals that succeeded and that did not are counted apart."""
     for status in (1, 2, 4, 4, 5, 6):
-        list(story.happened(2.5, GoalStatusChanged(*GOAL, status)))
+        list(story.on_event(2.5, GoalStatusChanged(*GOAL, status)))
 
     assert (2, 2) == (story.robots["eve"].succeeded, story.robots["eve"].failed)
 
 
 def test_distance_is_what_was_driven(story):
     """A piece of a route that was broken off counts as far as it was driven."""
-    list(story.happened(0.0, MotionBegan("eve", (0.0, 0.0, 0.0), (3.0, 4.0, 0.0), 5.0, None)))
-    list(story.happened(5.0, MotionBegan("eve", (3.0, 4.0, 0.0), (3.0, 14.0, 0.0), 10.0, None)))
-    list(story.happened(7.0, Stopped("eve", (3.0, 6.0))))
+    list(story.on_event(0.0, MotionBegan("eve", (0.0, 0.0, 0.0), (3.0, 4.0, 0.0), 5.0, None)))
+    list(story.on_event(5.0, MotionBegan("eve", (3.0, 4.0, 0.0), (3.0, 14.0, 0.0), 10.0, None)))
+    list(story.on_event(7.0, Stopped("eve", (3.0, 6.0))))
 
     assert 7.0 == story.robots["eve"].distance
 
 
 def test_items_are_moved_once_they_lie(story):
     """An item that is carried has not been moved yet."""
-    list(story.happened(2.5, ItemPicked(*LINEN)))
+    list(story.on_event(2.5, ItemPicked(*LINEN)))
     carried = story.robots["eve"].carries, list(story.robots["eve"].moved)
-    list(story.happened(2.5, ItemPlaced(*LINEN, (1.0, 2.0))))
+    list(story.on_event(2.5, ItemPlaced(*LINEN, (1.0, 2.0))))
 
     assert ("linen", []) == carried
     assert ("", ["linen"]) == (story.robots["eve"].carries, story.robots["eve"].moved)
@@ -138,7 +138,7 @@ def test_what_a_robot_does(story):
 
 def test_sum(story):
     """The sum is there for programs, too."""
-    list(story.happened(2.5, GoalStatusChanged(*GOAL, 4)))
+    list(story.on_event(2.5, GoalStatusChanged(*GOAL, 4)))
 
     assert {
         "eve": {"type": "courier", "succeeded": 1, "failed": 0, "distance": 0.0, "items_moved": []}

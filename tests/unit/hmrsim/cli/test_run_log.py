@@ -17,7 +17,7 @@ from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.protocol.outputs import GoalChanged, Happened
+from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
@@ -66,8 +66,8 @@ def test_events_are_logged_at_the_level_of_their_severity(caplog):
     log = EventLog()
 
     with caplog.at_level(logging.DEBUG):
-        log.emit(Happened(2_000_000_000, BatteryEmpty("eve", 0.0, 0.0, (1.0, 2.0))))
-        log.emit(Happened(2_000_000_000, DoorOpening("gate")))
+        log.emit(EventStamped(2_000_000_000, BatteryEmpty("eve", 0.0, 0.0, (1.0, 2.0))))
+        log.emit(EventStamped(2_000_000_000, DoorOpening("gate")))
 
     assert [("ERROR", "sim 2.000 | eve has an empty battery")] == [(r.levelname, r.message) for r in caplog.records]
 
@@ -78,8 +78,8 @@ def test_beside_a_table_only_errors_are_logged(caplog):
 
     with caplog.at_level(logging.INFO):
         log.emit(GoalChanged(1, "eve", "wait", "0" * 32, GoalStatus.ACCEPTED))
-        log.emit(Happened(1, Rerouted("eve", (1.0, 2.0))))
-        log.emit(Happened(1, Deadlock(("ann", "eve"), ())))
+        log.emit(EventStamped(1, Rerouted("eve", (1.0, 2.0))))
+        log.emit(EventStamped(1, Deadlock(("ann", "eve"), ())))
 
     assert ["sim 0.000 | deadlock of ann and eve"] == caplog.messages
 

@@ -16,7 +16,7 @@ def test_a_class_is_made_while_garbage_is_collected(allocations):
     gc.set_threshold(allocations, 1, 1)
     try:
 
-        class Happened(Event, kind="of_this_test", severity="info", subject=("robot",), text="is there"):
+        class EventStamped(Event, kind="of_this_test", severity="info", subject=("robot",), text="is there"):
             """Something."""
 
             robot: str
@@ -24,4 +24,4 @@ def test_a_class_is_made_while_garbage_is_collected(allocations):
     finally:
         gc.set_threshold(*before)
 
-    assert "wall_e" == Happened(robot="wall_e").robot
+    assert "wall_e" == EventStamped(robot="wall_e").robot

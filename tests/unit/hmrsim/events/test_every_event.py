@@ -10,7 +10,7 @@ from jsonschema import Draft202012Validator
 from hmrsim import events
 from hmrsim.events import Event, registry
 from hmrsim.events import _flaws as flaws
-from hmrsim.protocol.outputs import GoalChanged, Happened
+from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
 from hmrsim_zenoh.schemas import event_schema
@@ -75,7 +75,8 @@ def test_what_a_run_publishes_is_as_the_schema_says(name):
     log = Log()
     simulator = Simulator(load_world(f"zoo/{name}").world, sinks=[log])
     simulator.run_scripts()
-    published = [encoding.happened(event) for _, event in log.events if isinstance(event, GoalChanged | Happened)]
+    events = [event for _, event in log.events if isinstance(event, GoalChanged | EventStamped)]
+    published = [encoding.event_payload(event) for event in events]
 
     assert published
     assert [] == [error for payload in published for error in validator.iter_errors(json.loads(payload))]

@@ -70,7 +70,7 @@ def test_they_are_published(simulator):
 
     stamp = {"sec": 2, "nanosec": 0}
     assert {"stamp": stamp, "kind": "floor_cleaned", "robot": "eve", "room": "lobby", "area": 24.0} == json.loads(
-        encoding.happened(cleaned)
+        encoding.event_payload(cleaned)
     )
     assert [(1.0, {"robot": "eve"})] == log.happened("brush_worn")
 

@@ -72,7 +72,7 @@ class TestAccept:
         """A client learns of acceptance first; whoever watches learns what was asked before how it goes."""
         log = run((0.0, go()))
 
-        assert ["Answered", "Happened", "GoalChanged"] == [type(event).__name__ for _, event in log.events[:3]]
+        assert ["Answered", "EventStamped", "GoalChanged"] == [type(event).__name__ for _, event in log.events[:3]]
 
     def test_a_goal_without_id_gets_one_from_the_seed(self, make_run):
         """Two runs of one seed make the same ids, another seed makes others."""

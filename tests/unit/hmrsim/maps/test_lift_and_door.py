@@ -7,7 +7,7 @@ import pytest
 from hmrsim.events.doors import DoorOpening
 from hmrsim.events.lifts import LiftDeparted
 from hmrsim.events.traffic import MadeRoom
-from hmrsim.protocol.outputs import Happened
+from hmrsim.protocol.outputs import EventStamped
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
@@ -23,7 +23,7 @@ def run():
         simulator = Simulator(load_world(f"zoo/{name}").world, sinks=[log])
         simulator.run_scripts()
         ends = {script.robot: round(script.ended, 3) for script in simulator.scripts.all.values() if not script.error}
-        return ends, [event.event for _, event in log.events if isinstance(event, Happened)]
+        return ends, [event.event for _, event in log.events if isinstance(event, EventStamped)]
 
     return simulate
 

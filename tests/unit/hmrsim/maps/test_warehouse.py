@@ -9,7 +9,7 @@ from math import dist
 
 import pytest
 
-from hmrsim.protocol.outputs import Happened
+from hmrsim.protocol.outputs import EventStamped
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.scripts import ScriptState
 from hmrsim.simulation.simulator import Simulator
@@ -111,7 +111,7 @@ def shift(world):
     log = Log(frozenset({Topic.EVENTS}))
     simulator = Simulator(world, sinks=[log])
     simulator.run_scripts()
-    return simulator, [event for _, event in log.events if isinstance(event, Happened)]
+    return simulator, [event for _, event in log.events if isinstance(event, EventStamped)]
 
 
 def test_every_script_is_carried_out(world, shift):

@@ -12,7 +12,7 @@ from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.navigation.motion import Trapezoid
 from hmrsim.protocol.commands import SendGoal
-from hmrsim.protocol.outputs import Happened
+from hmrsim.protocol.outputs import EventStamped
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.simulation.snapshot import scene
@@ -169,7 +169,7 @@ class TestWatched:
         """What is asked, where it leads, and the first piece of it, at one instant."""
         log = simulate(WORLD)((0.0, go(9, 2)))
 
-        told = [event.kind for _, event in log.events if isinstance(event, Happened) and not event.event.traced]
+        told = [event.kind for _, event in log.events if isinstance(event, EventStamped) and not event.event.traced]
 
         assert ["goal", "route", "motion"] == told[:3]
         assert [(0.0, {"robot": "wall_e", "points": [[5.0, 2.0], [9.0, 2.0]]})] == log.happened("route")

@@ -8,7 +8,7 @@ from hmrsim.goals.script_orders import read_order
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.commands import CancelGoal, SendGoal
-from hmrsim.protocol.outputs import Happened
+from hmrsim.protocol.outputs import EventStamped
 from hmrsim.simulation.scripts import ScriptState
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD, simulate
@@ -88,7 +88,7 @@ def test_the_end_of_a_script_is_an_event(scripted):
     """Observers learn how far it got."""
     log = scripted("Wait 1")()
 
-    (ended,) = [event for _, event in log.events if isinstance(event, Happened) and event.kind == "script_ended"]
+    (ended,) = [event for _, event in log.events if isinstance(event, EventStamped) and event.kind == "script_ended"]
     assert {"robot": "wall_e", "orders": 1, "done": 1, "state": "done", "error": ""} == ended.fields
     assert 1_000_000_000 == ended.stamp
 

@@ -12,7 +12,7 @@ from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal
 from hmrsim.protocol.goal import made_goal_id
-from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted, Happened
+from hmrsim.protocol.outputs import EventStamped, FeedbackSent, GoalChanged, Granted
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
 from hmrsim.protocol.topics import Topic
 from tests.simulation import in_lockstep
@@ -76,7 +76,7 @@ class Steps:
 
     def happened(self):
         """Return kind and participant of what was told of participants."""
-        events = [event for _, event in self.run.log.events if isinstance(event, Happened)]
+        events = [event for _, event in self.run.log.events if isinstance(event, EventStamped)]
         return [(each.kind, each.fields["participant"]) for each in events if each.kind.startswith("participant")]
 
     def _ask(self, ask):

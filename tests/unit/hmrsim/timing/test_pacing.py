@@ -12,7 +12,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.commands import Advance, GetResult, SendGoal
 from hmrsim.protocol.inbox import Inbox
-from hmrsim.protocol.outputs import Happened
+from hmrsim.protocol.outputs import EventStamped
 from hmrsim.protocol.time import Join
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
@@ -211,7 +211,7 @@ class TestLockstep:
         inbox.put(Join("nurse", "x"))
         run, pacing = in_lockstep(inbox, participant_timeout=0.05, on_participant_loss="end")
         pacing.run()
-        kinds = [event.kind for _, event in run.log.events if isinstance(event, Happened)]
+        kinds = [event.kind for _, event in run.log.events if isinstance(event, EventStamped)]
 
         assert ["participant_dropped", "participant_joined"] == sorted(kinds)
 
