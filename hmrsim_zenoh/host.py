@@ -20,7 +20,7 @@ from hmrsim.timing.pacing import Pacing
 from hmrsim.timing.result_retention import Retention
 from hmrsim_zenoh.errors import BadOptions, PrefixTaken
 from hmrsim_zenoh.server import warm_up
-from hmrsim_zenoh.server.liveliness import Tokens
+from hmrsim_zenoh.server.liveliness import LivelinessTokens
 from hmrsim_zenoh.server.server import Server
 from hmrsim_zenoh.server.world_info import Description
 from hmrsim_zenoh.wire.keys import Keys
@@ -108,7 +108,7 @@ class Host:
         self._session, self.endpoints = open_server(options, join=bool(wires))
         try:
             self._refuse_second()
-            self._tokens = Tokens(self._session, self._keys)
+            self._tokens = LivelinessTokens(self._session, self._keys)
             self.simulator = Simulator(
                 loaded.world,
                 settings,
@@ -186,7 +186,7 @@ class Host:
         token = self._keys.alive()
         replies = self._session.liveliness().get(token, zenoh.handlers.FifoChannel(16), timeout=1.0)
         if any(reply.ok for reply in replies):
-            raise PrefixTaken(f"a simulator serves prefix {self._keys.prefix!r} already; name another with --prefix")
+            raise PrefixTaken(f"another simulator serves prefix {self._keys.prefix!r}; give another with --prefix")
 
     def _watch_participants(self) -> zenoh.Subscriber[None]:
         """Report the participants' liveliness tokens to the simulation."""

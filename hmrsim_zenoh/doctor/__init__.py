@@ -1,7 +1,7 @@
-"""What is on a network of simulators and ROS nodes, and what is wrong with it.
+"""Diagnosis of a network of simulators and ROS nodes.
 
-`asked_for` says where to look, and `gather` looks: both return a `Snapshot`. `problems` judges that, and looks at
-nothing else.
+`asked_for` returns a `Snapshot` with the options only, and `gather` one with what is on the network. `problems` judges
+a snapshot and makes no queries.
 """
 
 from hmrsim_zenoh.doctor.gathering import asked_for, gather

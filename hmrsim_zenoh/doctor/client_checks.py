@@ -1,4 +1,4 @@
-"""What is missing for ROS's clients and subscribers to work."""
+"""Checks of ROS clients and subscribers."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.doctor.snapshot import Domain, Snapshot
 
 _CLOSE: Final = 0.8
-"""From where on a name may be a mistyped other one, for difflib."""
+"""The similarity from which a name may be a misspelling of another, for difflib."""
 
 
 def without_server(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell of clients that wait for a server; of a node that has found others, it may be as it is meant to be."""
+    """Report clients that wait for a server; only a warning for a node that has found another server."""
     wanted: defaultdict[str, list[str]] = defaultdict(list)
     for token, endpoint in endpoints(snapshot.ros.others, Kind.CLIENT):
         wanted[token.node.full_name].append(endpoint.name)
@@ -31,38 +31,38 @@ def without_server(snapshot: Snapshot) -> Iterator[Problem]:
         if missing:
             yield Problem(
                 "no_server",
-                f"{node} waits for {some(missing)}, which nobody serves{_elsewhere(snapshot, missing)}",
+                f"{node} waits for {some(missing)}, which has no server{_elsewhere(snapshot, missing)}",
                 _advice(missing, there),
                 "error" if all(name not in there for name in names) else "warning",
             )
 
 
 def different_types(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell of clients and subscribers that do not understand whom they ask or listen to."""
+    """Report clients and subscribers whose types differ from the server's or publisher's."""
     found: defaultdict[tuple[str, str, str], list[str]] = defaultdict(list)
     for token, endpoint in endpoints(snapshot.ros.others, *WANT):
-        spoken = snapshot.ros.spoken.get(endpoint.name, set())
+        types = snapshot.ros.types.get(endpoint.name, set())
         theirs = (endpoint.type, endpoint.hash)
-        if spoken and theirs not in spoken:
-            ours = endpoint.name in snapshot.ros.spoken_by_us
-            found[token.node.full_name, *difference(theirs, spoken, simulator=ours)].append(endpoint.name)
+        if types and theirs not in types:
+            ours = endpoint.name in snapshot.ros.simulator_types
+            found[token.node.full_name, *difference(theirs, types, simulator=ours)].append(endpoint.name)
     for (node, what, remedy), names in sorted(found.items()):
-        yield Problem("different_types", f"{node} does not understand {some(sorted(names))}: {what}", remedy)
+        yield Problem("different_types", f"{node} is incompatible with {some(sorted(names))}: {what}", remedy)
 
 
 def _elsewhere(snapshot: Snapshot, names: list[str]) -> str:
-    """Return in which other domain some names are served, as words; none if in none."""
+    """Return the other domains that serve some of the names, as a part of a message; empty if there are none."""
     found = [str(number) for number, domain in snapshot.domains.items() if _serves(domain, names)]
     return f" in domain {snapshot.domain}, but in domain {', '.join(found)}" if found else ""
 
 
 def _serves(domain: Domain, names: list[str]) -> bool:
-    return not set(whole(domain.spoken)).isdisjoint(names)
+    return not set(whole(domain.types)).isdisjoint(names)
 
 
 def _advice(missing: list[str], there: Iterable[str]) -> str:
     served = whole(there)
-    # Of a node that was started without a namespace.
+    # The remedy for a node that was started without a namespace.
     namespaces = sorted(
         {
             other.removesuffix(name).strip("/")
@@ -75,24 +75,25 @@ def _advice(missing: list[str], there: Iterable[str]) -> str:
         return f"give it a namespace: {some(namespaces)}"
     close = (difflib.get_close_matches(name, served, n=1, cutoff=_CLOSE) for name in missing)
     meant = next((matches[0] for matches in close if matches), None)
-    return f"did you mean {meant}?" if meant else "start what serves it, or correct name, namespace or ROS_DOMAIN_ID"
+    return f"did you mean {meant}?" if meant else "start the server, or correct the name, namespace or ROS_DOMAIN_ID"
 
 
 def in_other_domains(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell of clients in another domain that want what the simulator serves in this one."""
-    ours = snapshot.ros.spoken_by_us
+    """Report clients in another domain of services that the simulator has in this one."""
+    ours = snapshot.ros.simulator_types
     for number, domain in snapshot.domains.items():
         if number == snapshot.domain or not ours:
             continue
         nodes = {
             token.node.full_name
             for token, endpoint in endpoints(domain.others, Kind.CLIENT)
-            if endpoint.name in ours and endpoint.name not in domain.spoken
+            if endpoint.name in ours and endpoint.name not in domain.types
         }
         if nodes:
             yield Problem(
                 "client_in_other_domain",
-                f"{some(sorted(nodes))} in ROS domain {number} asks what the simulator serves in {snapshot.domain}",
+                f"{some(sorted(nodes))} in ROS domain {number} waits for services that the simulator has in domain "
+                f"{snapshot.domain}",
                 f"start them with ROS_DOMAIN_ID={snapshot.domain}, or the simulator with --ros-domain-id {number}",
             )
 

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.wire.options import SessionOptions
 
 _WATCH: Final = 0.5
-"""Wall seconds from one look at the clock to the next."""
+"""Wall seconds between the two readings of the clock."""
 _PATIENCE: Final = 60.0
-"""Wall seconds that tokens may take to come."""
+"""Wall seconds to wait for liveliness tokens."""
 _ANY_DOMAIN: Final = "@ros2_lv/**"
 _ANY_SIMULATOR: Final = "**/_world/alive"
 
@@ -39,9 +39,9 @@ def asked_for(
     """Return the snapshot before any query, with the options only.
 
     Args:
-        options: Where to look.
+        options: The session options.
         domain: ROS's domain id.
-        environment: Variables, of which those that matter to ROS are kept.
+        environment: Environment variables, of which those of ROS and Zenoh are kept.
         wants_ros: Whether the user works with ROS.
     """
     file = (str(options.zenoh_config),) if options.zenoh_config else ()
@@ -64,7 +64,7 @@ def gather(options: SessionOptions, asked: Snapshot) -> Snapshot:
     """
     with Client(options, clock="realtime", acknowledge_timeout=options.timeout) as client:
         if options.listen or options.mode not in (None, "client"):
-            # Others come to us, or tell us of others; that takes a while.
+            # Peers connect to this session or learn of it from others, which takes a while.
             with suppress(NobodyThere):
                 client.wait_for_simulator(options.timeout)
         prefixes = tuple(sorted(token.removesuffix(f"/{WORLD}/alive") for token in _tokens(client, _ANY_SIMULATOR)))
@@ -73,10 +73,8 @@ def gather(options: SessionOptions, asked: Snapshot) -> Snapshot:
         info = client.session.info
         routers, peers = (tuple(map(str, each)) for each in (info.routers_zid(), info.peers_zid()))
     if not (prefixes or tokens or unreadable):
-        who = "somebody answers" if routers or peers else "nobody comes"
-        raise NobodyThere(
-            f"{asked.where}: {who}, and there is neither a simulator nor a ROS node; start {asked.command}"
-        )
+        who = "a Zenoh peer answers" if routers or peers else "no peer connects"
+        raise NobodyThere(f"{asked.where}: {who}, but there is no simulator and no ROS node; start {asked.command}")
     return replace(
         asked,
         routers=routers,
@@ -96,7 +94,7 @@ def _simulator(client: Client, timeout: float) -> Simulator:
     participants = {token.rpartition("/")[2] for token in _tokens(client, keys.participants())}
     trees = {keys.owner(key): _read(key, body) for key, body in client.get_all(keys.trees(), timeout).items()}
     info, sessions = client.info(timeout), _sessions(client, timeout)
-    # What has stood still for so long stands.
+    # Time that has not moved within this interval counts as standing still.
     time.sleep(max(0.0, begin + _WATCH - time.monotonic()))
     return Simulator(
         info=info,
@@ -124,7 +122,7 @@ def _read(key: str, body: bytes) -> dict[str, Any]:
 
 
 def _sessions(client: Client, timeout: float) -> list[str]:
-    """Return the Zenoh ids of the sessions of all that answer as the simulator, by which their tokens are known."""
+    """Return the Zenoh ids of all sessions that answer as the simulator."""
     replies = client.session.get(
         client.keys.world("info"),
         target=zenoh.QueryTarget.ALL,
@@ -135,17 +133,17 @@ def _sessions(client: Client, timeout: float) -> list[str]:
 
 
 def _tokens(client: Client, pattern: str) -> list[str]:
-    """Return all tokens that match; those of a hundred robots take seconds on a busy machine."""
+    """Return all matching tokens; with a hundred robots this takes seconds on a busy machine."""
     found = []
     for reply in client.session.liveliness().get(pattern, timeout=_PATIENCE):
         if reply.ok is None:
-            raise RequestTimeout(f"the liveliness tokens {pattern!r} have not come in {_PATIENCE:g} s")
+            raise RequestTimeout(f"no reply to the query for liveliness tokens {pattern!r} in {_PATIENCE:g} s")
         found.append(str(reply.ok.key_expr))
     return sorted(found)
 
 
 def _of_ros(texts: list[str]) -> tuple[dict[int, tuple[Token, ...]], tuple[str, ...]]:
-    """Return the tokens of each domain, and what can't be read."""
+    """Return the tokens of each domain, and the unreadable ones."""
     found: dict[int, list[Token]] = {}
     unreadable = []
     for text in texts:

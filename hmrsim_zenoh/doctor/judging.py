@@ -1,4 +1,4 @@
-"""All that can be wrong, in the order in which to mend it."""
+"""All checks, in the order in which problems should be solved."""
 
 from __future__ import annotations
 
@@ -24,6 +24,6 @@ _CHECKS: Final[tuple[Check, ...]] = (
 
 
 def problems(snapshot: Snapshot) -> list[Problem]:
-    """Return what is wrong; errors first."""
+    """Return the problems of a snapshot; errors first."""
     found = chain.from_iterable(check(snapshot) for check in _CHECKS)
     return sorted(found, key=lambda problem: problem.severity != "error")

@@ -22,14 +22,14 @@ _CONNECT: Final = re.compile(r"connect/endpoints\s*=\s*\[([^\]]*)\]")
 
 
 def no_simulator(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell that the simulator which was asked for is not there."""
+    """Report that there is no simulator with the prefix."""
     if snapshot.simulator is not None:
         return
     if snapshot.prefixes:
         yield Problem(
             "other_prefix",
             f"no simulator has the prefix {snapshot.prefix!r}; there is {some(map(repr, snapshot.prefixes))}",
-            f"ask with --prefix {snapshot.prefixes[0]}",
+            f"use --prefix {snapshot.prefixes[0]}",
         )
     else:
         yield Problem(
@@ -44,75 +44,76 @@ def no_router(snapshot: Snapshot) -> Iterator[Problem]:
     if snapshot.peers and not snapshot.routers and snapshot.has_to_do_with_ros:
         yield Problem(
             "no_router",
-            f"who answers at {snapshot.where} is a peer, and ROS nodes find one another by a router",
-            "start the simulator without --mode peer, or `ros2 run rmw_zenoh_cpp rmw_zenohd` and it with --connect",
+            f"only a peer answers at {snapshot.where}, but ROS nodes need a router to discover each other",
+            "start the simulator without --mode peer, or start `ros2 run rmw_zenoh_cpp rmw_zenohd` and the simulator "
+            "with --connect",
         )
 
 
 def other_middleware(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell that ROS nodes started here would not speak over Zenoh."""
-    said = snapshot.environment.get("RMW_IMPLEMENTATION")
-    if said == _RMW or not (said or "ROS_DISTRO" in snapshot.environment):
+    """Report that ROS nodes of this shell do not use rmw_zenoh."""
+    rmw = snapshot.environment.get("RMW_IMPLEMENTATION")
+    if rmw == _RMW or not (rmw or "ROS_DISTRO" in snapshot.environment):
         return
-    what = f"RMW_IMPLEMENTATION is {said!r}" if said else "ROS is set up, and RMW_IMPLEMENTATION is not"
+    what = f"RMW_IMPLEMENTATION is {rmw!r}" if rmw else "ROS is set up, but RMW_IMPLEMENTATION is not set"
     yield Problem(
         "other_middleware",
-        f"{what}: ROS nodes of this shell do not speak over Zenoh",
+        f"{what}: ROS nodes of this shell do not use rmw_zenoh_cpp",
         f"`export RMW_IMPLEMENTATION={_RMW}`",
     )
 
 
 def other_distribution(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell that the distribution of this shell is not served."""
-    said = snapshot.environment.get("ROS_DISTRO", _ROLLING)
-    if said not in (*DISTROS, _ROLLING):
+    """Report that the distribution of this shell is not supported."""
+    distro = snapshot.environment.get("ROS_DISTRO", _ROLLING)
+    if distro not in (*DISTROS, _ROLLING):
         yield Problem(
             "other_distribution",
-            f"ROS_DISTRO is {said!r}, which is not served: its types have other hashes, or none",
+            f"ROS_DISTRO is {distro!r}, which is not supported: its types have other hashes, or none",
             f"use {', '.join(DISTROS)}, in a container if need be",
         )
 
 
 def other_domain(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell that ROS nodes started here are in another domain than the one that was asked for, or in none."""
-    said = snapshot.environment.get("ROS_DOMAIN_ID", "")
-    if not said:
+    """Report that ROS nodes of this shell are in another domain than the requested one, or can't start."""
+    text = snapshot.environment.get("ROS_DOMAIN_ID", "")
+    if not text:
         return
-    if said not in DOMAINS:
+    if text not in DOMAINS:
         yield Problem(
             "no_domain",
-            f"ROS_DOMAIN_ID is {said[:20]!r}, which is no domain: ROS nodes of this shell do not start",
+            f"ROS_DOMAIN_ID is {text[:20]!r}, which is not a domain id: ROS nodes of this shell do not start",
             f"`export ROS_DOMAIN_ID={snapshot.domain}`, or another from 0 to {MAX_DOMAIN}",
         )
-    elif DOMAINS[said] != snapshot.domain:
+    elif DOMAINS[text] != snapshot.domain:
         yield Problem(
             "domain_of_this_shell",
-            f"ROS_DOMAIN_ID is {said}, and domain {snapshot.domain} was asked for",
+            f"ROS_DOMAIN_ID is {text}, but domain {snapshot.domain} was requested",
             f"for ROS nodes of this shell: `export ROS_DOMAIN_ID={snapshot.domain}`",
             "warning",
         )
 
 
 def configuration(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell that ROS nodes started here fail, as their configuration is not there, or may connect elsewhere."""
+    """Report that ROS nodes of this shell lack their configuration file, or may connect elsewhere."""
     for name in (_FILE, _OVERRIDE):
-        said = snapshot.environment.get(name)
-        if not said or _leads_here(said, snapshot.endpoints):
+        text = snapshot.environment.get(name)
+        if not text or _leads_here(text, snapshot.endpoints):
             continue
-        if name == _FILE and not _is_file(said.removeprefix("file://")):
-            yield Problem("no_configuration", f"{name} is {said[:100]!r}, and there is no such file", f"`unset {name}`")
+        if name == _FILE and not _is_file(text.removeprefix("file://")):
+            yield Problem("no_configuration", f"{name} is {text[:100]!r}, but there is no such file", f"`unset {name}`")
         else:
             yield Problem(
                 "own_configuration",
-                f"{name} is {said!r}: ROS nodes of this shell may connect elsewhere",
-                f"see that its connect/endpoints lead to {snapshot.where}, or `unset {name}`",
+                f"{name} is {text!r}: ROS nodes of this shell may connect elsewhere",
+                f"check that its connect/endpoints lead to {snapshot.where}, or `unset {name}`",
                 "warning",
             )
 
 
 def _leads_here(override: str, endpoints: Collection[str]) -> bool:
-    """Return whether nodes connect to where we look."""
-    return any(f'"{endpoint}"' in said for said in _CONNECT.findall(override) for endpoint in endpoints)
+    """Return whether a configuration connects nodes to one of the endpoints."""
+    return any(f'"{endpoint}"' in listed for listed in _CONNECT.findall(override) for endpoint in endpoints)
 
 
 def _is_file(text: str) -> bool:
@@ -128,9 +129,9 @@ def unreadable_tokens(snapshot: Snapshot) -> Iterator[Problem]:
     if snapshot.unreadable:
         yield Problem(
             "unreadable_tokens",
-            f"{len(snapshot.unreadable)} liveliness tokens are none of rmw_zenoh's: "
+            f"{len(snapshot.unreadable)} liveliness tokens are not in rmw_zenoh's format: "
             f"{some(repr(text[:100]) for text in snapshot.unreadable)}",
-            "update rmw_zenoh_cpp where they come from",
+            "update rmw_zenoh_cpp on the machines that declare them",
             "warning",
         )
 

@@ -1,4 +1,4 @@
-"""What is wrong, and what to do."""
+"""A problem and its remedy."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 _SHOWN: Final = 4
-"""Names of many that are shown."""
+"""The number of names that a message lists."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong.
+    """One problem.
 
     Attributes:
-        kind: A word for programs, such as ``no_router``.
-        text: What is wrong, in one line.
-        remedy: What to do, likewise.
-        severity: A ``warning`` is of what may be as it is meant to be.
+        kind: A machine-readable word, such as ``no_router``.
+        text: The problem, in one line.
+        remedy: The remedy, in one line.
+        severity: A ``warning`` may be intended.
     """
 
     kind: str
@@ -30,7 +30,7 @@ class Problem:
 
 
 def some(names: Iterable[str]) -> str:
-    """Return a few of many names, and how many more there are."""
+    """Return the first few names and the number of the others, as text."""
     every = list(names)
     shown = every if len(every) <= _SHOWN + 1 else every[:_SHOWN]
     more = len(every) - len(shown)

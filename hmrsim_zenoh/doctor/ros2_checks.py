@@ -1,4 +1,4 @@
-"""What can be wrong with what a simulator offers to ROS."""
+"""Checks of a simulator's endpoints in ROS."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _PARTS: Final = {
     "feedback": Kind.PUBLISHER,
     "status": Kind.PUBLISHER,
 }
-"""What an action consists of: ROS looks for all of it before it sends a goal."""
+"""The parts of an action: a ROS client waits for all of them before it sends a goal."""
 
 _APART: Final = "start the simulator with another --ros-domain-id"
 
 
 def incomplete_actions(snapshot: Snapshot) -> dict[str, list[str]]:
-    """Return what is missing of each action of the simulator that is not whole in the domain."""
+    """Return the missing parts of each incomplete action of the simulator in the domain."""
     if snapshot.simulator is None:
         return {}
     there = {(endpoint.name, endpoint.kind) for _, endpoint in endpoints(snapshot.ros.ours, *OFFER)}
@@ -43,7 +43,7 @@ def incomplete_actions(snapshot: Snapshot) -> dict[str, list[str]]:
 
 
 def not_spoken(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell that ROS does not see the simulator: it does not speak ROS, or does elsewhere."""
+    """Report that the simulator is not in the domain: it has no ROS 2 wire, or is in another domain."""
     if snapshot.simulator is None or snapshot.ros.ours:
         return
     elsewhere = [number for number, domain in snapshot.domains.items() if domain.ours]
@@ -54,24 +54,24 @@ def not_spoken(snapshot: Snapshot) -> Iterator[Problem]:
             f"`export ROS_DOMAIN_ID={elsewhere[0]}`, or start it with --ros-domain-id {snapshot.domain}",
         )
     elif snapshot.has_to_do_with_ros:
-        yield Problem("no_ros2", "the simulator does not speak ROS", "start `hmrsim run` with --ros2")
+        yield Problem("no_ros2", "the simulator does not serve ROS 2", "start `hmrsim run` with --ros2")
 
 
 def not_whole(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell of actions that ROS does not find."""
+    """Report actions that are incomplete in ROS."""
     incomplete = incomplete_actions(snapshot) if snapshot.ros.ours else {}
     if incomplete and snapshot.simulator is not None:
         most, every = len(_PARTS), len(snapshot.simulator.names.actions)
-        told = some(f"{name} ({', '.join(p)})" if len(p) < most else name for name, p in incomplete.items())
+        listed = some(f"{name} ({', '.join(p)})" if len(p) < most else name for name, p in incomplete.items())
         yield Problem(
             "incomplete_actions",
-            f"{len(incomplete)} of {every} actions are missing, or parts of them: {told}",
-            "wait, if the simulator has started just now; else see its log",
+            f"{len(incomplete)} of {every} actions are missing or incomplete: {listed}",
+            "wait if the simulator has just started, else see its log",
         )
 
 
 def unknown_types(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell that the simulator has other types than we know, by name and hash."""
+    """Report types of the simulator whose hashes this version does not know."""
     strange = {
         endpoint.type
         for _, endpoint in endpoints(snapshot.ros.ours, *OFFER)
@@ -80,13 +80,13 @@ def unknown_types(snapshot: Snapshot) -> Iterator[Problem]:
     if strange:
         yield Problem(
             "unknown_types",
-            f"the simulator's hashes are none of this hmrsim's: {some(sorted(strange))}",
+            f"the simulator has types whose hashes this hmrsim does not know: {some(sorted(strange))}",
             "install the same version on both sides",
         )
 
 
 def two_servers(snapshot: Snapshot) -> Iterator[Problem]:
-    """Tell of actions and services that two programs serve: both act, and a client gets the answer of either."""
+    """Report actions and services with two servers: both execute a request, and a client gets the reply of either."""
     servers: defaultdict[str, dict[str, str]] = defaultdict(dict)
     for token, endpoint in endpoints(snapshot.ros.tokens, Kind.SERVICE):
         servers[endpoint.name][token.session] = token.node.full_name
@@ -100,7 +100,7 @@ def two_servers(snapshot: Snapshot) -> Iterator[Problem]:
         yield Problem(
             "two_servers",
             f"{len(programs)} programs serve {some(whole(names))} (nodes {some(sorted(nodes))}): "
-            f"{'both' if len(programs) == 2 else 'all'} act on each goal and request",  # noqa: PLR2004 - both are two
+            f"{'both' if len(programs) == 2 else 'all'} execute each goal and request",  # noqa: PLR2004 - both are two
             f"end one of them, or {_APART if ours else 'give it another ROS_DOMAIN_ID or other names'}",
         )
 

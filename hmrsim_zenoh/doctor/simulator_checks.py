@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
 
 _PLANNER: Final = "_planner"
-"""Stands among whom time waits for."""
+"""The external planner's name in ``waiting_for``."""
 
 
 def twins(simulator: Simulator) -> Iterator[Problem]:
-    """Tell that others answer on the same keys."""
+    """Report other simulators with the same prefix."""
     if simulator.twins:
         yield Problem(
             "two_simulators",
@@ -27,13 +27,13 @@ def twins(simulator: Simulator) -> Iterator[Problem]:
 
 
 def contract(simulator: Simulator) -> Iterator[Problem]:
-    """Tell that simulator and tools mean different things by the same key."""
+    """Report that the simulator and this program have different contracts."""
     theirs = simulator.info.get("contract")
     if theirs != hmrsim.CONTRACT:
         yield Problem(
             "contract",
-            f"the simulator (hmrsim {simulator.info.get('hmrsim')}) keeps contract {theirs}, this hmrsim "
-            f"{hmrsim.__version__} contract {hmrsim.CONTRACT}",
+            f"the simulator (hmrsim {simulator.info.get('hmrsim')}) has contract {theirs}, this hmrsim "
+            f"{hmrsim.__version__} has contract {hmrsim.CONTRACT}",
             "install the same version on both sides",
         )
 
@@ -46,24 +46,24 @@ def robots(simulator: Simulator) -> Iterator[Problem]:
     if idle:
         yield Problem(
             "no_actions",
-            f"{some(idle)} can do nothing: no action is served",
+            f"{some(idle)} can do nothing: there are no actions",
             "give a base or other components in the world file",
         )
 
 
 def tokens(simulator: Simulator) -> Iterator[Problem]:
-    """Tell of robots that a controller takes for lost."""
+    """Report robots without a liveliness token."""
     if simulator.lost:
         are = "is" if len(simulator.lost) == 1 else "are"
         yield Problem(
             "no_token",
-            f"{some(simulator.lost)} {are} out of reach: no liveliness token, and goals are rejected",
-            "if it is a fault, it is in `hmrsim service call /_world/get_faults`, and /_world/clear_fault ends it",
+            f"{some(simulator.lost)} {are} unreachable: there is no liveliness token, and goals are rejected",
+            "list faults with `hmrsim service call /_world/get_faults`; /_world/clear_fault clears one",
         )
 
 
 def time_stands(simulator: Simulator) -> Iterator[Problem]:
-    """Tell why time does not move."""
+    """Report why time stands still."""
     time = simulator.time
     if time.get("paused"):
         yield Problem(
@@ -79,35 +79,35 @@ def time_stands(simulator: Simulator) -> Iterator[Problem]:
     if _PLANNER in awaited:
         yield Problem(
             "time_stands",
-            f"{stands}: an external planner has yet to answer",
-            "see what keeps it; the goal ends after --planner-timeout",
+            f"{stands}: the external planner has not answered yet",
+            "check the planner; the goal is aborted after --planner-timeout",
         )
     elif set(awaited) <= set(time.get("participants", ())):
         yield Problem(
             "time_stands",
-            f"{stands}, for {simulator.watched:.1g} s at least: {some(awaited)} yet to ask to advance",
-            "see what keeps them; they are dropped after --participant-timeout",
+            f"{stands}, for {simulator.watched:.1g} s at least: waiting for {some(awaited)} to advance",
+            "check these participants; they are dropped after --participant-timeout",
         )
     else:
         here = time.get("participants", ())
-        # A number of those whose names are not known says itself what they have to do.
+        # "2 to join" stands for participants without known names.
         joining = (name.removesuffix(" to join") for name in awaited if name not in here)
         yield Problem(
             "time_stands",
-            f"{stands}: {some(joining)} yet to join in lockstep",
+            f"{stands}: waiting for {some(joining)} to join in lockstep",
             "start a controller, such as `bt-controller run TREE --robot NAME --name PARTICIPANT`, or run with "
             "`--clock realtime`",
         )
 
 
 def lag(simulator: Simulator) -> Iterator[Problem]:
-    """Tell that the machine can't keep up."""
+    """Report that the machine can't keep up."""
     lags = [time.get("lag", 0.0) for time in simulator.times]
     if lags and lags[-1] > lags[0]:
         yield Problem(
             "lag",
-            f"the machine can't keep up: time has lost {lags[-1]:.1f} wall seconds, and loses more",
-            "lower --real-time-factor, or have fewer robots, rates or listeners",
+            f"the machine can't keep up: simulated time lags by {lags[-1]:.1f} wall seconds, and the lag grows",
+            "lower --real-time-factor, or reduce robots, rates or subscribers",
         )
 
 
@@ -117,7 +117,7 @@ def planner(simulator: Simulator) -> Iterator[Problem]:
     if waiting and not simulator.info.get("planner_present"):
         yield Problem(
             "no_planner",
-            f"{some(waiting)} {'has' if len(waiting) == 1 else 'have'} an external planner, and there is none",
+            f"{some(waiting)} {'needs' if len(waiting) == 1 else 'need'} an external planner, but there is none",
             "start one; see `An external planner` in docs/keys.md",
         )
 

@@ -1,4 +1,4 @@
-"""What was found on the network at one moment."""
+"""A snapshot of the network."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 OFFER: Final = (Kind.SERVICE, Kind.PUBLISHER)
 """Endpoints that serve or publish."""
 WANT: Final = (Kind.CLIENT, Kind.SUBSCRIBER)
-"""Endpoints that ask or listen."""
+"""Endpoints that send requests or subscribe."""
 
 _ACTION: Final = "/_action/"
 _DEFAULTS: Final = (DEFAULT_ENDPOINT, DEFAULT_ENDPOINT.replace("127.0.0.1", "localhost"))
@@ -29,17 +29,17 @@ _DEFAULTS: Final = (DEFAULT_ENDPOINT, DEFAULT_ENDPOINT.replace("127.0.0.1", "loc
 
 @dataclass(frozen=True)
 class Simulator:
-    """The simulator of the prefix that was asked for.
+    """The simulator with the requested prefix.
 
     Attributes:
-        info: What it says of itself.
+        info: Its description, ``_world/info``.
         session: The Zenoh id of its session, in hex.
-        twins: Those of others that answer on the same keys.
-        times: How its time moved at the begin of the look, and at its end.
+        twins: The session ids of other simulators with the same prefix.
+        times: The state of its clock at the beginning and at the end of the observation.
         watched: Wall seconds between the two.
         alive: The robots that have a liveliness token.
-        tokens: The participants in lockstep that have one.
-        trees: By robot, what controllers tell of the trees that they run.
+        tokens: The participants in lockstep that have a liveliness token.
+        trees: The states of behaviour trees by robot, as controllers publish them.
     """
 
     info: Mapping[str, Any]
@@ -53,7 +53,7 @@ class Simulator:
 
     @property
     def time(self) -> Mapping[str, Any]:
-        """How its time moved last."""
+        """The latest state of its clock."""
         return self.times[-1] if self.times else {}
 
     @cached_property
@@ -70,7 +70,7 @@ class Simulator:
 
     @cached_property
     def names(self) -> Names:
-        """What its actions are called in ROS."""
+        """The ROS names of its actions."""
         return Names({**self.robots, WORLD: list(self.info.get("actions", ()))}, self.info.get("aliases", {}))
 
 
@@ -78,7 +78,7 @@ class Domain:
     """The nodes and endpoints of one of ROS's domains.
 
     Args:
-        tokens: What was found.
+        tokens: The tokens of the domain.
         session: The session of the simulator; empty if there is none.
     """
 
@@ -88,17 +88,17 @@ class Domain:
         self.others = tuple(token for token in self.tokens if token.session != session)
 
     @cached_property
-    def spoken(self) -> Mapping[str, set[TypeHash]]:
+    def types(self) -> Mapping[str, set[TypeHash]]:
         """Types and hashes that are served or published, by name."""
-        return _spoken(self.tokens)
+        return _types(self.tokens)
 
     @cached_property
-    def spoken_by_us(self) -> Mapping[str, set[TypeHash]]:
-        """Likewise of the simulator alone."""
-        return _spoken(self.ours)
+    def simulator_types(self) -> Mapping[str, set[TypeHash]]:
+        """Types and hashes that the simulator serves or publishes, by name."""
+        return _types(self.ours)
 
 
-def _spoken(tokens: Iterable[Token]) -> Mapping[str, set[TypeHash]]:
+def _types(tokens: Iterable[Token]) -> Mapping[str, set[TypeHash]]:
     found: defaultdict[str, set[TypeHash]] = defaultdict(set)
     for _, endpoint in endpoints(tokens, *OFFER):
         found[endpoint.name].add((endpoint.type, endpoint.hash))
@@ -113,26 +113,26 @@ def endpoints(tokens: Iterable[Token], *kinds: Kind) -> Iterator[tuple[Token, En
 
 
 def whole(names: Iterable[str]) -> list[str]:
-    """Return names with actions in the place of their parts."""
+    """Return names where each action replaces its parts."""
     return sorted({name.partition(_ACTION)[0] for name in names})
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """All that was found.
+    """All findings.
 
     Attributes:
-        endpoints: Where we have connected to, or listened.
-        prefix: Of the simulator that was asked for.
-        domain: ROS's domain id that was asked for.
-        environment: Variables of ours that matter to ROS.
+        endpoints: The endpoints of the session.
+        prefix: The requested prefix.
+        domain: The requested ROS domain id.
+        environment: The environment variables of ROS and Zenoh.
         wants_ros: Whether the user works with ROS, according to the command line.
-        routers: The Zenoh ids of the routers that we are connected to, in hex.
-        peers: Likewise of others than routers.
-        prefixes: Of all simulators that are there.
-        simulator: The one that was asked for.
-        tokens: What is in each of ROS's domains.
-        unreadable: Tokens that look like ROS's and can't be read.
+        routers: The Zenoh ids of the connected routers, in hex.
+        peers: The Zenoh ids of the other connected peers.
+        prefixes: The prefixes of all simulators.
+        simulator: The simulator with the requested prefix.
+        tokens: The tokens in each ROS domain.
+        unreadable: Tokens below ROS's prefix in an unknown format.
     """
 
     endpoints: tuple[str, ...] = ()
@@ -149,13 +149,13 @@ class Snapshot:
 
     @cached_property
     def domains(self) -> dict[int, Domain]:
-        """What is in each of ROS's domains, in their order."""
+        """The ROS domains by their ids, in ascending order."""
         session = self.simulator.session if self.simulator else ""
         return {domain: Domain(tokens, session) for domain, tokens in sorted(self.tokens.items())}
 
     @cached_property
     def ros(self) -> Domain:
-        """What is in the domain that was asked for."""
+        """The requested ROS domain."""
         return self.domains.get(self.domain, Domain())
 
     @property
@@ -169,11 +169,11 @@ class Snapshot:
 
     @property
     def where(self) -> str:
-        """Where we looked, for people."""
+        """The endpoints as text."""
         return ", ".join(self.endpoints)
 
     @property
     def command(self) -> str:
-        """How to start a simulator there; at the default endpoint it joins an existing Zenoh by itself."""
+        """The command that starts a simulator there; at the default endpoint it joins a running Zenoh by itself."""
         elsewhere = [endpoint for endpoint in self.endpoints if endpoint not in _DEFAULTS]
         return f"`hmrsim run WORLD --ros2{''.join(f' --connect {endpoint}' for endpoint in elsewhere[:1])}`"

@@ -13,10 +13,10 @@ _ID_BYTES: Final = 16
 
 
 class Attachment(NamedTuple):
-    """Who sent something, and which of his it is.
+    """The sender of a message, request or reply, and the sequence number.
 
     Attributes:
-        sequence: From 1 for each sender. A reply has that of its request.
+        sequence: Counts from 1 for each sender. A reply has that of its request.
         stamp: Nanoseconds since 1970, of the wall clock.
         gid: 16 bytes. A reply has that of its request.
     """
@@ -26,15 +26,15 @@ class Attachment(NamedTuple):
     gid: bytes
 
     def to_bytes(self) -> bytes:
-        """Return what is attached."""
+        """Return the attachment."""
         return _LAYOUT.pack(self.sequence, self.stamp, _ID_BYTES, self.gid)
 
 
 def read_attachment(data: bytes) -> Attachment:
-    """Return what was attached.
+    """Return a parsed attachment.
 
     Raises:
-        ValueError: It isn't what rmw_zenoh attaches.
+        ValueError: It has not rmw_zenoh's layout.
     """
     if len(data) != _LAYOUT.size:
         raise ValueError(f"an attachment of {len(data)} bytes; rmw_zenoh's has {_LAYOUT.size}")

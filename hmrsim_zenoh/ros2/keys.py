@@ -1,4 +1,4 @@
-"""How rmw_zenoh spells keys and liveliness tokens, both ways, and the id that an endpoint has by its token.
+"""Spelling and parsing of rmw_zenoh's keys and liveliness tokens, and the id of an endpoint from its token.
 
 ::
 
@@ -6,7 +6,7 @@
     @ros2_lv/<domain>/<session>/<node>/<node>/NN/<enclave>/<namespace>/<node's name>
     @ros2_lv/<domain>/<session>/<node>/<endpoint>/<kind>/<enclave>/<namespace>/<node's name>/<name>/<type>/<hash>/<qos>
 
-Inside a token every ``/`` of a name is a ``%``, and what is empty is a ``%``, too. A type is
+Inside a token every ``/`` of a name is a ``%``, and an empty part is a ``%``, too. A type is
 ``nav2_msgs::action::dds_::NavigateToPose_SendGoal_``. Names begin with a ``/`` here, as ROS's tools show them.
 """
 
@@ -22,25 +22,25 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 MAX_DOMAIN: Final = 232
-"""ROS takes no higher domain id; with DDS the ports end there."""
+"""The highest domain id of ROS, given by the ports of DDS."""
 
 DOMAINS: Final = {str(domain): domain for domain in range(MAX_DOMAIN + 1)}
-"""All of ROS's domains, by how they are written."""
+"""All domains of ROS by their spelling."""
 
 NO_HASH: Final = "TypeHashNotSupported"
-"""What stands for the hash in the keys of humble."""
+"""The text in place of a hash in the keys of humble."""
 
 TypeHash = tuple[str, str]
-"""A type as keys have it, and its hash."""
+"""A type's name in keys, and its hash."""
 
 _TOKENS: Final = "@ros2_lv"
 _NODE_CHUNKS, _ENDPOINT_CHUNKS = 9, 13
 _BUFFER_CHUNKS: Final = 14
-"""From lyrical on some topics' tokens say which memory their messages may be in."""
+"""From lyrical on, the tokens of some topics name the memory backends of their messages."""
 
 
 class Kind(Enum):
-    """What a token tells of."""
+    """The kind of entity that a token declares."""
 
     NODE = "NN"
     PUBLISHER = "MP"
@@ -53,11 +53,11 @@ _KINDS: Final = {kind.value: kind for kind in Kind}
 
 
 DEFAULT_QOS: Final = "::,10:,:,:,,"
-"""The quality of service of services, feedback and most topics, as tokens say it: rmw_zenoh's own is left out."""
+"""The quality of service of services, feedback and most topics, in tokens; the defaults of rmw_zenoh are omitted."""
 LATCHED_QOS: Final = ":1:,1:,:,:,,"
 """The quality of service of latched topics: transient local, depth 1."""
 TF_QOS: Final = "::,100:,:,:,,"
-"""Of transforms."""
+"""The quality of service of transforms."""
 
 
 class Node(NamedTuple):
@@ -73,7 +73,7 @@ class Node(NamedTuple):
 
     @property
     def full_name(self) -> str:
-        """Its name as ``ros2 node list`` shows it."""
+        """The name as ``ros2 node list`` shows it."""
         return f"{self.namespace.rstrip('/')}/{self.name}"
 
 
@@ -82,11 +82,11 @@ class Endpoint:
     """A publisher, a subscriber, a service or a client of one.
 
     Attributes:
-        kind: Which of them.
+        kind: The kind of endpoint.
         name: The topic's or the service's, such as ``/wall_e/navigate_to_pose/_action/status``.
-        type: The type's name as keys have it, such as ``sensor_msgs::msg::dds_::BatteryState_``.
+        type: The type's name in keys, such as ``sensor_msgs::msg::dds_::BatteryState_``.
         hash: The type's hash.
-        qos: The quality of service as tokens have it.
+        qos: The quality of service as tokens spell it.
     """
 
     kind: Kind
@@ -98,12 +98,12 @@ class Endpoint:
 
 @dataclass(frozen=True)
 class Token:
-    """What a liveliness token tells.
+    """A parsed liveliness token.
 
     Attributes:
         session: The Zenoh id of the session that declared it, in hex.
         node: The node.
-        endpoint: What the node has there; None for the token of the node itself.
+        endpoint: The node's endpoint; None for the token of the node itself.
     """
 
     session: str
@@ -113,11 +113,11 @@ class Token:
 
 @dataclass(frozen=True)
 class Address:
-    """What a key is about.
+    """A parsed key.
 
     Attributes:
         name: The topic's or the service's, such as ``/wall_e/navigate_to_pose/_action/status``.
-        type: The type's name in the key; empty where keys have none.
+        type: The type's name in the key; empty on a wire without types.
         hash: The type's hash, likewise.
     """
 
@@ -137,7 +137,7 @@ def everything(domain: int) -> str:
 
 
 def read_key(domain: int, text: str) -> Address | None:
-    """Return what a key is about; None when it is none of this domain's."""
+    """Return a parsed key; None when it is not of this domain."""
     head, *name, type_, hash_ = text.split("/") if text.count("/") > 2 else ("", "", "")  # noqa: PLR2004 - four parts
     if head != str(domain) or not all(name):
         return None
@@ -150,7 +150,7 @@ def node_token(domain: int, session: str, node_id: int, node: Node) -> str:
 
 
 def endpoint_token(domain: int, session: str, ids: tuple[int, int], node: Node, endpoint: Endpoint) -> str:
-    """Return the token of what a node has; *ids* are the node's and its own, counted together in a session."""
+    """Return the token of an endpoint; *ids* are the node's and the endpoint's, counted together in a session."""
     described = (_mangled(endpoint.name), endpoint.type, endpoint.hash, endpoint.qos)
     return "/".join((*_head(domain, session, *ids), endpoint.kind.value, *_node(node), *described))
 
@@ -161,7 +161,7 @@ def all_tokens(domain: int) -> str:
 
 
 def read_token(text: str) -> Token | None:
-    """Return what a token tells; None when it is none of rmw_zenoh's."""
+    """Return a parsed token; None when it is not one of rmw_zenoh's."""
     chunks = text.split("/")
     if chunks[0] != _TOKENS or len(chunks) < _NODE_CHUNKS or chunks[5] not in _KINDS:
         return None
@@ -176,7 +176,7 @@ def read_token(text: str) -> Token | None:
 
 
 def gid(token: str) -> bytes:
-    """Return the 16 bytes by which ROS knows the endpoint of a token: its XXH3 hash."""
+    """Return the gid of a token's endpoint in ROS: the token's XXH3 hash, 16 bytes."""
     return xxhash.xxh3_128_intdigest(token.encode()).to_bytes(16, "little")
 
 

@@ -1,4 +1,4 @@
-"""What our robots' actions, topics and services are called in ROS, and which node has them: Nav2's names."""
+"""The ROS names of the robots' actions, topics and services, and their nodes: Nav2's names."""
 
 from __future__ import annotations
 
@@ -28,27 +28,27 @@ NODES: Final = MappingProxyType(
         "move_group": ("pickup", "place"),
     }
 )
-"""The actions of each node of a robot; `OTHER_NODE` has all others, and the topics but those of `LOCALIZATION`."""
+"""The actions of each node of a robot; `OTHER_NODE` has the other actions, and all topics except `LOCALIZATION`'s."""
 
 OTHER_NODE: Final = "base_driver"
 LOCALIZATION: Final = "amcl"
-"""Has ``amcl_pose``."""
+"""The node that publishes ``amcl_pose``."""
 WORLD_NODE: Final = Node("/", "hmrsim")
-"""Has what is the world's: the clock, transforms, the services of simulation_interfaces."""
+"""The world's node: the clock, transforms and the services of simulation_interfaces."""
 
 FURTHER_NAMES: Final = MappingProxyType({"back_up": ("backup",)})
-"""What Nav2 calls an action beside the name of its type."""
+"""Further names of an action in Nav2, beside that of its type."""
 
 LIFECYCLE_SERVICE: Final = "get_state"
-"""What each node of Nav2 can be asked: whether it is active."""
+"""The lifecycle service of each Nav2 node, which reports whether the node is active."""
 
 _WITHOUT_LIFECYCLE: Final = frozenset({"move_group", OTHER_NODE})
 
 _ROS_SERVICES: Final = "simulation_interfaces/"
-"""What the types of those of the world's services begin with that ROS has."""
+"""The package of those services of the world that ROS has, too."""
 
 _KEPT: Final = 4096
-"""Robots of which it is kept what they have."""
+"""The number of robots whose names are cached."""
 
 _NODE_OF: Final = MappingProxyType({action: node for node, actions in NODES.items() for action in actions})
 
@@ -59,12 +59,12 @@ def node_of(robot: str, action: str) -> Node:
 
 
 def ros_services(services: Mapping[str, AnyService]) -> dict[str, AnyService]:
-    """Return those of the world's services that ROS has, by their names there, such as ``/spawn_entity``."""
+    """Return the world's services that ROS has, too, by their ROS names, such as ``/spawn_entity``."""
     return {f"/{name}": one for name, one in services.items() if one.ros_type.startswith(_ROS_SERVICES)}
 
 
 def names_of(simulator: Simulator) -> Names:
-    """Return what a simulation serves now."""
+    """Return the names of what a simulation serves now."""
     actions_of, robots = simulator.dispatcher.servers.actions_of, simulator.robots
     return Names(
         {name: actions_of(name) for name in (*robots, WORLD)},
@@ -76,10 +76,10 @@ def names_of(simulator: Simulator) -> Names:
 
 @dataclass(frozen=True)
 class Names:
-    """ROS's names of what is served.
+    """The ROS names of what is served.
 
     Attributes:
-        serves: The actions of each robot, and under `WORLD` the world's.
+        serves: The actions of each robot and, as `WORLD`, of the world.
         aliases: Further names of actions, ``a/b`` to ``robot/action``.
         powered: The robots that have a battery.
         seeing: The robots that have sensors.
@@ -92,7 +92,7 @@ class Names:
 
     @cached_property
     def actions(self) -> dict[str, tuple[str, str]]:
-        """Robot and action by each name that they have, such as ``/wall_e/navigate_to_pose``."""
+        """Robot and action by each of their names, such as ``/wall_e/navigate_to_pose``."""
         found: dict[str, tuple[str, str]] = {}
         for robot, actions in self.serves.items():
             found.update(_actions(robot, tuple(actions)))
@@ -103,7 +103,7 @@ class Names:
         return found
 
     def called(self, robot: str, action: str) -> list[str]:
-        """Return the names of an action of a robot, the first of them its own."""
+        """Return the names of an action of a robot: its own name first, then the aliases."""
         names = [*_spelled(robot, action), *self._aliases_of.get(f"{robot}/{action}", ())]
         return [name for name in dict.fromkeys(names) if self.actions.get(name) == (robot, action)]
 
@@ -116,7 +116,7 @@ class Names:
 
     @cached_property
     def lifecycle(self) -> dict[str, Node]:
-        """The nodes that are active, as Nav2's are, by the service that says so: ``/wall_e/amcl/get_state``."""
+        """The nodes by their lifecycle services, such as ``/wall_e/amcl/get_state``; all nodes are active."""
         found: dict[str, Node] = {}
         for robot, actions in self.serves.items():
             if robot != WORLD:
@@ -125,12 +125,12 @@ class Names:
 
 
 def _spelled(robot: str, action: str) -> list[str]:
-    """Return the names that an action of a robot has by itself."""
+    """Return the names of a robot's action without aliases."""
     begin = "/" if robot == WORLD else f"/{robot}/"
     return [f"{begin}{name}" for name in (action, *FURTHER_NAMES.get(action, ()))]
 
 
-# A robot comes among hundreds of others, of whom all is as it was.
+# Cached, since a robot may come to hundreds of others whose names do not change.
 @lru_cache(_KEPT)
 def _actions(robot: str, actions: tuple[str, ...]) -> Mapping[str, tuple[str, str]]:
     return {name: (robot, action) for action in actions for name in _spelled(robot, action)}

@@ -1,7 +1,7 @@
-"""Who else is on our domain, by the liveliness tokens of ROS's nodes and endpoints.
+"""Other participants of the ROS domain, as known from the liveliness tokens of their nodes and endpoints.
 
-ROS takes no notice of hashes when it looks for a server: a client whose types differ from ours finds one, asks, and
-waits for ever. So we say what differs and what to do, once for each client.
+ROS ignores type hashes in service discovery: a client whose types differ from the simulator's finds the server, sends
+a request and waits forever. The simulator logs the difference and the remedy, once for each client.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hmrsim_zenoh.ros2.keys import Endpoint, Token, TypeHash
-    from hmrsim_zenoh.ros2.requests.rejection_log import Complaints
+    from hmrsim_zenoh.ros2.requests.rejection_log import RejectionLog
 
 _log = logging.getLogger(__name__)
 
 _MAX_ENDPOINTS: Final = 10_000
-"""Endpoints of others that are remembered."""
+"""The largest number of remote endpoints that are remembered."""
 _SHOWN: Final = 200
 """Characters of an unreadable token that are shown."""
 _SHOWN_OF_ID: Final = 8
@@ -39,11 +39,11 @@ class Peers:
     """Watches the tokens of a domain.
 
     Args:
-        session: Where to watch; its own tokens are overlooked.
+        session: The session to watch on; its own tokens are ignored.
         domain: ROS's domain id.
-        served: Gives what we serve and publish: types and hashes by name.
-        complaints: Says each thing once.
-        gone: Told the id of a service's client that has gone; in a thread of Zenoh's.
+        served: Returns types and hashes of the simulator's endpoints by name.
+        rejections: Logs each warning once.
+        gone: Called with the gid of a service client that has gone; in a thread of Zenoh's.
     """
 
     def __init__(
@@ -52,23 +52,23 @@ class Peers:
         domain: int,
         *,
         served: Callable[[], Mapping[str, set[TypeHash]]],
-        complaints: Complaints,
+        rejections: RejectionLog,
         gone: Callable[[bytes], None],
     ) -> None:
         self._domain = domain
         self._own = str(session.info.zid())
         self._served = served
-        self._due = complaints.due
+        self._due = rejections.due
         self._gone = gone
         self._lock = threading.Lock()
-        # Who asks or listens, by the id that its messages have.
+        # The tokens of remote clients and subscribers by their gids.
         self._others: dict[bytes, Token] = {}
         self._subscriber = session.liveliness().declare_subscriber(
             keys.all_tokens(domain), zenoh.handlers.Callback(self._on_sample), history=True
         )
 
     def look(self) -> None:
-        """Look again at those who are there already, after more is served."""
+        """Check the known endpoints again, after the served names have changed."""
         with self._lock:
             others = list(self._others.values())
         for token in others:
@@ -76,22 +76,22 @@ class Peers:
                 self._compare(token, token.endpoint)
 
     def wrong_hash(self, address: Address, who: str) -> None:
-        """Say once for each client why it is not understood, and what to do.
+        """Warn, once for each client, that its type is incompatible, with a remedy.
 
         Args:
-            address: What it asked.
-            who: The client's id in hex; empty if it has none.
+            address: The service that the client has requested.
+            who: The client's gid in hex; empty if it has none.
         """
         token = self._token_of(who)
         self._warn(token.session if token else who, self.name_of(who), address)
 
     def name_of(self, who: str) -> str:
-        """Return what to call a client, by its id in hex: its node if that is known."""
+        """Return the name of a client for messages, by its gid in hex: its node if that is known."""
         token = self._token_of(who)
         return f"client {token.node.full_name}" if token else numbered(who)
 
     def close(self) -> None:
-        """Watch no longer."""
+        """Stop watching."""
         with suppress(zenoh.ZError):
             self._subscriber.undeclare()
 
@@ -134,25 +134,25 @@ class Peers:
             self._gone(gid)
 
     def _compare(self, token: Token, endpoint: Endpoint) -> None:
-        spoken = self._served().get(endpoint.name)
-        if spoken and (endpoint.type, endpoint.hash) not in spoken:
+        served = self._served().get(endpoint.name)
+        if served and (endpoint.type, endpoint.hash) not in served:
             address = Address(endpoint.name, endpoint.type, endpoint.hash)
             self._warn(token.session, f"{_WHAT[endpoint.kind]} {token.node.full_name}", address)
 
     def _warn(self, whose: str, who: str, address: Address) -> None:
-        spoken = self._served().get(address.name)
-        # A program that talks to many robots would have to be told the same of each.
-        if not spoken or not self._due((whose, address.type, address.hash)):
+        served = self._served().get(address.name)
+        # One warning for each type: a program that talks to many robots has the same problem with each.
+        if not served or not self._due((whose, address.type, address.hash)):
             return
-        what, remedy = difference((address.type, address.hash), spoken)
-        _log.warning("ROS domain %d: %s does not understand %s: %s; %s", self._domain, who, address.name, what, remedy)
+        what, remedy = difference((address.type, address.hash), served)
+        _log.warning("ROS domain %d: %s is incompatible with %s: %s; %s", self._domain, who, address.name, what, remedy)
 
     def _contest(self, token: Token, endpoint: Endpoint) -> None:
         if endpoint.name in self._served() and self._due(("contest", token.session)):
             robot, _, name = endpoint.name[1:].partition("/")
             _log.warning(
-                "ROS domain %d: node %s serves %s, too: both of them execute each goal%s, and clients get the answer "
-                "of either; give one of them another --ros-domain-id, or other names to its robots",
+                "ROS domain %d: node %s serves %s, too: both execute each goal%s, and a client gets the reply "
+                "of either; run one of them with another --ros-domain-id, or rename its robots",
                 *(self._domain, token.node.full_name, endpoint.name),
                 f" of {robot}" if name and not name.startswith("_action/") else "",
             )
@@ -160,9 +160,9 @@ class Peers:
     def _say_unreadable(self, text: str) -> None:
         shown = text[:_SHOWN]
         if self._due(shown):
-            _log.warning("ROS domain %d: %r is no token of rmw_zenoh's; overlooked", self._domain, shown)
+            _log.warning("ROS domain %d: ignored %r, which is not a token of rmw_zenoh", self._domain, shown)
 
 
 def numbered(who: str) -> str:
-    """Return what to call a client of whom nothing but its id, in hex, is known, or not even that."""
+    """Return the name of a client for messages where only its gid, in hex, is known, or not even that."""
     return f"client {who[:_SHOWN_OF_ID]}" if who else "a client without an id"

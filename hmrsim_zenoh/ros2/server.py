@@ -1,7 +1,7 @@
 """A wire of ROS 2: a query becomes a command, an event becomes a reply or a publication.
 
-It is another sink beside the JSON wire's server, and feeds the same inbox. All of it but what is told of others runs
-in the simulation's thread.
+The server is a sink beside the JSON wire's server, and feeds the same inbox. Everything except the callbacks of `Peers`
+runs in the simulation thread.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from hmrsim_zenoh.ros2.peers import Peers, numbered
 from hmrsim_zenoh.ros2.publishing.publications import Publications
 from hmrsim_zenoh.ros2.requests.catalog import Catalog
 from hmrsim_zenoh.ros2.requests.pending import PendingRosReply
-from hmrsim_zenoh.ros2.requests.rejection_log import Complaints
+from hmrsim_zenoh.ros2.requests.rejection_log import RejectionLog
 from hmrsim_zenoh.ros2.requests.requests import Requests
 from hmrsim_zenoh.ros2.requests.waiting import PendingResults
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
@@ -56,17 +56,17 @@ def open_servers(
     prefix: str,
     max_payload: int,
 ) -> list[Ros2Server]:
-    """Return what serves a simulation, for each of some wires.
+    """Return the servers of a simulation, one for each wire.
 
     Raises:
-        BadOptions: The keys of a domain, or of a robot, begin as those of the JSON wire do.
+        BadOptions: The prefix of the JSON wire collides with the keys of a domain or of a robot.
     """
     begin = prefix.partition("/")[0]
     for wire in wires:
         if isinstance(wire, RmwZenoh) and begin == str(wire.domain):
-            raise BadOptions(f"--prefix {prefix!r} begins as the keys of ROS domain {wire.domain} do; name another")
+            raise BadOptions(f"--prefix {prefix!r} collides with the keys of ROS domain {wire.domain}; use another")
         if isinstance(wire, Ros2Dds) and begin in simulator.robots:
-            raise BadOptions(f"--prefix {prefix!r} begins as the keys of robot {begin!r} do; name another")
+            raise BadOptions(f"--prefix {prefix!r} collides with the keys of robot {begin!r}; use another")
     return [
         Ros2Server(
             session,
@@ -86,14 +86,14 @@ class Ros2Server:
     """Serves one simulation on one wire.
 
     Args:
-        session: An open session; it stays the caller's to close.
+        session: An open session, which the caller closes.
         wire: How names are spelled.
-        simulator: What is served.
-        inbox: Where commands go.
+        simulator: The simulation to serve.
+        inbox: The queue of commands.
         actions: All actions by name.
         services: The world's services by name.
-        planner: The one outside.
-        max_payload: Bytes that a request may have.
+        planner: The external planner.
+        max_payload: The largest request in bytes.
     """
 
     def __init__(
@@ -112,11 +112,11 @@ class Ros2Server:
         self._planner = planner
         self._wire = wire
         self._inbox = inbox
-        self._changes_told = 0
+        self._changes_reported = 0
         names = names_of(simulator)
         self._catalog = Catalog(names, wire.distros, actions=actions, services=services)
         self._waiting = PendingResults()
-        complaints = Complaints()
+        rejections = RejectionLog()
         self._publications = Publications(
             session,
             wire,
@@ -129,28 +129,28 @@ class Ros2Server:
         self._peers: Peers | None = None
         if isinstance(wire, RmwZenoh):
             self._peers = Peers(
-                session, wire.domain, served=self._publications.served, complaints=complaints, gone=self._gone
+                session, wire.domain, served=self._publications.served, rejections=rejections, gone=self._gone
             )
         self._requests = Requests(
             wire,
             self._catalog,
             waiting=self._waiting,
-            complaints=complaints,
+            rejections=rejections,
             name_of=self._peers.name_of if self._peers else numbered,
             wrong_hash=self._wrong_hash,
             max_payload=max_payload,
         )
-        for key_expr in wire.asked:
-            inbox.serve(key_expr, decode=self._decode, refuse=self._refuse, complete=wire.tells_types)
+        for key_expr in wire.request_keys:
+            inbox.serve(key_expr, decode=self._decode, refuse=self._refuse, complete=wire.has_types)
 
     def start(self) -> None:
-        """Tell the network what is served, in the background."""
+        """Declare what is served, in the background."""
         spelled = f"domain {self._wire.domain}" if isinstance(self._wire, RmwZenoh) else "as zenoh-bridge-ros2dds"
         _log.info("ROS 2: %s, %s", spelled, ", ".join(self._wire.distros))
         self._publications.start()
 
     def follow(self, simulator: Simulator, lost: Collection[str]) -> None:
-        """Serve those who are there now; nothing is heard of who is lost."""
+        """Serve the current robots, except for the *lost* ones."""
         names = names_of(simulator)
         if self._publications.follow(names, lost):
             self._catalog.follow(names)
@@ -175,16 +175,16 @@ class Ros2Server:
             self._peers.close()
 
     def join(self) -> None:
-        """Wait until nothing of it runs any more, after the session was closed."""
+        """Wait for all threads to end, after the session was closed."""
         self._publications.join()
 
-    def _answer(self, asked: PendingRosReply, answer: object) -> None:
-        self._waiting.answered(asked)
+    def _answer(self, pending: PendingRosReply, answer: object) -> None:
+        self._waiting.answered(pending)
         if isinstance(answer, GoalResponse) and not answer.accepted:
-            self._requests.complain(asked.client, asked.offer.name, f"rejected: {answer.error_msg}")
-        asked.answer(answer)
+            self._requests.log_rejection(pending.client, pending.handler.name, f"rejected: {answer.error_msg}")
+        pending.answer(answer)
         if isinstance(answer, GoalResponse):
-            # Who subscribes and then sends a goal must see all of it; what is to be seen comes after this answer.
+            # A client that subscribes and then sends a goal must see all of it; its events follow this answer.
             self._look()
 
     def _decode(self, query: zenoh.Query) -> list[AnyCommand]:
@@ -196,13 +196,13 @@ class Ros2Server:
         return commands
 
     def _refuse(self, query: zenoh.Query) -> None:
-        self._requests.refuse(query, "the simulation has ended" if self._inbox.closed else "too many requests wait")
+        self._requests.refuse(query, "the simulation has ended" if self._inbox.closed else "too many pending requests")
 
     def _look(self) -> None:
-        """Tell the simulation at once about a new subscriber."""
+        """Notify the simulation of a new subscriber at once."""
         changes = self._publications.look()
-        if changes != self._changes_told:
-            self._changes_told = changes
+        if changes != self._changes_reported:
+            self._changes_reported = changes
             self._submit(InterestChanged())
 
     def _interest_changed(self) -> None:

@@ -1,4 +1,4 @@
-"""Whether two sides mean the same type: which hashes the distributions have, and what to do where they differ."""
+"""Type compatibility between a client and a server: the hashes of each distribution, and remedies for differences."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ _TOPICS: Final = (CLOCK, TF, ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE)
 
 
 class Difference(NamedTuple):
-    """Why two sides don't understand each other.
+    """A difference between the types of a client and a server.
 
     Attributes:
-        what: What both have.
+        what: The types or hashes of both sides.
         remedy: What to do.
     """
 
@@ -54,22 +54,22 @@ def known() -> Mapping[str, Mapping[str, tuple[str, ...]]]:
     return dict(found)
 
 
-def distros_of(spoken: Collection[TypeHash]) -> tuple[str, ...]:
-    """Return the distributions whose types are all there, as far as there is a type of that name."""
-    names = {type_ for type_, _ in spoken} & known().keys()
+def distros_of(served: Collection[TypeHash]) -> tuple[str, ...]:
+    """Return the distributions whose types are all served, ignoring names that are not served at all."""
+    names = {type_ for type_, _ in served} & known().keys()
     return tuple(
         distro
         for distro in DISTROS
-        if names and all(any((type_, hash_) in spoken for hash_ in _hashes(type_, distro)) for type_ in names)
+        if names and all(any((type_, hash_) in served for hash_ in _hashes(type_, distro)) for type_ in names)
     )
 
 
 def difference(theirs: TypeHash, ours: Collection[TypeHash], *, simulator: bool = True) -> Difference:
-    """Return why a client does not understand a server, and what to do.
+    """Return the difference between the types of a client and a server, and a remedy.
 
     Args:
-        theirs: What the client speaks.
-        ours: What the server speaks on the same name.
+        theirs: The client's type.
+        ours: The server's types on the same name.
         simulator: Whether the server is a simulator.
     """
     type_, hash_ = theirs
@@ -81,11 +81,11 @@ def difference(theirs: TypeHash, ours: Collection[TypeHash], *, simulator: bool 
         return Difference(f"its type is {ros_name(type_)}, the server's {types}", f"use {types}")
     what = f"its hash is {_told(type_, hash_)}, the server's {', '.join(_told(type_, each) for each in hashes)}"
     if hash_ == NO_HASH:
-        return Difference(what, f"humble is not served; use {_or(DISTROS)}")
+        return Difference(what, f"humble is not supported; use {_or(DISTROS)}")
     package = type_.partition("::")[0]
     distros = by_hash.get(hash_, ())
     if not simulator:
-        return Difference(what, f"have client and server built against the same {package}")
+        return Difference(what, f"build client and server against the same {package}")
     if distros:
         return Difference(what, f"start `hmrsim run --ros2` with --ros-distro {distros[0]}, or without --ros-distro")
     served = [distro for each in hashes for distro in by_hash.get(each, ())]
@@ -106,7 +106,7 @@ def _hashes(type_: str, distro: str) -> Iterator[str]:
 def _told(type_: str, hash_: str) -> str:
     if hash_ == NO_HASH:
         return f"{hash_} (humble)"
-    return f"{hash_} ({', '.join(known().get(type_, {}).get(hash_, ())) or 'of no distribution known here'})"
+    return f"{hash_} ({', '.join(known().get(type_, {}).get(hash_, ())) or 'of an unknown distribution'})"
 
 
 def _or(words: Iterable[str]) -> str:
@@ -115,7 +115,7 @@ def _or(words: Iterable[str]) -> str:
 
 
 def _all_of(distro: str) -> set[TypeHash]:
-    """Return all that a simulator may have in a distribution."""
+    """Return all types that a simulator may serve in a distribution."""
     actions, services = all_actions(), all_services()
     everything = Part(WORLD, tuple((f"/{name}", name) for name in actions), _TOPICS, (("/get_state", WORLD_NODE),))
     owned = Endpoints(RmwZenoh(distros=(distro,)), actions, services).of(everything)

@@ -1,4 +1,4 @@
-"""The ways in which ROS's names are spelled as Zenoh's keys: a wire says how, and what goes with a message."""
+"""The mappings of ROS names to Zenoh keys; a wire also defines whether messages have attachments."""
 
 from __future__ import annotations
 
@@ -11,32 +11,32 @@ from hmrsim_zenoh.ros2.keys import Address
 
 
 class Wire(Protocol):
-    """One way.
+    """A mapping of ROS names to Zenoh keys.
 
     Attributes:
-        distros: The distributions whose types are spoken; one where keys don't tell types.
-        tells_types: Whether keys have type and hash, messages an attachment, and endpoints liveliness tokens.
-        asked: The key expressions on which requests come.
+        distros: The distributions whose types are served; only one where keys do not contain types.
+        has_types: Whether keys have type and hash, messages an attachment, and endpoints liveliness tokens.
+        request_keys: The key expressions on which requests arrive.
     """
 
     @property
     def distros(self) -> tuple[str, ...]: ...  # noqa: D102
 
     @property
-    def tells_types(self) -> bool: ...  # noqa: D102
+    def has_types(self) -> bool: ...  # noqa: D102
 
     @property
-    def asked(self) -> tuple[str, ...]: ...  # noqa: D102
+    def request_keys(self) -> tuple[str, ...]: ...  # noqa: D102
 
     def read(self, key: str) -> Address | None:
-        """Return what a key is about; None when it is none of this wire's."""
+        """Return a parsed key; None when it is not of this wire."""
 
     def key(self, name: str, type_: str = "*", hash_: str = "*") -> str:
-        """Return the key of a topic or a service; the wildcard of all types if none is given.
+        """Return the key of a topic or a service; by default with wildcards for type and hash.
 
         Args:
             name: Such as ``/wall_e/odom``; its chunks may be wildcards.
-            type_: The type's name as keys have it.
+            type_: The type's name in keys.
             hash_: The type's hash.
         """
 
@@ -47,15 +47,15 @@ class RmwZenoh:
 
     Attributes:
         domain: ROS's domain id.
-        distros: The distributions whose types are spoken.
+        distros: The distributions whose types are served.
     """
 
     domain: int = 0
     distros: tuple[str, ...] = DISTROS
-    tells_types: Final = True
+    has_types: Final = True
 
     @property
-    def asked(self) -> tuple[str, ...]:
+    def request_keys(self) -> tuple[str, ...]:
         """The key expressions on which requests come."""
         return (keys.everything(self.domain),)
 
@@ -70,25 +70,25 @@ class RmwZenoh:
 
 @dataclass(frozen=True)
 class Ros2Dds:
-    """The wire of zenoh-bridge-ros2dds, as Open-RMF's free_fleet speaks it: a key is the name, and nothing else.
+    """The wire of zenoh-bridge-ros2dds, which Open-RMF's free_fleet uses: a key is the name alone.
 
-    Robots alone are asked there, and what is no name of theirs is none of ours: real robots behind bridges may be on
-    the same network.
+    Only robots are served there, and requests to other names are ignored: real robots behind bridges may be on the
+    same network.
 
     Attributes:
-        distro: The distribution whose types are spoken: keys don't say, so there can be one only.
+        distro: The distribution whose types are served: only one, as keys do not contain types.
     """
 
     distro: str = "jazzy"
-    tells_types: Final = False
+    has_types: Final = False
 
     @property
     def distros(self) -> tuple[str, ...]:
-        """The same as a tuple."""
+        """The distribution as a tuple."""
         return (self.distro,)
 
     @property
-    def asked(self) -> tuple[str, ...]:
+    def request_keys(self) -> tuple[str, ...]:
         """The key expressions on which requests come."""
         return ("*/*/_action/*", "*/*/get_state")
 

@@ -188,7 +188,7 @@ class Requests:
             case TopicKey(robot, topic) if not robot.startswith("_") and not topic.startswith("_"):
                 return [self._read_topic(query, key, robot, topic)]
             case None if self._keys.owner(key) in self._serves:
-                raise UnreadableError(f"{key!r} is no key of {self._keys.owner(key)}; see docs/keys.md")
+                raise UnreadableError(f"{self._keys.owner(key)} has no key {key!r}; see docs/keys.md")
         # Other programs, such as a planner, may serve keys below the prefix; they answer these queries.
         query.drop()
         return []
@@ -222,8 +222,8 @@ class Requests:
             kind: type[Message] = self._services[topic].request
             return [CallService(topic, self._read(plain(kind), query, empty=b"{}"), PendingReply(query, key))]
         if topic not in self._fixed and topic not in _WORLD_TOPICS:
-            there = ", ".join(sorted((*self._fixed, *_WORLD_TOPICS, *self._time.names, *self._services)))
-            raise UnreadableError(f"the world has no {topic!r} to get; there are: {there}")
+            known = ", ".join(sorted((*self._fixed, *_WORLD_TOPICS, *self._time.names, *self._services)))
+            raise UnreadableError(f"the world has no {topic!r} to get; there are: {known}")
         self._check_reading(query)
         if topic in _WORLD_TOPICS:
             return [Read(_WORLD_TOPICS[topic], reply_to=PendingReply(query, key))]

@@ -94,16 +94,16 @@ class Planner:
         try:
             self._querier.get(handler, payload=payload, encoding=mime, attachment=event.robot)
         except zenoh.ZError as error:
-            question.answer(_failed(f"the planner can't be asked: {error}"))
+            question.answer(_failed(f"the request to the planner can't be sent: {error}"))
 
     def read(self, reply: zenoh.Reply) -> ComputePathToPose.Result:
         """Return a reply's answer."""
         if reply.err is not None:
-            said = reply.err.payload.to_bytes()
-            if said == _TIMED_OUT:
+            text = reply.err.payload.to_bytes()
+            if text == _TIMED_OUT:
                 code = ComputePathToPose.Result.TIMEOUT
                 return _failed(f"the planner has not answered in {self._timeout:g} s", code)
-            return _failed(f"the planner answered with an error: {said[:_SHOWN].decode(errors='replace')}")
+            return _failed(f"the planner answered with an error: {text[:_SHOWN].decode(errors='replace')}")
         if reply.ok is None:
             raise AssertionError
         payload = reply.ok.payload
@@ -144,7 +144,7 @@ class _Question:
     def end(self) -> None:
         """Process the end of the replies."""
         if self._open:
-            self.answer(_failed("the planner has left, or said nothing"))
+            self.answer(_failed("the planner has left or has not answered"))
 
     def answer(self, result: ComputePathToPose.Result) -> None:
         """Pass on the answer."""

@@ -57,7 +57,7 @@ class QueryInbox(Inbox):
         decode: Turns a query into commands, in the simulation's thread; it answers what can't be read.
         refuse: Answers a query that there is no room for, or that came after the end; called in any thread.
         wakeup_key: A key under *key_expr* that *decode* ignores; it wakes the simulation's thread.
-        most_waiting: Queries that may wait for the simulation thread.
+        max_waiting: Queries that may wait for the simulation thread.
     """
 
     def __init__(
@@ -68,16 +68,16 @@ class QueryInbox(Inbox):
         decode: Callable[[zenoh.Query], list[AnyCommand]],
         refuse: Callable[[zenoh.Query], None],
         wakeup_key: str,
-        most_waiting: int = 10_000,
+        max_waiting: int = 10_000,
     ) -> None:
         super().__init__()
         self._session = session
         self._reader = _Reader(decode, refuse)
         self._wakeup_key = wakeup_key
-        self._most_waiting = most_waiting
+        self._max_waiting = max_waiting
         self._queries: deque[tuple[_Reader, zenoh.Query]] = deque()
         self._asleep = False
-        self._carrier: threading.Thread | None = None
+        self._forwarder: threading.Thread | None = None
         # Not complete: a controller serves its trees below the same prefix, and Zenoh would not query it otherwise.
         self._queryable = session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=False)
         self._channel = self._queryable.handler
@@ -100,20 +100,20 @@ class QueryInbox(Inbox):
             complete: Whether the queryable is declared complete.
         """
         queryable = self._session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=complete)
-        self._further.append((queryable, self._start_carrier(queryable.handler, _Reader(decode, refuse))))
+        self._further.append((queryable, self._start_forwarder(queryable.handler, _Reader(decode, refuse))))
 
     @property
     def waiting(self) -> bool:
         """Whether a query or a command waits; a query may turn out to hold no command."""
         if not self._commands and not self._queries:
-            self._take_over()
+            self._receive()
         return bool(self._commands or self._queries)
 
     def poll(self) -> AnyCommand | None:
         """Return the next command; None when there is none now, and after `close` when there will be none."""
         while not self._commands:
             # The channel has its turn, however much the forwarding threads add.
-            self._take_over()
+            self._receive()
             if not self._queries:
                 return None
             reader, query = self._queries.popleft()
@@ -127,28 +127,28 @@ class QueryInbox(Inbox):
             SimulationStopped: The inbox is closed.
         """
         super().put(command)
-        self._ring()
+        self._wake()
 
     def put_query(self, query: zenoh.Query, reader: _Reader | None = None) -> None:
         """Add a query from another channel; by default it is decoded as those on the inbox's own key expression."""
         reader = reader or self._reader
         with self._changed:
-            taken = len(self._queries) < self._most_waiting and not self._closed
+            taken = len(self._queries) < self._max_waiting and not self._closed
             if taken:
                 self._queries.append((reader, query))
                 self._changed.notify()
         if taken:
-            self._ring()
+            self._wake()
         else:
             reader.refuse(query)
 
     def wait(self, timeout: float | None) -> None:
         """Wait for a query or command, for the inbox to be closed, or for *timeout* wall seconds."""
-        if timeout is None and self._carrier is None:
+        if timeout is None and self._forwarder is None:
             self._sleep()
             return
-        if self._carrier is None:
-            self._carrier = self._start_carrier(self._channel, self._reader)
+        if self._forwarder is None:
+            self._forwarder = self._start_forwarder(self._channel, self._reader)
         with self._changed:
             self._changed.wait_for(lambda: self.waiting or self._closed, timeout)
 
@@ -162,8 +162,8 @@ class QueryInbox(Inbox):
             self._queryable.undeclare()
         except zenoh.ZError as error:
             _log.debug("undeclaring the queryable: %s", error)
-        if self._carrier is not None:
-            self._carrier.join(_CLOSE_SECONDS)
+        if self._forwarder is not None:
+            self._forwarder.join(_CLOSE_SECONDS)
 
     def leave(self) -> None:
         """Undeclare the queryables and end all threads; after `close`."""
@@ -185,7 +185,7 @@ class QueryInbox(Inbox):
         finally:
             self._asleep = False
 
-    def _ring(self) -> None:
+    def _wake(self) -> None:
         """Wake the simulation thread if it blocks on the channel, by a query on the wakeup key."""
         if self._asleep and not self._closed:
             handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(lambda _reply: None, indirect=False)
@@ -194,7 +194,7 @@ class QueryInbox(Inbox):
             except zenoh.ZError as error:
                 _log.debug("the session was closed: %s", error)
 
-    def _start_carrier(self, channel: Channel, reader: _Reader) -> threading.Thread:
+    def _start_forwarder(self, channel: Channel, reader: _Reader) -> threading.Thread:
         forwarder = threading.Thread(target=partial(self._forward, channel, reader), name="hmrsim-queries", daemon=True)
         forwarder.start()
         return forwarder
@@ -204,13 +204,13 @@ class QueryInbox(Inbox):
         while (query := _recv(channel)) is not None:
             self.put_query(query, reader)
 
-    def _take_over(self) -> None:
+    def _receive(self) -> None:
         """Return the next query in the channel, if there is one and this thread is the channel's reader.
 
         With two readers a cancel request could overtake its goal. After closing, the call waits for the channel's end,
         which is near.
         """
-        if self._carrier is None:
+        if self._forwarder is None:
             query = _recv(self._channel) if self._closed else _try_recv(self._channel)
             if query is not None:
                 self._queries.append((self._reader, query))

@@ -16,7 +16,7 @@ MAX_TOKENS = 1000
 """The largest number of robots with tokens: declaring them takes quadratic time."""
 
 
-class Tokens:
+class LivelinessTokens:
     """The tokens of one simulation.
 
     Args:

@@ -12,8 +12,8 @@ MIN_WALL_SECONDS: Final = 1 / 20
 """Wall seconds between two feedback messages of one goal: at most 20 a second."""
 
 
-class Thinning:
-    """Passes feedback that is not too soon after the goal's previous one, and always a goal's last."""
+class FeedbackLimiter:
+    """Limits the rate of each goal's feedback; a goal's last feedback always passes."""
 
     def __init__(self) -> None:
         self._sent: dict[str, float] = {}

@@ -37,7 +37,7 @@ from hmrsim_zenoh.server.external_planner import Planner
 from hmrsim_zenoh.server.inbox import QueryInbox
 from hmrsim_zenoh.server.interest import SubscriberWatch
 from hmrsim_zenoh.server.liveliness import MAX_TOKENS
-from hmrsim_zenoh.server.rate_limit import Thinning
+from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.keys import Verb
 
@@ -99,7 +99,7 @@ class Server:
         self._declares = len(description.serves) <= MAX_TOKENS
         self._keys = keys
         self._actions = actions
-        self._thinning = Thinning()
+        self._limiter = FeedbackLimiter()
         # The key of each topic, by the topic's name.
         self._feedback_keys: dict[tuple[str, str], list[zenoh.KeyExpr | str]] = {}
         self._status_keys: dict[tuple[str, str], list[zenoh.KeyExpr | str]] = {}
@@ -130,7 +130,7 @@ class Server:
         self.planner = Planner(
             session, keys, self.inbox.put, timeout=settings.planner_timeout, max_payload=settings.max_payload
         )
-        self._changes_told = 0
+        self._changes_reported = 0
         self._interest = SubscriberWatch(session, _patterns(keys), keys.everything(), self._interest_changed)
         self._history = session.declare_queryable(
             keys.history(), zenoh.handlers.Callback(self.inbox.put_query), complete=False
@@ -182,8 +182,8 @@ class Server:
     def _look(self) -> None:
         """Tell the simulation at once about a new subscriber."""
         changes = self._interest.look()
-        if changes != self._changes_told:
-            self._changes_told = changes
+        if changes != self._changes_reported:
+            self._changes_reported = changes
             self._submit(InterestChanged())
 
     def _refuse(self, query: zenoh.Query) -> None:
@@ -235,7 +235,7 @@ class Server:
 
     def _emit_change(self, event: GoalChanged) -> None:
         if event.status.terminal:
-            self._thinning.forget(event.goal_id)
+            self._limiter.forget(event.goal_id)
         if event.goal is not None and self._interest[_LOG]:
             accepted = encoding.event_payload(EventStamped(event.stamp, event.accepted()))
             self._put(self._key_of(self._keys.world(_LOG)), accepted, encoding.EVENT, reliable=True)
@@ -261,7 +261,7 @@ class Server:
                 self._put(key, payload, encoding.STATUS, reliable=True)
 
     def _emit_feedback(self, event: FeedbackSent) -> None:
-        if not (self._interest[Topic.FEEDBACK] and self._thinning.passes(event)):
+        if not (self._interest[Topic.FEEDBACK] and self._limiter.passes(event)):
             return
         payload = encoding.feedback_message(event.goal_id, event.feedback)
         mime = encoding.of_action(self._actions[event.action], "FeedbackMessage")

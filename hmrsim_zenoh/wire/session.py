@@ -1,4 +1,4 @@
-"""Opening Zenoh sessions: where to connect and listen, and clear errors when that fails.
+"""Opening of Zenoh sessions, with clear errors when that fails.
 
 The simulator is its own router, so no zenohd is needed. Multicast scouting is off: only configured endpoints are used.
 """
@@ -32,8 +32,8 @@ _JOIN_TIMEOUT: Final = 2.0
 # Zenoh's own retry begins at 1 s: a tool that starts along with its simulator would wait that long.
 _RETRY: Final = {"period_init_ms": 20, "period_max_ms": 200, "period_increase_factor": 1.05}
 
-# Of several endpoints Zenoh tries the first until the timeout, so we ask for one try of each, again and again. Delete
-# this when `connect/timeout_ms` no longer keeps a client from its second endpoint.
+# Of several endpoints Zenoh tries the first until the timeout, so each is tried once, in turn. Delete this when
+# `connect/timeout_ms` no longer keeps a client from its second endpoint.
 _FIRST_TRY: Final = 0.15
 _OPEN_TIMEOUT_KEY: Final = "transport/unicast/open_timeout"
 
@@ -46,8 +46,8 @@ _SOURCE: Final = re.compile(r"\s+at /\S+\.rs:\d+\.?")
 _JSON5: Final = re.compile(r'Json5Err\(Message \{ msg: "(?P<text>.*?)", location')
 
 # Deallocating a router's session waits for Zenoh's network thread with the GIL held, and that thread may be waiting for
-# the GIL in a callback of another session: both stand still, for 10 s or more, whenever the garbage collector likes.
-# So closed sessions of simulators are kept, 16 kB each. Delete this when zenoh-python drops sessions without the GIL.
+# the GIL in a callback of another session: a deadlock of 10 s or more, at any garbage collection. So closed sessions of
+# simulators are kept, 16 kB each. Delete this when zenoh-python drops sessions without the GIL.
 _never_deallocated: Final[list[zenoh.Session]] = []
 
 
@@ -57,18 +57,18 @@ DEFAULT_OPTIONS: Final = SessionOptions()
 def open_client(options: SessionOptions = DEFAULT_OPTIONS) -> zenoh.Session:
     """Return a session for a tool; close it, or the process may not end.
 
-    Connects within the timeout, unless it only listens: then the simulator has to come to us.
+    Connects within the timeout, unless it only listens: then the simulator has to connect.
 
     Raises:
         NobodyThere: No peer answers at the endpoints.
         PortTaken: Another process listens on the endpoint.
-        BadOptions: An endpoint or the configuration makes no sense.
+        BadOptions: An endpoint or the configuration is invalid.
     """
     settings = _Settings(options)
     if not (settings.connect or settings.listen):
         settings.connect = (options.default,)
     settings.mode = settings.mode or ("peer" if settings.listen else "client")
-    return settings.open("start `hmrsim run WORLD` or name another endpoint with --connect")
+    return settings.open("start `hmrsim run WORLD` or give another endpoint with --connect")
 
 
 def open_server(
@@ -80,14 +80,14 @@ def open_server(
     on, it doesn't listen.
 
     Args:
-        options: Where to be found.
-        join: Whether to join, as a peer, another Zenoh that listens where we would if nothing is said: who looks for a
-            router there, such as ROS, finds us by what that one tells of us.
+        options: The session options.
+        join: Whether to join, as a peer, another Zenoh that listens at the default endpoint: clients of a router there,
+            such as ROS nodes, discover the simulator through it.
 
     Raises:
         PortTaken: Another process listens there.
         NobodyThere: The session only connects, and no peer answers.
-        BadOptions: An endpoint or the configuration makes no sense.
+        BadOptions: An endpoint or the configuration is invalid.
     """
     settings = _Settings(options)
     may_join = join and not (settings.connect or settings.listen) and settings.mode in {None, "peer"}
@@ -112,7 +112,7 @@ def _open_server(settings: _Settings) -> tuple[zenoh.Session, tuple[str, ...]]:
     for tries_left in reversed(range(_PORT_TRIES)):
         settings.listen = tuple(with_port(str(endpoint)) for endpoint in wanted)
         try:
-            session = settings.open("start a Zenoh router there or name another with --connect")
+            session = settings.open("start a Zenoh router there or give another with --connect")
         except PortTaken:
             # Another process may have taken the free port meanwhile.
             if settings.listen == tuple(wanted) or not tries_left:
@@ -137,12 +137,12 @@ def _join(options: SessionOptions, taken: PortTaken) -> tuple[zenoh.Session, tup
     except NobodyThere:
         raise taken from None
     # A warning, since a lower level would be lost before logging is set up.
-    _log.warning("%s is taken by another Zenoh, which we join; we ourselves listen on %s", there, _listed(endpoints))
+    _log.warning("another Zenoh listens on %s; joining it, and listening on %s", there, _listed(endpoints))
     return session, endpoints
 
 
 class _Settings:
-    """The options with what the configuration file says where they say nothing."""
+    """The options, with defaults from the configuration file."""
 
     def __init__(self, options: SessionOptions) -> None:
         if not options.timeout > 0:
@@ -161,9 +161,9 @@ class _Settings:
     def open(self, advice: str) -> zenoh.Session:
         """Open the session; *advice* is the remedy when no peer answers."""
         if self.mode == "client" and self.listen:
-            raise BadOptions(f"mode 'client' can't listen on {_listed(self.listen)}; take 'peer' or 'router'")
+            raise BadOptions(f"mode 'client' can't listen on {_listed(self.listen)}; use 'peer' or 'router'")
         if self.mode == "client" and not self.connect:
-            raise BadOptions("mode 'client' needs an endpoint; name one with --connect")
+            raise BadOptions("mode 'client' needs an endpoint; give one with --connect")
         for key, value in self._values().items():
             self._insert(key, value)
         return self._open_in_turn(advice) if self._has_choice else self._try(advice)
@@ -174,7 +174,7 @@ class _Settings:
         return len(self.connect) > 1 and not self.listen
 
     def _open_in_turn(self, advice: str) -> zenoh.Session:
-        """Try all endpoints, with ever more time for each, until one answers or the timeout is over."""
+        """Try all endpoints in turn, with increasing timeouts, until one answers or the whole timeout is over."""
         end = time.monotonic() + self._timeout
         patience, pause = _FIRST_TRY, _RETRY["period_init_ms"] / 1000
         while True:
@@ -212,7 +212,7 @@ class _Settings:
             "transport/shared_memory/enabled": False,
         }
         if self.must_connect or not self.listen:
-            # A listening session does not need its connections, nor a peer all of them: Zenoh goes on trying.
+            # A listening session does not need its connections, nor a peer all of them: Zenoh keeps trying.
             values["connect/exit_on_failure"] = not self._has_choice
             once = self._has_choice and self.mode == "client"
             values["connect/timeout_ms"] = 0 if once else round(self._timeout * 1000)
@@ -227,14 +227,14 @@ class _Settings:
         try:
             self._config.insert_json5(key, json.dumps(value))
         except zenoh.ZError as error:
-            raise BadOptions(f"Zenoh takes no {value!r} as {key}: {_first_line(error)}") from None
+            raise BadOptions(f"Zenoh rejects {value!r} for {key}: {_first_line(error)}") from None
 
     def _translated(self, error: zenoh.ZError, advice: str) -> BadOptions | PortTaken | NobodyThere:
         text = _first_line(error)
         if "in use" in text:
             taken = tuple(endpoint for endpoint in self.listen if str(endpoint) in text) or self.listen
             return PortTaken(
-                f"{_listed(taken)} is taken; name another endpoint with --listen, or join who is there with --connect",
+                f"{_listed(taken)} is in use; give another endpoint with --listen, or join it with --connect",
             )
         if "Unable to connect" in text:
             return self._nobody(advice)
@@ -258,7 +258,7 @@ def _base_config(config_file: Path | None) -> zenoh.Config:
 
 
 def _endpoints(config: zenoh.Config, side: str, mode: str | None) -> tuple[Any, ...]:
-    """Return a configuration's endpoints of one side, in Zenoh's form; none where it says nothing of its own."""
+    """Return a configuration's endpoints of one side, in Zenoh's form; none if they are Zenoh's defaults."""
     found = json.loads(config.get_json(f"{side}/endpoints"))
     if found == json.loads(zenoh.Config().get_json(f"{side}/endpoints")):
         return ()
@@ -268,7 +268,7 @@ def _endpoints(config: zenoh.Config, side: str, mode: str | None) -> tuple[Any, 
 
 
 def _first_line(error: zenoh.ZError) -> str:
-    """Return what Zenoh says, without the place in its source where it said so."""
+    """Return the first line of Zenoh's message, without the location in its source."""
     text = str(error)
     if found := _JSON5.search(text):
         text = found["text"]

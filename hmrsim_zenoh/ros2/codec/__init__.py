@@ -1,1 +1,1 @@
-"""ROS's types, made from the message models: how they are serialised, described and hashed, in each distribution."""
+"""ROS types from the message models: their serialisation, descriptions and hashes in each distribution."""

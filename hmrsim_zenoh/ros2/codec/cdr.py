@@ -1,7 +1,7 @@
-"""CDR, the bytes of ROS messages, from the fields of their types.
+"""CDR, the serialisation of ROS messages.
 
 A message is an encapsulation of four bytes and then its values, each aligned to its size.
-We write little-endian, as all ROS does that is met with, and read both orders.
+Messages are written in little-endian, as in all common ROS systems, and read in both byte orders.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ __all__ = ["CdrError", "decoder", "encoder"]
 _CDR_LE, _CDR_BE = b"\0\1", b"\0\0"
 
 MAX_BYTES: Final = 4 << 20
-"""Longer messages are not read: their values could take sixty times their room."""
+"""The largest message that is read, in bytes: as Python values it may take sixty times that."""
 
 _MAX_CHECKED: Final = 64 << 10
-"""Longer messages are read quickly or not at all: `careful` takes seconds for a megabyte."""
+"""The largest message in bytes that `checked` reads, which takes seconds for a megabyte."""
 
 _ANYTHING: Final = (struct.error, ValueError, TypeError, LookupError, AttributeError, OverflowError)
-"""What the code of `encoders` and `decoders` can raise; `careful` finds out what is behind it, if anything is."""
+"""The exceptions of the code of `encoders` and `decoders`; `checked` then finds the error, if there is one."""
 
 
 def encoder(described: Structure) -> Callable[[Message | Mapping[str, Any]], bytes]:
-    """Return what makes bytes of a message, or of its plain values; it raises `CdrError` if it can't."""
+    """Return a function that encodes a message or its plain values; it raises `CdrError`."""
     quick = encoders.encoder(described)
 
     def encode(values: Message | Mapping[str, Any]) -> bytes:
@@ -47,9 +47,9 @@ def encoder(described: Structure) -> Callable[[Message | Mapping[str, Any]], byt
 
 
 def decoder(described: Structure) -> Callable[[bytes], dict[str, Any]]:
-    """Return what makes plain values of a message's bytes; it raises `CdrError` if it can't.
+    """Return a function that decodes a message to plain values; it raises `CdrError`.
 
-    What comes after the message is not looked at, as ROS doesn't, either.
+    Bytes after the message are ignored, as in ROS.
     """
     quick = decoders.decoder(described)
 
@@ -61,18 +61,20 @@ def decoder(described: Structure) -> Callable[[bytes], dict[str, Any]]:
                 raise
             except _ANYTHING:
                 pass
-        return _careful(described, data)
+        return _checked(described, data)
 
     return decode
 
 
-def _careful(described: Structure, data: bytes) -> dict[str, Any]:
+def _checked(described: Structure, data: bytes) -> dict[str, Any]:
     if len(data) < HEADER:
-        raise CdrError(f"{described.name}: {len(data)} bytes are no CDR; it begins with an encapsulation of {HEADER}")
+        raise CdrError(f"{described.name}: {len(data)} bytes are not CDR, which has an encapsulation of {HEADER} bytes")
     if data[:2] not in (_CDR_LE, _CDR_BE):
         raise CdrError(f"{described.name}: encapsulation {data[:2].hex()} is not plain CDR, which is 0001 or 0000")
     if len(data) > MAX_BYTES:
-        raise CdrError(f"{described.name}: {len(data)} bytes are more than the {MAX_BYTES} that are read at once")
+        raise CdrError(f"{described.name}: {len(data)} bytes; at most {MAX_BYTES} are read")
     if len(data) > _MAX_CHECKED:
-        raise CdrError(f"{described.name}: {len(data)} bytes, broken or big-endian, are too many to find out where")
+        raise CdrError(
+            f"{described.name}: an invalid or big-endian message of {len(data)} bytes; up to {_MAX_CHECKED} are read"
+        )
     return checked.read(described, data, "<" if data[:2] == _CDR_LE else ">")

@@ -1,6 +1,6 @@
-"""CDR value by value: slow, in either order of bytes, and it can say what is wrong and where.
+"""CDR value by value: slow, in either byte order, and with errors that name the place and the mistake.
 
-What `encoders` and `decoders` can't do ends up here: what is wrong, and what is merely unusual.
+It is the fallback of `encoders` and `decoders` for invalid and for unusual messages.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _NOTHING: Final = object()
-"""The value of what our messages don't have: zero, or empty."""
+"""The value of a field that our message lacks: zero, or empty."""
 
 
 class CdrError(ValueError):
-    """Bytes are no message of their type, or a value does not fit into its field."""
+    """Bytes are not a message of their type, or a value does not fit into its field."""
 
 
 class _Flaw(Exception):
@@ -41,10 +41,10 @@ class _Flaw(Exception):
 
 
 def read(described: Structure, data: bytes, order: str) -> dict[str, Any]:
-    """Return the plain values of a message's bytes, which are in *order*, ``<`` or ``>``.
+    """Return the plain values of a serialised message in the byte *order* ``<`` or ``>``.
 
     Raises:
-        CdrError: They are too few, or have what the type can't.
+        CdrError: The message is too short or has an invalid value.
     """
     reader = _Reader(data, order)
     try:
@@ -54,7 +54,7 @@ def read(described: Structure, data: bytes, order: str) -> dict[str, Any]:
 
 
 def write(described: Structure, values: Message | Mapping[str, Any]) -> bytes:
-    """Return a message in bytes.
+    """Return a serialised message.
 
     Raises:
         CdrError: A value is missing or does not fit.
@@ -88,7 +88,7 @@ class _Reader:
         values: dict[str, Any] = {}
         for field in described.fields:
             if field is PADDING:
-                # Some, who have empty structures, leave it out.
+                # Implementations with empty structures omit it.
                 self.at = min(self.at + 1, len(self._data))
                 continue
             value = _within(field.name, self._field, field)
@@ -109,9 +109,9 @@ class _Reader:
         count: int = self._number("uint32")
         left = len(self._data) - self.at
         if field.kind is Kind.BOUNDED and count > field.capacity:
-            raise _Flaw(f"{count} items, and there may be {field.capacity}")
+            raise _Flaw(f"{count} items; at most {field.capacity} are allowed")
         if count * least_size(field) > left:
-            raise _Flaw(f"{count} items can't be in the {left} bytes that are left")
+            raise _Flaw(f"{count} items do not fit in the {left} remaining bytes")
         return count
 
     def _single(self, field: Field) -> Any:
@@ -129,7 +129,7 @@ class _Reader:
         start = self.at + padding(self.at, size_of(code))
         end = start + size_of(code)
         if end > len(self._data):
-            raise _Flaw("the message ends before it does")
+            raise _Flaw("the message ends within the value")
         self.at = end
         return struct.unpack_from(self._order + code, self._data, start)[0]
 
@@ -137,13 +137,13 @@ class _Reader:
         length = self._number("uint32")
         left = len(self._data) - self.at
         if length > left:
-            raise _Flaw(f"a text of {length} bytes can't be in the {left} that are left")
+            raise _Flaw(f"a string of {length} bytes does not fit in the {left} remaining bytes")
         start, self.at = self.at, self.at + length
         try:
-            # ROS does not miss the zero at the end, and takes no bytes at all for no text.
+            # ROS accepts strings without the terminating zero, and zero bytes as the empty string.
             return self._data[start : self.at].removesuffix(b"\0").decode()
         except UnicodeDecodeError as error:
-            raise _Flaw(f"no UTF-8: {error.reason}") from None
+            raise _Flaw(f"invalid UTF-8: {error.reason}") from None
 
 
 class _Writer:
@@ -162,11 +162,11 @@ class _Writer:
         if value is _NOTHING:
             value = [_NOTHING] * (field.capacity if field.kind is Kind.ARRAY else 0)
         if not isinstance(value, Sequence) or isinstance(value, str):
-            raise _Flaw(f"{value!r} is no list")
+            raise _Flaw(f"{value!r} is not a list")
         if field.kind is Kind.ARRAY and len(value) != field.capacity:
-            raise _Flaw(f"{len(value)} items, and there must be {field.capacity}")
+            raise _Flaw(f"{len(value)} items; exactly {field.capacity} are required")
         if field.kind is Kind.BOUNDED and len(value) > field.capacity:
-            raise _Flaw(f"{len(value)} items, and there may be {field.capacity}")
+            raise _Flaw(f"{len(value)} items; at most {field.capacity} are allowed")
         if field.kind is not Kind.ARRAY:
             self._number("uint32", len(value))
         for i, item in enumerate(value):
@@ -186,11 +186,11 @@ class _Writer:
         try:
             self.data += struct.pack(f"<{code}", value)
         except (struct.error, OverflowError):
-            raise _Flaw(f"{value!r} is no {primitive}") from None
+            raise _Flaw(f"{value!r} is not a valid {primitive}") from None
 
     def _text(self, value: object) -> None:
         if not isinstance(value, str):
-            raise _Flaw(f"{value!r} is no text")
+            raise _Flaw(f"{value!r} is not a string")
         try:
             text = value.encode() + b"\0"
         except UnicodeEncodeError as error:
@@ -215,8 +215,8 @@ def _value(field: Field, values: object) -> Any:
         if isinstance(values, Message):
             values = values.__dict__
         if not isinstance(values, Mapping):
-            raise _Flaw(f"{values!r} is no message")
+            raise _Flaw(f"{values!r} is not a message")
         if name not in values:
-            raise _Flaw(f"there is no value for {name!r}")
+            raise _Flaw(f"the value of {name!r} is missing")
         values = values[name]
     return values

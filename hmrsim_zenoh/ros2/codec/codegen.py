@@ -1,4 +1,4 @@
-"""The source of a function for one type, line by line, as `encoders` and `decoders` write it."""
+"""The source of a function for one type, which `encoders` and `decoders` generate line by line."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ if TYPE_CHECKING:
 
 
 class Code:
-    """Lines, and what the names in them stand for.
+    """Lines of source and the values of the names in them.
 
     Args:
-        names: Those that are known at first.
-        at: Where the message begins in the bytes; None if here and there.
+        names: The initial names.
+        at: The offset of the message in the bytes; None if it varies.
 
     Attributes:
-        lines: What was written.
-        names: What the names stand for.
-        at: Where in the bytes the next value is; None if that is known only when the function runs.
+        lines: The generated lines.
+        names: The names and their values.
+        at: The offset of the next value in the bytes; None if it is known only at run time.
     """
 
     def __init__(self, names: Mapping[str, Any], at: int | None) -> None:
@@ -30,12 +30,12 @@ class Code:
         self.at = at
 
     def run(self, codes: Sequence[str], use: Callable[[struct.Struct], Any], line: Callable[[str], str]) -> None:
-        """Write a line for a run of numbers, and one that goes on behind them.
+        """Add a line for a run of numbers, and one that advances the position.
 
         Args:
-            codes: The numbers' formats.
-            use: What of a struct is called.
-            line: Makes the line of what is called there.
+            codes: The formats of the numbers.
+            use: Returns the method of a struct that the line calls.
+            line: Returns the line, given the name of that method.
         """
         run, name = Run(tuple(codes)), f"run{len(self.names)}"
         if self.at is None and run.shifts:

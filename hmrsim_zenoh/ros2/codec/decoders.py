@@ -1,6 +1,6 @@
-"""Functions that read messages in CDR, made for one type each: the counterparts of `encoders`.
+"""Generated functions that decode messages from CDR, one for each type: the counterparts of `encoders`.
 
-They read little-endian bytes, and what they raise says little: `careful` knows better.
+They read little-endian bytes, and their exceptions say little; `checked` finds the error.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ _Read = Callable[[bytes, int, int, list[int]], tuple[dict[str, Any], int]]
 
 @cache
 def decoder(described: Structure) -> Callable[[bytes], dict[str, Any]]:
-    """Return what makes plain values of a message's bytes; it raises anything if it can't.
+    """Return a function that decodes a message to plain values; for invalid bytes it may raise anything.
 
-    `CdrError` is raised for nothing but a message that is too costly to be read.
+    It raises `CdrError` only for a message that is too costly to decode.
     """
     read = _reader(described, HEADER)
     return lambda data: read(data, HEADER, len(data), [MAX_ITEMS])[0]
@@ -43,13 +43,14 @@ def decoder(described: Structure) -> Callable[[bytes], dict[str, Any]]:
 
 @cache
 def _reader(described: Structure, start: int | None = None) -> _Read:
-    """Return a function that reads a message: it returns that and its end.
+    """Return a function that decodes a message and returns its values and its end.
 
-    It takes bytes, where in them the message begins, their end, and a list of how many more items there may be.
+    Its arguments are the bytes, the offset of the message, the end of the bytes, and a list with the number of items
+    that may still follow.
 
     Args:
         described: The message's type.
-        start: Where it always begins; None if here and there.
+        start: The fixed offset of the message; None if it varies.
     """
     code = _Code(described.name, start)
     for leaf in leaves(described):
@@ -70,7 +71,7 @@ class _Code(Code):
         self._values: dict[str, Any] = {}
 
     def function(self) -> _Read:
-        """Return what was added, as a function."""
+        """Return the generated function."""
         self._flush()
         body = "\n    ".join([*self.lines, f"return {_literal(self._values)}, pos"])
         source = f"def read(data, pos, end, left):\n    {body}\n"
@@ -79,14 +80,14 @@ class _Code(Code):
         return read
 
     def nest(self, path: tuple[str, ...]) -> dict[str, Any]:
-        """Return the dict of a nested message in what is returned; there is one even if nothing is in it."""
+        """Return the dict of a nested message in the result; it exists even if it is empty."""
         within = self._values
         for name in path:
             within = within.setdefault(name, {})
         return within
 
     def add(self, leaf: Leaf) -> None:
-        """Read one leaf's value after what was read before."""
+        """Generate code that reads the next leaf."""
         field = leaf.field
         if field.kind is Kind.SINGLE:
             value = self._single(field)
@@ -98,7 +99,7 @@ class _Code(Code):
             *outer, name = leaf.path
             self.nest(tuple(outer))[name] = value
         elif field.primitive == "boolean":
-            # A value that is dropped must be true or false nevertheless, as Fast-CDR has it.
+            # A dropped value must still be a valid boolean, as in Fast-CDR.
             self._checks.append(value)
 
     def _name(self) -> str:
@@ -148,7 +149,7 @@ class _Code(Code):
             item = [f"item, pos = {read}(data, pos, end, left)"]
         else:
             item = ["pos += -pos & 3", "(size,) = unpack('<I', data, pos)", "pos += 4", *_text("size", "item")]
-        # No room is made for more than there can be.
+        # Checked first, so that an invalid count allocates nothing.
         self.lines.append(f"if {count} * {least_size(field)} > end - pos: raise ValueError")
         self.lines += [
             f"left[0] -= {count} * {weight(field)}",
@@ -159,7 +160,7 @@ class _Code(Code):
         return items
 
     def _flush(self) -> None:
-        """Read the numbers that wait."""
+        """Generate code that reads the pending numbers."""
         if self._codes:
             targets = f"({', '.join(self._targets)},)"
             self.run(self._codes, lambda packed: packed.unpack_from, lambda unpack: f"{targets} = {unpack}(data, pos)")
@@ -168,7 +169,7 @@ class _Code(Code):
 
 
 def _text(length: str, target: str) -> list[str]:
-    """Return lines that read a text of so many bytes; of none, the byte before it, which is zero, is its last."""
+    """Return lines that read a string; for length 0 the previous byte, which is zero, serves as the terminator."""
     return [
         f"pos += {length}",
         "if pos > end: raise ValueError",
@@ -177,7 +178,7 @@ def _text(length: str, target: str) -> list[str]:
 
 
 def _block(code: str, items: str, count: str) -> list[str]:
-    """Return lines that read numbers one after the other."""
+    """Return lines that read a sequence of numbers."""
     size = size_of(code)
     read = {
         "B": "list(data[start:pos])",

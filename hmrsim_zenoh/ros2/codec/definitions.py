@@ -1,4 +1,4 @@
-"""ROS types as text, as ``.msg`` files have them: what a recording says of its messages, so that anybody can read them.
+"""ROS types in the format of ``.msg`` files, with which a recording describes its messages to other tools.
 
 The text is that of rosbag2, ``ros2msg`` in MCAP: the type, then all that it nests, each after a line of ``=``.
 Constants come from our models; defaults, comments and the padding of empty types are left out.
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 
 _SEPARATOR: Final = "=" * 80
 _WORDS: Final = {"float": "float32", "double": "float64", "boolean": "bool"}
-"""What ``.msg`` files call a primitive otherwise than type descriptions do."""
+"""The primitives whose names in ``.msg`` files differ from those in type descriptions."""
 
 
 @cache
 def definition(described: Structure, *models: type[Message]) -> str:
-    """Return a type with all that it nests.
+    """Return the definition of a type and of all types that it nests.
 
     Args:
         described: The type.
-        models: Messages whose constants, and those of all that they nest, are to be told.
+        models: Messages whose constants are included, along with those of nested messages.
     """
     constants: dict[str, dict[str, int]] = {}
     for model in models:
@@ -39,9 +39,9 @@ def definition(described: Structure, *models: type[Message]) -> str:
 
 
 def _own(described: Structure, constants: dict[str, dict[str, int]]) -> str:
-    """Return one type without what it nests: its constants, then its fields."""
-    said = constants.get(described.name, {})
-    lines = [f"{_type_of_constant(described, name, said)} {name}={value}" for name, value in said.items()]
+    """Return the definition of one type without nested types: its constants, then its fields."""
+    values = constants.get(described.name, {})
+    lines = [f"{_type_of_constant(described, name, values)} {name}={value}" for name, value in values.items()]
     lines += [f"{_type(field)} {field.name}" for field in described.fields if field is not PADDING]
     return "".join(f"{line}\n" for line in lines)
 
@@ -69,7 +69,7 @@ def _type_of_constant(described: Structure, name: str, constants: dict[str, int]
 
 
 def _short(name: str) -> str:
-    """Return a type's name as fields say it, without the part that says what kind of type it is."""
+    """Return a type's name as fields spell it, without ``msg``, ``srv`` or ``action``."""
     package, _, short = name.split("/")
     return f"{package}/{short}"
 

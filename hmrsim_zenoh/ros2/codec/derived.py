@@ -12,7 +12,7 @@ from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure, structure
 
 @cache
 def service(name: str, request: Structure, response: Structure) -> Structure:
-    """Return the type of a service, which never goes over the wire and gives it its hash."""
+    """Return the type of a service, which is never serialised and only determines the service's hash."""
     event = Structure(
         f"{name}_Event",
         (
@@ -29,7 +29,7 @@ def service(name: str, request: Structure, response: Structure) -> Structure:
 
 @cache
 def send_goal(action: str, goal: Structure) -> tuple[Structure, Structure]:
-    """Return request and response of the service that takes an action's goals."""
+    """Return request and response of an action's send_goal service."""
     request = Structure(f"{action}_SendGoal_Request", (_goal_id(), _nested("goal", goal)))
     accepted = Field("accepted", "boolean", path=("accepted",))
     return request, Structure(f"{action}_SendGoal_Response", (accepted, _nested("stamp", structure(Time))))
@@ -37,7 +37,7 @@ def send_goal(action: str, goal: Structure) -> tuple[Structure, Structure]:
 
 @cache
 def get_result(action: str, result: Structure) -> tuple[Structure, Structure]:
-    """Return request and response of the service that hands out an action's results."""
+    """Return request and response of an action's get_result service."""
     request = Structure(f"{action}_GetResult_Request", (_goal_id(),))
     status = Field("status", "int8", path=("status",))
     return request, Structure(f"{action}_GetResult_Response", (status, _nested("result", result)))
@@ -45,7 +45,7 @@ def get_result(action: str, result: Structure) -> tuple[Structure, Structure]:
 
 @cache
 def feedback_message(action: str, feedback: Structure) -> Structure:
-    """Return the message in which an action's feedback goes out."""
+    """Return the message of an action's feedback topic."""
     return Structure(f"{action}_FeedbackMessage", (_goal_id(), _nested("feedback", feedback)))
 
 

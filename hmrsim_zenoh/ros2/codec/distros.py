@@ -1,8 +1,8 @@
-"""The distributions of ROS 2 that we speak, and what their types have other than ours, which are kilted's.
+"""The supported distributions of ROS 2, and the differences of their types to our models, which are kilted's.
 
-A difference is data: fields that are left out, have another name, are put differently, or are new.
-What a distribution doesn't say when it sends has our message's default.
-What it has and ours hasn't is zero or empty when we send, and is not looked at when we receive.
+A difference is data: fields that are missing, renamed, unwrapped or added.
+A field that a received message lacks has our message's default.
+A field that our message lacks is zero or empty when sent, and is ignored when received.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
 DISTROS: Final = ("jazzy", "kilted", "lyrical")
-"""In order of age."""
+"""The supported distributions, oldest first."""
 
 OURS: Final = "kilted"
-"""The one whose types our models are."""
+"""The distribution of our models."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """What one type has other than ours.
+    """The differences of one type to our model.
 
     Attributes:
-        name: The type's name, if it has another.
-        without: Fields of ours that it lacks.
-        renamed: Its names of fields of ours.
-        unwrapped: Fields of ours that nest a message; of that, it has this field alone, under the outer name.
-        added: Fields that ours lacks, by the field of ours before which they are; ``""`` is the end.
+        name: The type's name, if it differs.
+        without: Our fields that it lacks.
+        renamed: Its names of our fields.
+        unwrapped: Our fields that nest a message, each with the nested field that replaces it under the outer name.
+        added: Fields that our model lacks, by the field of ours that follows them; ``""`` is the end.
     """
 
     name: str = ""
@@ -46,7 +46,7 @@ class Difference:
     added: Mapping[str, tuple[Field, ...]] = field(default_factory=dict)
 
 
-# How far a robot is off its path. Ours never are, so zero is the truth.
+# The tracking errors of a robot on its path: simulated robots have none, so zero is correct.
 _TRACKING_ERRORS: Final = (Field("position_tracking_error", "float"), Field("heading_tracking_error", "float"))
 
 _TRACKING_FEEDBACK: Final = Structure(
@@ -58,14 +58,14 @@ _TRACKING_FEEDBACK: Final = Structure(
         Field("robot_pose", nested=structure(PoseStamped)),
         Field("distance_to_goal", "float", path=("distance_to_goal",)),
         Field("speed", "float", path=("speed",)),
-        # Our distance is the one along the path, so it is both.
+        # Our distance is measured along the path, so both fields have it.
         Field("remaining_path_length", "float", path=("distance_to_goal",)),
     ),
 )
 
 
 def _resource(name: str, *ours: str) -> Field:
-    """Return a field that nests a Resource where our message has these of the Resource's fields itself."""
+    """Return a field that nests a Resource of which our message has these fields directly."""
     fields = (one if one.name in ours else replace(one, path=None) for one in structure(Resource).fields)
     return Field(name, nested=Structure(Resource.ros_type, tuple(fields)), path=())
 
@@ -90,7 +90,7 @@ _DIFFERENCES: Final[Mapping[str, Mapping[str, Difference]]] = MappingProxyType(
             "nav2_msgs/action/NavigateThroughPoses_Feedback": Difference(
                 added={"number_of_poses_remaining": _TRACKING_ERRORS}
             ),
-            # The graph says where our planner's paths lead, and there is one path handler, so neither is used.
+            # Our planner follows the route graph, and there is one path handler, so both fields are ignored.
             "nav2_msgs/action/ComputePathToPose_Goal": Difference(
                 added={"planner_id": (Field("viapoints", kind=Kind.UNBOUNDED, nested=structure(PoseStamped)),)}
             ),
@@ -99,7 +99,7 @@ _DIFFERENCES: Final[Mapping[str, Mapping[str, Difference]]] = MappingProxyType(
                 without=("distance_to_goal", "speed"),
                 added={"": (Field("tracking_feedback", nested=_TRACKING_FEEDBACK, path=()),)},
             ),
-            # The second series of simulation_interfaces: what was one or two fields is a Resource.
+            # In version 2 of simulation_interfaces one or two fields became a Resource.
             "simulation_interfaces/msg/Spawnable": Difference(
                 without=("uri",), added={"description": (_resource("entity_resource", "uri"),)}
             ),
@@ -111,7 +111,7 @@ _DIFFERENCES: Final[Mapping[str, Mapping[str, Difference]]] = MappingProxyType(
                 without=("uri", "resource_string"),
                 added={"fail_on_unsupported_element": (_resource("world_resource", "uri", "resource_string"),)},
             ),
-            # Which parts of the state are meant. As in the first series, all are.
+            # The parts of the state to set. As in version 1, all parts are set.
             "simulation_interfaces/srv/SetEntityState_Request": Difference(
                 added={"": tuple(Field(name, "boolean") for name in ("set_pose", "set_twist", "set_acceleration"))}
             ),
@@ -122,7 +122,7 @@ _DIFFERENCES: Final[Mapping[str, Mapping[str, Difference]]] = MappingProxyType(
 
 @cache
 def structure_in(distro: str, ours: Structure) -> Structure:
-    """Return a type as a distribution has it: the same object if it is ours.
+    """Return a type in a distribution: the same object if it does not differ.
 
     Raises:
         ValueError: No such distribution is known.

@@ -1,6 +1,6 @@
-"""Functions that write messages as CDR, made for one type each: a hundred times as fast as field by field.
+"""Generated functions that encode messages as CDR, one for each type: a hundred times as fast as field by field.
 
-They take messages and dicts and nothing else, and what they raise says little: `careful` knows better.
+They accept messages and dicts only, and their exceptions say little; `checked` finds the error.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _PRELUDE = {
 
 @cache
 def encoder(described: Structure) -> Callable[[Any], bytes]:
-    """Return what makes bytes of a message; it raises anything if it can't."""
+    """Return a function that encodes a message; for invalid values it may raise anything."""
     write = _writer(described, HEADER)
 
     def encode(values: Any) -> bytes:
@@ -38,11 +38,11 @@ def encoder(described: Structure) -> Callable[[Any], bytes]:
 
 @cache
 def _writer(described: Structure, start: int | None = None) -> Callable[[Any, Callable[[bytes], None], int], int]:
-    """Return a function that puts out the parts of a message that begins at its last argument; returns the end.
+    """Return a function that outputs the parts of a message and returns its end; its last argument is the offset.
 
     Args:
         described: The message's type.
-        start: Where it always begins; None if here and there.
+        start: The fixed offset of the message; None if it varies.
     """
     code = _Code(start)
     for leaf in leaves(described):
@@ -58,7 +58,7 @@ class _Code(Code):
         self._arguments: list[str] = []
 
     def function(self, name: str) -> Callable[[Any, Callable[[bytes], None], int], int]:
-        """Return what was added, as a function."""
+        """Return the generated function."""
         self._flush()
         body = "\n    ".join([*self.lines, "return pos"])
         source = f"def write(m, out, pos):\n    {body}\n"
@@ -67,7 +67,7 @@ class _Code(Code):
         return written
 
     def add(self, leaf: Leaf) -> None:
-        """Write one leaf's value after what was written before."""
+        """Generate code that writes the next leaf."""
         field, value = leaf.field, self._value(leaf)
         if field.kind is Kind.SINGLE:
             self._single(field, value)
@@ -77,7 +77,7 @@ class _Code(Code):
             self._list(field, value)
 
     def _value(self, leaf: Leaf) -> str:
-        """Return a name that has a leaf's value; a literal if there is none."""
+        """Return an expression for a leaf's value; a literal if our message lacks it."""
         if leaf.path is None:
             if leaf.field.kind is Kind.SINGLE:
                 return '""' if leaf.field.primitive == "string" else "0"
@@ -163,7 +163,7 @@ class _Code(Code):
         ]
 
     def _flush(self) -> None:
-        """Write the numbers that wait."""
+        """Generate code that writes the pending numbers."""
         if not self._codes:
             return
         arguments = ", ".join(self._arguments)

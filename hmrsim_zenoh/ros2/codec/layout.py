@@ -1,7 +1,7 @@
-"""How the fields of a type lie in bytes: what `encoders` and `decoders` make their code from.
+"""The layout of a type's fields in bytes, from which `encoders` and `decoders` generate code.
 
-Nested messages have no bytes of their own, so a type is a row of leaves: numbers, texts and lists.
-Numbers side by side are one run, packed at once; how much padding is in it depends on where it begins.
+Nested messages have no bytes of their own, so a type is a sequence of leaves: numbers, strings and lists.
+Adjacent numbers form a run, which is packed at once; its padding depends on its offset.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ HEADER: Final = 4
 """Bytes of the encapsulation before a message; alignment counts from there."""
 
 LITTLE_ENDIAN: Final = b"\0\1\0\0"
-"""The encapsulation of what we write."""
+"""The encapsulation of written messages."""
 
 MAX_ALIGNMENT: Final = 8
-"""Bytes to which the largest numbers are aligned: where a run begins matters only modulo this."""
+"""The alignment of the largest numbers in bytes: the offset of a run matters only modulo this."""
 
 MAX_ITEMS: Final = 10_000
-"""Messages and texts that the lists of one message may have, nested ones counted: each takes microseconds to check."""
+"""The largest number of messages and strings in all lists of one message: each takes microseconds to check."""
 
-TOO_MANY: Final = f"more than {MAX_ITEMS} messages and texts in the lists of one message"
+TOO_MANY: Final = f"more than {MAX_ITEMS} messages and strings in the lists of one message"
 
 FORMATS: Final[Mapping[str, str]] = MappingProxyType(
     {
@@ -46,15 +46,15 @@ FORMATS: Final[Mapping[str, str]] = MappingProxyType(
         "byte": "B",
     }
 )
-"""The primitives of fixed size, as the module `struct` names them."""
+"""The primitives of fixed size and their formats in the module `struct`."""
 
 
 class Leaf(NamedTuple):
-    """A field that nests nothing but in a list.
+    """A field that is not a single nested message.
 
     Attributes:
-        field: Which.
-        path: The names under which our message has its value, from the outermost; None if it has none.
+        field: The field.
+        path: The path of the value in our message, outermost name first; None if our message lacks it.
     """
 
     field: Field
@@ -62,7 +62,7 @@ class Leaf(NamedTuple):
 
 
 def leaves(described: Structure, within: tuple[str, ...] | None = ()) -> Iterator[Leaf]:
-    """Give all that is in a type's bytes, in order."""
+    """Yield the leaves of a type in the order of its bytes."""
     for field in described.fields:
         path = None if within is None or field.path is None else within + field.path
         if field.nested is not None and field.kind is Kind.SINGLE:
@@ -72,7 +72,7 @@ def leaves(described: Structure, within: tuple[str, ...] | None = ()) -> Iterato
 
 
 def containers(described: Structure) -> Iterator[tuple[str, ...]]:
-    """Give the path of each nested message that isn't in a list, the outer ones first."""
+    """Yield the path of each nested message that is not in a list, the outer ones first."""
     for field in described.fields:
         if field.path is not None and field.nested is not None and field.kind is Kind.SINGLE:
             if field.path:
@@ -82,26 +82,26 @@ def containers(described: Structure) -> Iterator[tuple[str, ...]]:
 
 @cache
 def weight(field: Field) -> int:
-    """Return what one item of a list counts towards `MAX_ITEMS`: the messages in it; a number counts nothing."""
+    """Return the weight of one list item towards `MAX_ITEMS`: the number of messages in it; 0 for a number."""
     if field.nested is not None:
         return 1 + sum(1 for _ in containers(field.nested))
     return 1 if field.primitive == "string" else 0
 
 
 def padding(at: int, size: int) -> int:
-    """Return how many bytes are between *at* and the next place for a number of *size* bytes."""
+    """Return the number of padding bytes at *at* before a number of *size* bytes."""
     return (HEADER - at) % size
 
 
 @cache
 def size_of(code: str) -> int:
-    """Return the bytes of a number, by its format."""
+    """Return the size of a number in bytes, by its format."""
     return struct.calcsize(f"<{code}")
 
 
 @cache
 def least_size(field: Field) -> int:
-    """Return the fewest bytes that one item of a field can have; one at least, as no ROS type is empty."""
+    """Return the smallest size of one item of a field in bytes; at least 1, as no ROS type is empty."""
     if field.nested is not None:
         return sum(_least(leaf.field) for leaf in leaves(field.nested))
     return size_of("I" if field.primitive == "string" else FORMATS[field.primitive])
@@ -117,21 +117,21 @@ def _least(field: Field) -> int:
 
 
 class Run(NamedTuple):
-    """Numbers side by side, each as ``d`` or ``36d``; ``x`` is a padding byte."""
+    """Adjacent numbers, each as ``d`` or ``36d``; ``x`` is a padding byte."""
 
     codes: tuple[str, ...]
 
     def packed(self, at: int) -> struct.Struct:
-        """Return what packs and unpacks them where they begin at *at*."""
+        """Return the struct of the run at the offset *at*."""
         return _struct(self._format(at))
 
-    def each(self, take: Callable[[struct.Struct], Any]) -> tuple[Any, ...]:
-        """Return something of `packed` for each place where a run can begin, modulo `MAX_ALIGNMENT`."""
-        return tuple(take(self.packed(at)) for at in range(MAX_ALIGNMENT))
+    def each(self, use: Callable[[struct.Struct], Any]) -> tuple[Any, ...]:
+        """Return *use* of the struct for each offset modulo `MAX_ALIGNMENT`."""
+        return tuple(use(self.packed(at)) for at in range(MAX_ALIGNMENT))
 
     @property
     def shifts(self) -> bool:
-        """Whether its padding depends on where it begins."""
+        """Whether the padding depends on the offset."""
         return any(code[-1] not in "xsbB?" for code in self.codes)
 
     def _format(self, at: int) -> str:

@@ -1,6 +1,6 @@
 """ROS type descriptions and their RIHS01 hashes, derived from the message models.
 
-A ROS key ends in the type's hash, so a peer whose fields differ in name, order or type is never matched.
+A ROS key ends with the type's hash, so a peer whose fields differ in name, order or type never matches.
 The hash is the SHA-256 of the type description as JSON: names and types of fields count; constants, defaults
 and comments don't. The dictionaries are those of ``type_description_interfaces/msg/TypeDescription``.
 """
@@ -42,7 +42,7 @@ _OFFSET: Final = 48
 
 
 class Kind(IntEnum):
-    """How many of its type a field holds."""
+    """The kind of a field: a single value, an array or a sequence."""
 
     SINGLE = 0
     ARRAY = 1
@@ -56,12 +56,12 @@ class Field:
 
     Attributes:
         name: Its name in ROS.
-        primitive: The primitive type of what it holds; empty if that is *nested*.
-        kind: Whether it holds one, or several.
-        capacity: Items of a fixed array, or the most that a bounded sequence may have; else 0.
-        nested: The structure that is nested, or None for a primitive.
-        path: The names under which our message has the value, outermost first; None if it has no such value.
-            Without any, what is nested is spread: its fields are those of our message that nests it.
+        primitive: The primitive type of its values; empty for a nested type.
+        kind: Whether it is a single value, an array or a sequence.
+        capacity: The length of a fixed array, or the largest one of a bounded sequence; else 0.
+        nested: The nested structure, or None for a primitive.
+        path: The path of the value in our message, outermost name first; None if our message lacks it.
+            With the empty path, our outer message has the fields of the nested structure itself.
     """
 
     name: str
@@ -81,14 +81,14 @@ class Field:
 class Structure:
     """A ROS type: its name, and its fields in order.
 
-    What ROS derives from an action or a service, and has no model, can be written down as one, too.
+    Types that ROS derives from an action or a service, without a model, are structures, too.
     """
 
     name: str
     fields: tuple[Field, ...]
 
     def describe(self) -> dict[str, Any]:
-        """Return the description of this type and of all that it nests, in the order that is hashed."""
+        """Return the description of this type and of all types that it nests, in the order of the hash."""
         nested: dict[str, Structure] = {}
         _collect(self, nested)
         return {
@@ -103,13 +103,13 @@ class Structure:
         return f"RIHS01_{hashlib.sha256(text.encode()).hexdigest()}"
 
 
-# C and C++ have no empty structures, so ROS puts this field into a message that has none.
+# C and C++ have no empty structures, so ROS adds this field to a message without fields.
 PADDING: Final = Field("structure_needs_at_least_one_member", "uint8")
 
 
 @cache
 def structure(cls: type[Message]) -> Structure:
-    """Return the ROS type that a model stands for.
+    """Return the ROS type of a model.
 
     Raises:
         TypeError: A field has no ROS type.
@@ -177,4 +177,4 @@ def _single(name: str, annotation: object, metadata: Iterable[object]) -> Field:
     for mark in metadata:
         if isinstance(mark, Primitive):
             return Field(name, mark.name, path=(name,))
-    raise TypeError(f"{annotation!r} has no ROS type; a Message or a primitive of interfaces.message has")
+    raise TypeError(f"{annotation!r} has no ROS type; use a Message or a primitive of interfaces.message")

@@ -1,7 +1,7 @@
-"""Types of messages, services and actions as one distribution of ROS 2 has them: names, hashes and codecs.
+"""Types of messages, services and actions in a distribution of ROS 2: names, hashes and codecs.
 
-All comes from our models. A hash or a codec is made when it is first asked for, once for all who have the type.
-Where two distributions have the same type, they get the same object.
+All types derive from our models. A hash or a codec is built when it is first used.
+Distributions with the same type share one object.
 """
 
 from __future__ import annotations
@@ -34,32 +34,32 @@ class _Type:
 
     @cached_property
     def dds_name(self) -> str:
-        """The name as it is in keys: ``nav2_msgs::action::dds_::NavigateToPose_FeedbackMessage_``."""
+        """The name in keys, such as ``nav2_msgs::action::dds_::NavigateToPose_FeedbackMessage_``."""
         return dds_name(self.name)
 
     @cached_property
     def hash(self) -> str:
-        """``RIHS01_`` and the hash in hex; a service's is that of the service itself."""
+        """``RIHS01_`` and the hash in hex; a service has one hash for request and response."""
         return self.structure.hash()
 
 
 class MessageType(_Type):
-    """A message type as one distribution has it."""
+    """A message type in one distribution."""
 
     @cached_property
     def encode(self) -> Callable[[Message | Mapping[str, Any]], bytes]:
-        """What makes bytes of a message, or of its plain values; raises `CdrError` where that can't be done."""
+        """The function that encodes a message or its plain values; it raises `CdrError`."""
         return encoder(self.structure)
 
     @cached_property
     def decode(self) -> Callable[[bytes], dict[str, Any]]:
-        """What makes plain values of bytes, as a model validates them; raises `CdrError` where that can't be done."""
+        """The function that decodes bytes to plain values, for a model to validate; it raises `CdrError`."""
         return decoder(self.structure)
 
 
 @dataclass(frozen=True, eq=False)
 class ServiceType(_Type):
-    """A service type as one distribution has it."""
+    """A service type in one distribution."""
 
     request: MessageType
     response: MessageType
@@ -67,7 +67,7 @@ class ServiceType(_Type):
 
 @dataclass(frozen=True)
 class ActionType:
-    """An action type as one distribution has it."""
+    """An action type in one distribution."""
 
     name: str
     send_goal: ServiceType
@@ -114,7 +114,7 @@ def action_type(
 
 
 def action_types(action: AnyAction, distros: Iterable[str]) -> tuple[ActionType, ...]:
-    """Return the types of an action as some distributions have them.
+    """Return the types of an action in some distributions.
 
     Raises:
         ValueError: No such distribution is known.
@@ -124,7 +124,7 @@ def action_types(action: AnyAction, distros: Iterable[str]) -> tuple[ActionType,
 
 
 def dds_name(name: str) -> str:
-    """Return a type's name as it is in keys."""
+    """Return a type's name in keys."""
     package, kind, short = name.split("/")
     return f"{package}::{kind}::dds_::{short}_"
 
@@ -134,7 +134,7 @@ def _service(distro: str, name: str, request: Structure, response: Structure) ->
     return _one_service(whole, *map(_message, parts))
 
 
-# Types of equal definitions are cached once, for all callers and distributions.
+# Equal definitions share one type, for all callers and distributions.
 _message = cache(MessageType)
 _one_service = cache(ServiceType)
 _action = cache(ActionType)

@@ -1,4 +1,4 @@
-"""What the network is told of us: nodes and endpoints, in the background, as that takes seconds for many robots."""
+"""Declaration of nodes and endpoints in a background thread, as it takes seconds for many robots."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ if TYPE_CHECKING:
 
     from hmrsim_zenoh.ros2.keys import Endpoint, Node
     from hmrsim_zenoh.ros2.publishing.endpoints import Owned, Part
-    from hmrsim_zenoh.ros2.publishing.publishers import Outlets
+    from hmrsim_zenoh.ros2.publishing.publishers import Publishers
     from hmrsim_zenoh.ros2.wires import Wire
 
 _log = logging.getLogger(__name__)
 
 _JOIN_SECONDS: Final = 1.0
-"""Wall seconds for the declaration that is being made at the end."""
+"""Wall seconds to wait at the end for the declaration in progress."""
 
 
 @dataclass
 class _Declared:
-    """A token that is declared.
+    """A declared liveliness token.
 
     Attributes:
-        id: The number that it has in the session.
-        token: What Zenoh has of it.
-        used: How many need it.
+        id: Its number in the session.
+        token: Zenoh's token.
+        used: The number of endpoints that need it.
     """
 
     id: int
@@ -46,37 +46,41 @@ class _Declared:
 
 
 class Declarations:
-    """Tells of what is wanted and of nothing else, in a thread of its own.
+    """Declares exactly the wanted parts, in its own thread.
 
     Args:
-        session: Where to declare.
-        wire: How, and whether there are tokens at all.
-        endpoints_of: Gives the endpoints of a part.
-        outlets: What is opened when a publisher is declared, before its token is.
+        session: The session to declare on.
+        wire: How tokens are spelled, and whether there are any.
+        endpoints_of: Returns the endpoints of a part.
+        publishers: The publishers, each of which is opened before its token is declared.
     """
 
     def __init__(
-        self, session: zenoh.Session, wire: Wire, endpoints_of: Callable[[Part], Iterable[Owned]], outlets: Outlets
+        self,
+        session: zenoh.Session,
+        wire: Wire,
+        endpoints_of: Callable[[Part], Iterable[Owned]],
+        publishers: Publishers,
     ) -> None:
         self._session = session
         self._liveliness = session.liveliness()
         self._session_id = str(session.info.zid())
         self._domain = wire.domain if isinstance(wire, RmwZenoh) else None
         self._endpoints_of = endpoints_of
-        self._outlets = outlets
+        self._publishers = publishers
         self._ids = itertools.count()
         self._changed = threading.Condition()
         self._wanted: Sequence[Part] | None = None
         self._closed = False
         self._thread: threading.Thread | None = None
-        # All nodes of a robot have one number: Zenoh compares a token with all that branch off where it does, and ROS
-        # tells nodes of one session apart by their names, too.
+        # All nodes of a robot share one number: Zenoh compares a token with all tokens that branch off at the same
+        # chunk, and ROS distinguishes the nodes of one session by their names, too.
         self._numbers: dict[str, int] = {}
         self._nodes: dict[Node, _Declared] = {}
         self._parts: dict[Part, list[tuple[Owned, _Declared | None]]] = {}
 
     def want(self, parts: Sequence[Part]) -> None:
-        """Have these parts declared in this order, and no others; returns at once."""
+        """Request these parts, in this order, and no others; returns at once."""
         with self._changed:
             self._wanted = parts
             self._changed.notify()
@@ -85,10 +89,10 @@ class Declarations:
                 self._thread.start()
 
     def close(self) -> None:
-        """Declare nothing more; what is declared goes with the session, which must not be closed before.
+        """Stop declaring, before the session is closed; what is declared is undeclared with the session.
 
-        Returns once the declaration that is being made is done, after `_JOIN_SECONDS` at the latest: Zenoh's close and
-        a declaration at the same time can wait for each other, for 10 s or more.
+        Returns when the declaration in progress is done, after `_JOIN_SECONDS` at the latest: closing a session during
+        a declaration can deadlock in Zenoh for 10 s or more.
         """
         with self._changed:
             self._closed = True
@@ -110,7 +114,7 @@ class Declarations:
         return wanted
 
     def _follow(self, wanted: Sequence[Part]) -> None:
-        """Declare what is wanted unless something else is by now."""
+        """Declare the wanted parts, until other parts are requested."""
         still = set(wanted)
         for part in [part for part in self._parts if part not in still]:
             if self._closed:
@@ -127,12 +131,12 @@ class Declarations:
         for owned in self._endpoints_of(part):
             if self._closed:
                 return
-            with self._going_on("ROS will not hear of %s: %s", owned):
+            with self._going_on("%s could not be declared to ROS: %s", owned):
                 declared.append((owned, self._declared(owned)))
 
     @contextmanager
     def _going_on(self, what: str, owned: Owned) -> Iterator[None]:
-        """Say what fails, and go on with the rest unless the session was closed."""
+        """Log a failure and continue with the rest, unless the session was closed."""
         try:
             yield
         except zenoh.ZError as error:
@@ -143,28 +147,28 @@ class Declarations:
     def _declared(self, owned: Owned) -> _Declared | None:
         endpoint = owned.endpoint
         if self._domain is None:
-            self._open(endpoint, None)
+            self._open_publisher(endpoint, None)
             return None
         ids = self._node(self._domain, owned.node), next(self._ids)
         token = keys.endpoint_token(self._domain, self._session_id, ids, owned.node, endpoint)
         with ExitStack() as undoing:
             undoing.callback(self._release, owned.node)
-            self._open(endpoint, keys.gid(token))
-            undoing.callback(self._shut, endpoint)
+            self._open_publisher(endpoint, keys.gid(token))
+            undoing.callback(self._close_publisher, endpoint)
             declared = _Declared(ids[1], self._liveliness.declare_token(token))
             undoing.pop_all()
         return declared
 
-    def _open(self, endpoint: Endpoint, gid: bytes | None) -> None:
+    def _open_publisher(self, endpoint: Endpoint, gid: bytes | None) -> None:
         if endpoint.kind is Kind.PUBLISHER:
-            self._outlets.open(endpoint, gid)
+            self._publishers.open(endpoint, gid)
 
-    def _shut(self, endpoint: Endpoint) -> None:
+    def _close_publisher(self, endpoint: Endpoint) -> None:
         if endpoint.kind is Kind.PUBLISHER:
-            self._outlets.shut(endpoint)
+            self._publishers.close(endpoint)
 
     def _node(self, domain: int, node: Node) -> int:
-        """Return the id of a node that is needed once more."""
+        """Return the id of a node and count one more use of it."""
         known = self._nodes.get(node)
         if known is None:
             if node.namespace not in self._numbers:
@@ -177,11 +181,11 @@ class Declarations:
 
     def _undeclare(self, part: Part) -> None:
         for owned, declared in self._parts.pop(part):
-            undoing: list[Callable[[], None]] = [partial(self._shut, owned.endpoint)]
+            undoing: list[Callable[[], None]] = [partial(self._close_publisher, owned.endpoint)]
             if declared is not None:
                 undoing = [declared.token.undeclare, *undoing, partial(self._release, owned.node)]
             for undo in undoing:
-                with self._going_on("ROS may still hear of %s: %s", owned):
+                with self._going_on("%s could not be undeclared, and ROS may still see it: %s", owned):
                     undo()
 
     def _release(self, node: Node) -> None:

@@ -1,4 +1,4 @@
-"""What we have on a wire, as data: which node has which publishers and services, and of which types."""
+"""The simulator's endpoints on a wire: the publishers and services of each node, with their types."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.wires import Wire
 
 FIRST: Final = "navigate_to_pose"
-"""What all robots have before any of them has all else."""
+"""The action that is declared for all robots before the rest of any robot."""
 
 ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE = "odom", "battery_state", "detections", "amcl_pose"
 CLOCK, TF = "clock", "tf"
@@ -52,20 +52,20 @@ T = TypeVar("T", MessageType, ServiceType)
 
 
 class Owned(NamedTuple):
-    """An endpoint, and the node that has it."""
+    """An endpoint and its node."""
 
     node: Node
     endpoint: Endpoint
 
 
 class Part(NamedTuple):
-    """Some of what is there, which comes and goes as a whole.
+    """A group of endpoints that is declared and undeclared as a whole.
 
     Attributes:
-        robot: Whose it is; `WORLD` for the world's.
-        actions: The names of actions, and the actions that they stand for.
+        robot: The robot; `WORLD` for the world.
+        actions: The ROS names of actions, each with the action.
         topics: The topics.
-        states: The services that tell nodes' states, and the nodes.
+        states: The ``get_state`` services, each with its node.
     """
 
     robot: str
@@ -75,7 +75,7 @@ class Part(NamedTuple):
 
 
 def parts(names: Names, lost: Collection[str] = ()) -> list[Part]:
-    """Return what is there, what is needed first first; nothing of robots to which the connection is lost."""
+    """Return all parts in the order to declare them; none of robots to which the connection is lost."""
     actions: dict[str, list[tuple[str, str]]] = {robot: [] for robot in names.serves}
     for name, (robot, action) in names.actions.items():
         actions[robot].append((name, action))
@@ -112,10 +112,10 @@ def topic_name(robot: str, topic: str) -> str:
 
 
 class Endpoints:
-    """The endpoints of all that can be there, on one wire.
+    """All possible endpoints on one wire.
 
     Args:
-        wire: How keys are spelled, and whose types are spoken.
+        wire: How keys are spelled, and the distributions whose types are served.
         actions: All actions by name.
         services: The world's services by name.
     """
@@ -124,7 +124,7 @@ class Endpoints:
         self._wire = wire
         self._actions = actions
         self._services = ros_services(services)
-        self._spoken: dict[Part, dict[str, set[TypeHash]]] = {}
+        self._types: dict[Part, dict[str, set[TypeHash]]] = {}
         self._roles = cache(self._made_roles)
         self.feedback_types = cache(self._made_feedback_types)
         self.message_type = cache(self._made_message_type)
@@ -147,20 +147,20 @@ class Endpoints:
         for name, service in self._services.items() if part.robot == WORLD else ():
             yield from self._service(WORLD_NODE, name, service.ros_type, service.request, service.response)
 
-    def spoken(self, wanted: Iterable[Part]) -> dict[str, set[TypeHash]]:
+    def types_of(self, wanted: Iterable[Part]) -> dict[str, set[TypeHash]]:
         """Return types and hashes of the endpoints of some parts by their names; from any thread.
 
-        What is found of a part is kept for the next time, for as long as the part is wanted.
+        The types of a part are cached as long as the part is wanted.
         """
-        known = self._spoken
-        self._spoken = known = {part: known.get(part) or self._spoken_of(part) for part in wanted}
+        known = self._types
+        self._types = known = {part: known.get(part) or self._types_of_part(part) for part in wanted}
         found: dict[str, set[TypeHash]] = {}
         # No two parts have an endpoint of the same name.
         for of_part in known.values():
             found.update(of_part)
         return found
 
-    def _spoken_of(self, part: Part) -> dict[str, set[TypeHash]]:
+    def _types_of_part(self, part: Part) -> dict[str, set[TypeHash]]:
         found: dict[str, set[TypeHash]] = {}
         for _, endpoint in self.of(part):
             found.setdefault(endpoint.name, set()).add((endpoint.type, endpoint.hash))
@@ -185,7 +185,7 @@ class Endpoints:
             yield Owned(node, Endpoint(Kind.SERVICE, name, type_.dds_name, type_.hash))
 
     def _distinct(self, types: Iterable[T]) -> list[T]:
-        """Return the types that have keys of their own; the first of those that share one."""
+        """Return one type for each key, the first."""
         found: dict[str, T] = {}
         for one in types:
             found.setdefault(self._wire.key("/any", one.dds_name, one.hash), one)

@@ -8,7 +8,7 @@ from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, Endpoint, Kind
 from hmrsim_zenoh.ros2.publishing.statuses import Statuses
-from hmrsim_zenoh.server.rate_limit import Thinning
+from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.codec.types import MessageType
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
-    from hmrsim_zenoh.ros2.publishing.publishers import Outlet, Outlets
+    from hmrsim_zenoh.ros2.publishing.publishers import Publisher, Publishers
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.interest import SubscriberWatch
 
@@ -27,19 +27,19 @@ _KINDS: Final = (_OF_ROBOTS, _OF_WORLD)
 
 
 class _Layout(NamedTuple):
-    """Feedback as some distributions have it."""
+    """The feedback topic in one layout, which one or several distributions have."""
 
     type: MessageType
     listened: str
-    """The kind in `Interest` that tells whether any robot's feedback has a subscriber."""
-    outlets: list[Outlet]
+    """The kind of keys that `SubscriberWatch` checks for subscribers of any robot's feedback."""
+    publishers: list[Publisher]
 
 
 class _Goals(NamedTuple):
-    """Where it is published how the goals of one action of one robot fare."""
+    """The publishers of status and feedback of one action of one robot."""
 
     statuses: Statuses
-    status: list[Outlet]
+    status: list[Publisher]
     feedback: list[_Layout]
 
 
@@ -49,22 +49,24 @@ def patterns(wire: Wire) -> dict[str, str]:
 
 
 class GoalTopics:
-    """Publishes statuses always, as the last is for those who come later, and feedback for those who listen.
+    """Publishes statuses always, as they are latched, and feedback where there are subscribers.
 
     Args:
         wire: How keys are spelled.
-        endpoints: The publishers' types.
-        outlets: Where to publish.
-        interest: Who listens.
+        endpoints: The types of the publishers.
+        publishers: The publishers.
+        interest: The watch for subscribers.
     """
 
-    def __init__(self, wire: Wire, endpoints: Endpoints, outlets: Outlets, interest: SubscriberWatch[str]) -> None:
+    def __init__(
+        self, wire: Wire, endpoints: Endpoints, publishers: Publishers, interest: SubscriberWatch[str]
+    ) -> None:
         self._wire = wire
         self._endpoints = endpoints
-        self._outlets = outlets
+        self._publishers = publishers
         self._interest = interest
-        self._thinning = Thinning()
-        # What is latched must be held until the network knows of its publishers.
+        self._limiter = FeedbackLimiter()
+        # Referenced here, as latched publishers have to keep their message until they are declared.
         self._there: dict[str, dict[str, _Goals]] = {}
 
     def wants(self, topic: Topic) -> bool:
@@ -74,48 +76,48 @@ class GoalTopics:
         return topic is Topic.STATUS
 
     def begin(self, robot: str, names: Names) -> None:
-        """Say of all actions of a robot that there are no goals yet."""
+        """Publish empty status lists for all actions of a robot."""
         type_ = self._endpoints.status_type
         there = self._there[robot] = {}
         for action in names.serves[robot]:
-            outlets = self._of(names.called(robot, action), "status", type_, LATCHED_QOS)
-            there[action] = _Goals(Statuses(type_), outlets, [])
-            for outlet in outlets:
-                outlet.send(type_.encode({"status_list": []}))
+            publishers = self._of(names.called(robot, action), "status", type_, LATCHED_QOS)
+            there[action] = _Goals(Statuses(type_), publishers, [])
+            for publisher in publishers:
+                publisher.publish(type_.encode({"status_list": []}))
 
     def knows(self, robot: str) -> bool:
         """Return whether a robot's goals are published."""
         return robot in self._there
 
     def end(self, robot: str) -> None:
-        """Publish nothing of a robot any more."""
+        """Stop publishing for a robot."""
         self._there.pop(robot, None)
 
     def forget(self, goal_id: str) -> None:
-        """Drop what is known of a goal, as it has ended."""
-        self._thinning.forget(goal_id)
+        """Forget a goal that has ended."""
+        self._limiter.forget(goal_id)
 
     def emit_status(self, event: StatusChanged) -> None:
         """Publish the statuses of an action's goals."""
         goals = self._goals(event)
         if goals is not None:
             payload = goals.statuses.encode(event.goals)
-            for outlet in goals.status:
-                outlet.send(payload)
+            for publisher in goals.status:
+                publisher.publish(payload)
 
     def emit_feedback(self, event: FeedbackSent, names: Names) -> None:
-        """Publish feedback, in those layouts that have subscribers."""
+        """Publish feedback in the layouts that have subscribers."""
         goals = self._goals(event)
-        if goals is None or not self.wants(Topic.FEEDBACK) or not self._thinning.passes(event):
+        if goals is None or not self.wants(Topic.FEEDBACK) or not self._limiter.passes(event):
             return
         if not goals.feedback:
             goals.feedback.extend(self._layouts(event, names))
         for layout in goals.feedback:
-            if self._interest[layout.listened] and any(layout.outlets):
+            if self._interest[layout.listened] and any(layout.publishers):
                 goal_id = {"uuid": bytes.fromhex(event.goal_id)}
                 payload = layout.type.encode({"goal_id": goal_id, "feedback": event.feedback})
-                for outlet in layout.outlets:
-                    outlet.send(payload)
+                for publisher in layout.publishers:
+                    publisher.publish(payload)
 
     def _goals(self, event: StatusChanged | FeedbackSent) -> _Goals | None:
         there = self._there.get(event.robot)
@@ -130,8 +132,8 @@ class GoalTopics:
                 self._interest.watch(pattern, pattern)
             yield _Layout(type_, pattern, self._of(called, "feedback", type_, DEFAULT_QOS))
 
-    def _of(self, names: Iterable[str], role: str, type_: MessageType, qos: str) -> list[Outlet]:
+    def _of(self, names: Iterable[str], role: str, type_: MessageType, qos: str) -> list[Publisher]:
         return [
-            self._outlets.of(Endpoint(Kind.PUBLISHER, f"{name}/_action/{role}", type_.dds_name, type_.hash, qos))
+            self._publishers.of(Endpoint(Kind.PUBLISHER, f"{name}/_action/{role}", type_.dds_name, type_.hash, qos))
             for name in names
         ]

@@ -1,4 +1,4 @@
-"""What a simulation publishes in ROS, and what the network is told of it."""
+"""The publications of a simulation on a ROS 2 wire, and their declaration."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hmrsim_zenoh.ros2.publishing import goal_topics, topics
 from hmrsim_zenoh.ros2.publishing.declarations import Declarations
 from hmrsim_zenoh.ros2.publishing.endpoints import AMCL_POSE, Endpoints, parts
 from hmrsim_zenoh.ros2.publishing.goal_topics import GoalTopics
-from hmrsim_zenoh.ros2.publishing.publishers import Outlets
+from hmrsim_zenoh.ros2.publishing.publishers import Publishers
 from hmrsim_zenoh.ros2.publishing.topics import Topics
 from hmrsim_zenoh.server.interest import SubscriberWatch
 
@@ -28,23 +28,23 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.keys import TypeHash
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.publishing.endpoints import Part
-    from hmrsim_zenoh.ros2.publishing.publishers import Outlet
+    from hmrsim_zenoh.ros2.publishing.publishers import Publisher
     from hmrsim_zenoh.ros2.wires import Wire
 
 _log = logging.getLogger(__name__)
 
 
 class Publications:
-    """Publishes on one wire. All of it but `served` and `close` is for the simulation's thread.
+    """Publishes on one wire; everything except `served` and `close` is for the simulation thread.
 
     Args:
-        session: Where to publish; it stays the caller's to close.
+        session: The session to publish on, which the caller closes.
         wire: How keys are spelled.
-        names: What is served at first.
+        names: The initial names.
         actions: All actions by name.
         services: The world's services by name.
-        odom: Gives where a robot is.
-        changed: Called in another thread after a kind of topic got its first listener or lost its last.
+        odom: Returns a robot's odometry.
+        changed: Called in another thread when a kind of topic gets its first subscriber or loses its last.
     """
 
     def __init__(
@@ -63,17 +63,17 @@ class Publications:
         self._actions = actions
         self._odom = odom
         self._endpoints = Endpoints(wire, actions, services)
-        self._outlets = Outlets(session, wire)
-        self._declarations = Declarations(session, wire, self._endpoints.of, self._outlets)
+        self._publishers = Publishers(session, wire)
+        self._declarations = Declarations(session, wire, self._endpoints.of, self._publishers)
         patterns = goal_topics.patterns(wire) | topics.patterns(wire)
         self._interest = SubscriberWatch(session, patterns, zenoh.KeyExpr.autocanonize(wire.key("/**")), changed)
-        self._goals = GoalTopics(wire, self._endpoints, self._outlets, self._interest)
-        self._topics = Topics(self._endpoints, self._outlets, self._interest)
-        # What is latched must be held until the network knows of its publishers.
-        self._poses: dict[str, Outlet] = {}
+        self._goals = GoalTopics(wire, self._endpoints, self._publishers, self._interest)
+        self._topics = Topics(self._endpoints, self._publishers, self._interest)
+        # Referenced here, as latched publishers have to keep their message until they are declared.
+        self._poses: dict[str, Publisher] = {}
         self._poses_wanted = False
         self._parts = parts(names)
-        # What is known of which parts: Zenoh's threads ask, too, and may still be at those of before.
+        # The parts along with their types: a thread of Zenoh's may still be computing those of earlier parts.
         self._served: tuple[Sequence[Part], Mapping[str, set[TypeHash]]] = ((), {})
         self._emitters: dict[type, Callable[[Any], None]] = {
             GoalChanged: self._emit_change,
@@ -83,14 +83,14 @@ class Publications:
         }
 
     def start(self) -> None:
-        """Begin to tell the network who is there, in the background."""
+        """Declare nodes and endpoints, in the background."""
         self._begin()
 
     def follow(self, names: Names, lost: Collection[str] = ()) -> bool:
-        """Publish of these robots from now on; nothing is heard of who is *lost*.
+        """Publish for these robots from now on, except for the *lost* ones.
 
         Returns:
-            Whether anything is another than before.
+            Whether anything has changed.
         """
         gone = frozenset(lost)
         if names == self._names and gone == self._lost:
@@ -105,33 +105,33 @@ class Publications:
         return True
 
     def close(self) -> None:
-        """Declare nothing more, before the session is closed; waits for what is being declared, up to 1 s."""
+        """Stop declaring, before the session is closed; waits up to 1 s for the declaration in progress."""
         self._declarations.close()
 
     def join(self) -> None:
-        """Wait until nothing runs any more, after the session was closed."""
+        """Wait for the thread to end, after the session was closed."""
         self._interest.join()
 
     def served(self) -> Mapping[str, set[TypeHash]]:
         """Return types and hashes of all endpoints by their names; from any thread."""
         wanted, (known, served) = self._parts, self._served
         if known is not wanted:
-            served = self._endpoints.spoken(wanted)
+            served = self._endpoints.types_of(wanted)
             self._served = wanted, served
         return served
 
     def look(self) -> int:
-        """Look for listeners where there were none; return how often anything has changed."""
+        """Check for new subscribers; return how often anything has changed."""
         return self._interest.look()
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether a topic is needed for a subscriber; statuses always are."""
+        """Return whether a topic has to be sampled for a subscriber; statuses always are needed."""
         if topic is Topic.ODOM:
-            self._tell_poses()
+            self._publish_poses()
         return self._goals.wants(topic) or self._topics.wants(topic)
 
     def emit(self, event: Event) -> None:
-        """Publish an event, if ROS has a topic for it."""
+        """Publish an event that has a ROS topic."""
         emit = self._emitters.get(type(event))
         if emit is not None:
             try:
@@ -140,28 +140,28 @@ class Publications:
                 _log.warning("not published in ROS: %s", error)
 
     def _begin(self) -> None:
-        """Have who was not there say how he is, and let the network know of all."""
+        """Publish the initial state of new robots, and declare all robots."""
         self._topics.forget()
         for robot in self._names.serves:
             if robot not in self._lost and not self._goals.knows(robot):
                 self._goals.begin(robot, self._names)
                 if robot != WORLD:
-                    self._poses[robot] = self._outlets.of(self._endpoints.topic(robot, AMCL_POSE))
-                    self._tell_pose(robot)
+                    self._poses[robot] = self._publishers.of(self._endpoints.topic(robot, AMCL_POSE))
+                    self._publish_pose(robot)
         self._declarations.want(self._parts)
 
     def _emit_change(self, event: GoalChanged) -> None:
         if event.status.terminal:
             self._goals.forget(event.goal_id)
             if event.robot in self._poses and self._actions[event.action].holds_base:
-                self._tell_pose(event.robot)
+                self._publish_pose(event.robot)
 
-    def _tell_poses(self) -> None:
-        """Publish all robots' poses upon a new subscriber: a robot may have been moved meanwhile."""
+    def _publish_poses(self) -> None:
+        """Publish all robots' poses for the first subscriber: a robot may have moved without one."""
         before, self._poses_wanted = self._poses_wanted, self._interest[AMCL_POSE]
         if self._poses_wanted and not before:
             for robot in self._poses:
-                self._tell_pose(robot)
+                self._publish_pose(robot)
 
-    def _tell_pose(self, robot: str) -> None:
-        self._topics.tell_pose(self._odom(robot))
+    def _publish_pose(self, robot: str) -> None:
+        self._topics.publish_pose(self._odom(robot))

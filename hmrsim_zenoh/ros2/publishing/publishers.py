@@ -1,4 +1,4 @@
-"""Where publishers put what they say: at first they are shut, and open once the network knows of them."""
+"""The publishers of a ROS 2 wire: each is closed until its liveliness token is about to be declared."""
 
 from __future__ import annotations
 
@@ -27,56 +27,61 @@ _HEARTBEAT: Final = 0.5
 """The heartbeat period in seconds, by which subscribers detect a missed message, as in rmw_zenoh."""
 
 
-class Outlet:
-    """What one publisher says, numbered from 1; nothing while it is shut. From any thread."""
+class Publisher:
+    """A publisher that numbers its messages from 1 and drops them while it is closed; for any thread."""
 
     def __init__(self) -> None:
-        # The simulation's thread sends, the declarations' thread opens and shuts.
+        # The simulation thread publishes; the declaration thread opens and closes.
         self._lock = threading.Lock()
         self._put: Callable[..., None] | None = None
         self._gid: bytes | None = None
         self._count = 0
 
     def __bool__(self) -> bool:
-        """Return whether it is open."""
+        """Return whether the publisher is open."""
         return self._put is not None
 
     def open(self, put: Callable[..., None], gid: bytes | None) -> None:
-        """Begin; *put* takes what is said, and an attachment with the publisher's id unless that is None."""
+        """Open the publisher.
+
+        Args:
+            put: Accepts a payload, and an attachment if there is a *gid*.
+            gid: The publisher's id; None on a wire without attachments.
+        """
         with self._lock:
             self._gid, self._count = gid, 0
             self._put = put
             self._opened()
 
-    def shut(self) -> None:
-        """End; waits for a put that is running, so that the caller may undeclare what it puts on."""
+    def close(self) -> None:
+        """Close the publisher; returns after a put in progress, so that the caller may undeclare the entity."""
         with self._lock:
             self._put = None
 
-    def send(self, payload: bytes) -> None:
-        """Say something; it is lost if the network does not take it at once."""
+    def publish(self, payload: bytes) -> None:
+        """Publish a message; it is dropped under congestion."""
         with self._lock:
-            self._send(payload)
+            self._publish(payload)
 
     def _opened(self) -> None:
-        """Do what opening entails; the lock is held."""
+        """Run after the publisher has opened, with the lock held."""
 
-    def _send(self, payload: bytes) -> None:
-        """Put a payload unless the outlet is shut; the lock is held."""
+    def _publish(self, payload: bytes) -> None:
+        """Put a payload if the publisher is open, with the lock held."""
         if self._put is None:
             return
         self._count += 1
-        said: dict[str, Any] = {}
+        options: dict[str, Any] = {}
         if self._gid is not None:
-            said["attachment"] = Attachment(self._count, time.time_ns(), self._gid).to_bytes()
+            options["attachment"] = Attachment(self._count, time.time_ns(), self._gid).to_bytes()
         try:
-            self._put(payload, **said)
+            self._put(payload, **options)
         except zenoh.ZError as error:
             _log.debug("publishing: %s", error)
 
 
-class Latched(Outlet):
-    """An outlet that keeps its last message, and sends it again when it opens."""
+class LatchedPublisher(Publisher):
+    """A publisher that keeps its last message and publishes it again when it opens."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -84,37 +89,37 @@ class Latched(Outlet):
 
     def _opened(self) -> None:
         if self._last is not None:
-            super()._send(self._last)
+            super()._publish(self._last)
 
-    def _send(self, payload: bytes) -> None:
+    def _publish(self, payload: bytes) -> None:
         self._last = payload
-        super()._send(payload)
+        super()._publish(payload)
 
 
 class _Key:
-    """A key to publish on; Zenoh is told of it with the first message, as most keys never have one."""
+    """A key to publish on; it is declared with the first message, as most keys never have one."""
 
     def __init__(self, session: zenoh.Session, key: str) -> None:
         self._session = session
         self._key = key
         self._declared: zenoh.KeyExpr | None = None
 
-    def put(self, payload: bytes, **said: Any) -> None:
-        # Zenoh compares a key that it does not know with all that it does.
+    def put(self, payload: bytes, **options: Any) -> None:
+        # Zenoh matches an undeclared key against all declared ones.
         if self._declared is None:
             self._declared = self._session.declare_keyexpr(self._key)
-        self._session.put(self._declared, payload, congestion_control=_DROP, **said)
+        self._session.put(self._declared, payload, congestion_control=_DROP, **options)
 
     def undeclare(self) -> None:
         if self._declared is not None:
             self._session.undeclare(self._declared)
 
 
-class Outlets:
-    """All of one wire, by their keys.
+class Publishers:
+    """All publishers of one wire, by their keys.
 
     Args:
-        session: Where they publish.
+        session: The session to publish on.
         wire: How keys are spelled.
     """
 
@@ -122,48 +127,48 @@ class Outlets:
         self._session = session
         self._wire = wire
         self._lock = threading.Lock()
-        # Those that somebody holds, and the open ones by these.
-        self._all: weakref.WeakValueDictionary[str, Outlet] = weakref.WeakValueDictionary()
-        self._publishers: dict[str, tuple[Outlet, ext.AdvancedPublisher | _Key]] = {}
+        # The publishers that are referenced, and the entities of the open ones.
+        self._all: weakref.WeakValueDictionary[str, Publisher] = weakref.WeakValueDictionary()
+        self._entities: dict[str, tuple[Publisher, ext.AdvancedPublisher | _Key]] = {}
 
-    def of(self, endpoint: Endpoint) -> Outlet:
-        """Return the outlet of a publisher: always the same, as long as it is referenced.
+    def of(self, endpoint: Endpoint) -> Publisher:
+        """Return the publisher of an endpoint: always the same object while it is referenced.
 
-        It is open if there is no token that it would have to wait for, unless it is latched, which keeps what is said.
+        Without tokens to wait for, it is open at once unless it is latched, as that one keeps its message anyway.
         """
         key = self._key_of(endpoint)
         with self._lock:
             found = self._all.get(key)
             if found is None:
-                found = self._all[key] = Latched() if endpoint.qos == LATCHED_QOS else Outlet()
-                if not self._wire.tells_types and endpoint.qos != LATCHED_QOS:
+                found = self._all[key] = LatchedPublisher() if endpoint.qos == LATCHED_QOS else Publisher()
+                if not self._wire.has_types and endpoint.qos != LATCHED_QOS:
                     self._open(key, found, _Key(self._session, key), None)
         return found
 
     def open(self, endpoint: Endpoint, gid: bytes | None) -> None:
-        """Declare a publisher, and let it speak if it does not yet.
+        """Declare a publisher and open it, if it is closed.
 
         Raises:
             ZError: The session is closed.
         """
-        key, outlet = self._key_of(endpoint), self.of(endpoint)
-        if not outlet:
-            publisher = self._advanced(key) if endpoint.qos == LATCHED_QOS else _Key(self._session, key)
-            self._open(key, outlet, publisher, gid)
+        key, publisher = self._key_of(endpoint), self.of(endpoint)
+        if not publisher:
+            entity = self._advanced(key) if endpoint.qos == LATCHED_QOS else _Key(self._session, key)
+            self._open(key, publisher, entity, gid)
 
-    def _open(self, key: str, outlet: Outlet, publisher: ext.AdvancedPublisher | _Key, gid: bytes | None) -> None:
-        self._publishers[key] = outlet, publisher
-        outlet.open(publisher.put, gid)
+    def _open(self, key: str, publisher: Publisher, entity: ext.AdvancedPublisher | _Key, gid: bytes | None) -> None:
+        self._entities[key] = publisher, entity
+        publisher.open(entity.put, gid)
 
-    def shut(self, endpoint: Endpoint) -> None:
-        """Let a publisher speak no more, and undeclare it.
+    def close(self, endpoint: Endpoint) -> None:
+        """Close a publisher, and then undeclare it.
 
         Raises:
             ZError: The session is closed.
         """
-        outlet, publisher = self._publishers.pop(self._key_of(endpoint))
-        outlet.shut()
-        publisher.undeclare()
+        publisher, entity = self._entities.pop(self._key_of(endpoint))
+        publisher.close()
+        entity.undeclare()
 
     def _key_of(self, endpoint: Endpoint) -> str:
         return self._wire.key(endpoint.name, endpoint.type, endpoint.hash)

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.codec.types import MessageType
 
 _SECOND: Final = 33
-"""Where the second entry of a list begins. From it on all are alike; the first lacks their padding."""
+"""Where the second entry of a list begins. All entries except the first have the same padding."""
 _PADDING: Final = slice(16, 19)
 """After the goal's id: the times that follow are aligned to 4 bytes, and an entry has 25."""
 
 
 class Statuses:
-    """Makes status lists; what an entry was made into is kept, as most of a long list stays as it was.
+    """Encodes status lists; encoded entries are cached, as most of a long list does not change.
 
     Args:
         type_: The type of status lists.
@@ -35,7 +35,7 @@ class Statuses:
     def encode(self, goals: Sequence[GoalEntry]) -> bytes:
         """Return the list of these goals."""
         self._drop_oldest(goals)
-        # Looking at each would take most of the time: that nearly all are the same is seen without Python's help.
+        # A Python loop over all entries would take most of the time: identical ones are skipped in C.
         for i in compress(count(), map(is_not, goals, self._goals)):
             if self._goals[i] != goals[i]:
                 self._made[i] = self._entry(goals[i])
@@ -47,7 +47,7 @@ class Statuses:
         return b"\0\1\0\0%b%b%b" % (len(made).to_bytes(4, "little"), first, b"".join(made[1:]))
 
     def _drop_oldest(self, goals: Sequence[GoalEntry]) -> None:
-        """Drop those at the beginning that are not there any more, so that the others keep their places."""
+        """Drop expired entries at the beginning, so that the others keep their indices."""
         oldest = goals[0].goal_id if goals else ""
         gone = next((i for i, goal in enumerate(self._goals) if goal.goal_id == oldest), len(self._goals))
         del self._goals[:gone], self._made[:gone]

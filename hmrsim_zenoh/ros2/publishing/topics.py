@@ -1,4 +1,4 @@
-"""What our topics say in ROS: odometry, and all that follows from it, batteries, what sensors see, and the time."""
+"""The messages of topics in ROS: odometry and what derives from it, batteries, detections and the clock."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.outputs import Sampled
     from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
-    from hmrsim_zenoh.ros2.publishing.publishers import Outlet, Outlets
+    from hmrsim_zenoh.ros2.publishing.publishers import Publisher, Publishers
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.interest import SubscriberWatch
 
 ROBOT_TF: Final = "robot's tf"
-"""A robot's own transforms, as Nav2 has them where there are several robots; `TF` is those of all of them."""
+"""A robot's own transforms, ``/<robot>/tf`` as in Nav2 with several robots; `TF` has those of all robots."""
 
 _PLAIN: Final = {Topic.CLOCK: CLOCK, Topic.BATTERY_STATE: BATTERY_STATE, Topic.DETECTIONS: DETECTIONS}
 OF_ODOM: Final = (ODOM, TF, ROBOT_TF, AMCL_POSE)
-"""What is made of odometry."""
+"""The topics that derive from odometry."""
 
 _BASE, _FOOTPRINT = "base_link", "base_footprint"
 _NONE: Final = Transform(translation=Vector3(), rotation=Quaternion())
@@ -44,17 +44,17 @@ def patterns(wire: Wire) -> dict[str, str]:
 
 
 def amcl_pose(odom: Odometry) -> PoseWithCovarianceStamped:
-    """Return where a robot believes to be."""
+    """Return a robot's estimated pose."""
     return PoseWithCovarianceStamped.model_construct(header=odom.header, pose=odom.pose)
 
 
 def tf_of_all(odom: Odometry) -> TFMessage:
-    """Return where a robot is among all others: the frame is its own."""
+    """Return a robot's transform for the topic of all robots, with the robot's name in the frame."""
     return TFMessage.model_construct(transforms=[_base(odom, odom.child_frame_id)])
 
 
 def tf_of_robot(odom: Odometry) -> TFMessage:
-    """Return the same for those who look at one robot alone: the frames are as in Nav2, without the robot's name."""
+    """Return a robot's transforms for its own topic, with Nav2's frames, which lack the robot's name."""
     held = Header.model_construct(stamp=odom.header.stamp, frame_id=_FOOTPRINT)
     base = TransformStamped.model_construct(header=held, child_frame_id=_BASE, transform=_NONE)
     return TFMessage.model_construct(transforms=[_base(odom, _FOOTPRINT), base])
@@ -71,16 +71,16 @@ class Topics:
     """Publishes samples to topics that have subscribers.
 
     Args:
-        endpoints: The publishers' types.
-        outlets: Where to publish.
-        interest: Who listens.
+        endpoints: The types of the publishers.
+        publishers: The publishers.
+        interest: The watch for subscribers.
     """
 
-    def __init__(self, endpoints: Endpoints, outlets: Outlets, interest: SubscriberWatch[str]) -> None:
+    def __init__(self, endpoints: Endpoints, publishers: Publishers, interest: SubscriberWatch[str]) -> None:
         self._endpoints = endpoints
-        self._outlets = outlets
+        self._publishers = publishers
         self._interest = interest
-        self._known: dict[tuple[str, str], Outlet] = {}
+        self._known: dict[tuple[str, str], Publisher] = {}
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic's messages have a subscriber."""
@@ -89,7 +89,7 @@ class Topics:
         return topic in _PLAIN and self._interest[_PLAIN[topic]]
 
     def forget(self) -> None:
-        """Look anew at who is there."""
+        """Drop the cached publishers after robots came or went."""
         self._known.clear()
 
     def emit(self, sample: Sampled) -> None:
@@ -97,27 +97,27 @@ class Topics:
         if isinstance(sample.message, Odometry):
             self._emit_odom(sample.robot, sample.message)
         elif sample.topic in _PLAIN and self._interest[_PLAIN[sample.topic]]:
-            self._say(sample.robot or WORLD, _PLAIN[sample.topic], sample.message)
+            self._publish(sample.robot or WORLD, _PLAIN[sample.topic], sample.message)
 
     def _emit_odom(self, robot: str, odom: Odometry) -> None:
         if self._interest[ODOM]:
-            self._say(robot, ODOM, odom)
+            self._publish(robot, ODOM, odom)
         if self._interest[TF]:
-            self._say(WORLD, TF, tf_of_all(odom))
+            self._publish(WORLD, TF, tf_of_all(odom))
         if self._interest[ROBOT_TF]:
-            self._say(robot, TF, tf_of_robot(odom))
+            self._publish(robot, TF, tf_of_robot(odom))
         if self._interest[AMCL_POSE]:
-            self._say(robot, AMCL_POSE, amcl_pose(odom))
+            self._publish(robot, AMCL_POSE, amcl_pose(odom))
 
-    def tell_pose(self, sample: Sampled) -> None:
+    def publish_pose(self, sample: Sampled) -> None:
         """Publish a robot's pose from its odometry, with or without subscribers."""
         if isinstance(sample.message, Odometry):
-            self._say(sample.robot, AMCL_POSE, amcl_pose(sample.message))
+            self._publish(sample.robot, AMCL_POSE, amcl_pose(sample.message))
 
-    def _say(self, robot: str, topic: str, message: Message) -> None:
-        """Publish a message; what is latched also before the network knows of the publisher."""
-        outlet = self._known.get((robot, topic))
-        if outlet is None:
-            outlet = self._known[robot, topic] = self._outlets.of(self._endpoints.topic(robot, topic))
-        if outlet or topic == AMCL_POSE:
-            outlet.send(self._endpoints.message_type(topic).encode(message))
+    def _publish(self, robot: str, topic: str, message: Message) -> None:
+        """Publish a message; a latched one is also kept before its publisher is declared."""
+        publisher = self._known.get((robot, topic))
+        if publisher is None:
+            publisher = self._known[robot, topic] = self._publishers.of(self._endpoints.topic(robot, topic))
+        if publisher or topic == AMCL_POSE:
+            publisher.publish(self._endpoints.message_type(topic).encode(message))

@@ -1,1 +1,1 @@
-"""What ROS clients ask: requests in, replies out."""
+"""The requests of ROS clients, and the replies to them."""

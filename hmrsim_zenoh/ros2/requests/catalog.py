@@ -1,4 +1,4 @@
-"""All that ROS clients can ask of us on one wire, by its name."""
+"""The request handlers of one wire, by the names of their services."""
 
 from __future__ import annotations
 
@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from hmrsim.interfaces.lifecycle_msgs import GetState
 from hmrsim_zenoh.ros2.codec.types import action_types, service_type
 from hmrsim_zenoh.ros2.names import ros_services
-from hmrsim_zenoh.ros2.requests.handlers import Cancels, Goals, Layouts, OfWorld, Results, States
+from hmrsim_zenoh.ros2.requests.handlers import (
+    CancelGoalHandler,
+    GetResultHandler,
+    GetStateHandler,
+    Layouts,
+    SendGoalHandler,
+    WorldServiceHandler,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,28 +25,28 @@ if TYPE_CHECKING:
     from hmrsim.services import AnyService
     from hmrsim_zenoh.ros2.keys import Node
     from hmrsim_zenoh.ros2.names import Names
-    from hmrsim_zenoh.ros2.requests.handlers import Offer
+    from hmrsim_zenoh.ros2.requests.handlers import Handler
 
 _Of = TypeVar("_Of")
 
 _ACTION: Final = "/_action/"
-_OF_ACTIONS: Final[Mapping[str, type[Goals | Cancels | Results]]] = MappingProxyType(
-    {"send_goal": Goals, "cancel_goal": Cancels, "get_result": Results}
+_ACTION_HANDLERS: Final[Mapping[str, type[SendGoalHandler | CancelGoalHandler | GetResultHandler]]] = MappingProxyType(
+    {"send_goal": SendGoalHandler, "cancel_goal": CancelGoalHandler, "get_result": GetResultHandler}
 )
 
 
 _MAX_LOST: Final = 10_000
-"""Names that are remembered of each kind; the oldest are forgotten."""
+"""The largest number of lost names of each kind; the oldest are forgotten."""
 
 
 class Catalog:
-    """Finds offers; each is made when it is first asked for, as most are never.
+    """Finds handlers; each is built at its first request, as most services never get one.
 
     Args:
-        names: What is served.
-        distros: The distributions whose types are spoken.
+        names: The names that are served.
+        distros: The distributions whose types are served.
         actions: All actions by name.
-        services: The world's services by name; those that ROS has are on offer.
+        services: The world's services by name, of which those that ROS has are served.
     """
 
     def __init__(
@@ -55,41 +62,43 @@ class Catalog:
         self._services = ros_services(services)
         self._layouts = cache(self._made_layouts)
         self._names = names
-        self._found: dict[str, Offer] = {}
+        self._found: dict[str, Handler] = {}
         self._lost_actions: dict[str, tuple[str, str]] = {}
         self._lost_nodes: dict[str, Node] = {}
 
     def follow(self, names: Names) -> None:
-        """Offer what is served now; what no longer is stays on offer as lost, as who asks for it is to be answered."""
+        """Serve these names; earlier ones are kept as lost, so that their clients get a reply."""
         _keep(self._lost_actions, self._names.actions, names.actions)
         _keep(self._lost_nodes, self._names.lifecycle, names.lifecycle)
         self._names = names
         self._found.clear()
 
-    def find(self, name: str) -> Offer | None:
-        """Return what is on offer under one of ROS's names; None if nothing is."""
-        offer = self._found.get(name)
-        if offer is None:
-            offer = self._made(name)
-            if offer is not None:
-                self._found[name] = offer
-        return offer
+    def find(self, name: str) -> Handler | None:
+        """Return the handler of a ROS service; None if there is none."""
+        handler = self._found.get(name)
+        if handler is None:
+            handler = self._made(name)
+            if handler is not None:
+                self._found[name] = handler
+        return handler
 
-    def _made(self, name: str) -> Offer | None:
+    def _made(self, name: str) -> Handler | None:
         if name in self._services:
             service = self._services[name]
-            return OfWorld(name, self._of_service(service.ros_type, service.request, service.response), service)
+            return WorldServiceHandler(
+                name, self._of_service(service.ros_type, service.request, service.response), service
+            )
         nodes = self._names.lifecycle
         if name in nodes or name in self._lost_nodes:
             layouts = self._of_service("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response)
-            return States(name, layouts, lost=name not in nodes)
+            return GetStateHandler(name, layouts, lost=name not in nodes)
         of, _, verb = name.rpartition(_ACTION)
         actions = self._names.actions
         target = actions.get(of) or self._lost_actions.get(of)
-        if target is None or verb not in _OF_ACTIONS:
+        if target is None or verb not in _ACTION_HANDLERS:
             return None
         robot, action = target
-        return _OF_ACTIONS[verb](
+        return _ACTION_HANDLERS[verb](
             name, self._layouts(action, verb), robot, self._actions[action], lost=of not in actions
         )
 
@@ -101,7 +110,7 @@ class Catalog:
 
 
 def _keep(lost: dict[str, _Of], before: Mapping[str, _Of], now: Mapping[str, _Of]) -> None:
-    """Remember what has been served and is no longer."""
+    """Remember the names that are no longer served."""
     lost |= {name: of for name, of in before.items() if name not in now}
     for name in list(lost)[: max(0, len(lost) - _MAX_LOST)]:
         del lost[name]

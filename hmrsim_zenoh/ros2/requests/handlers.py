@@ -1,6 +1,6 @@
-"""What ROS clients can ask of us, one class a kind: how a request becomes a command, and an answer ROS's message.
+"""Request handlers, one class for each kind of service: requests to commands, and answers to ROS messages.
 
-Several layouts of one service may be on offer, as distributions have different ones; the key of a request says which.
+A service may have several layouts, as types differ between distributions; the key of a request selects one.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
 _REJECTED: Final = CancelGoalService.Response.ERROR_REJECTED
 _UNKNOWN: Final = CancelGoalService.Response.ERROR_UNKNOWN_GOAL_ID
 _STAMP: Final = 1
-"""Of goals that are not accepted, in nanoseconds: ROS takes 0 for no time at all."""
+"""The stamp of rejected goals in nanoseconds: ROS reads 0 as "unset"."""
 
 
 class Layouts:
     """The layouts of one service.
 
     Attributes:
-        types: One for each distribution, in order of their age.
+        types: One for each distribution, oldest first.
     """
 
     def __init__(self, types: tuple[ServiceType, ...]) -> None:
@@ -45,11 +45,11 @@ class Layouts:
         self._by_key = {(one.dds_name, one.hash): one for one in types}
 
     def of(self, address: Address) -> ServiceType | None:
-        """Return the layout that a key names; the first where keys have none; None if it is none of ours."""
+        """Return the layout that a key names, or the first if it names none; None if it names an unknown one."""
         return self._by_key.get((address.type, address.hash)) if address.hash else self.types[0]
 
     def nearest(self, address: Address) -> ServiceType:
-        """Return the layout to answer in if a key names none of ours: the oldest for humble, else the newest."""
+        """Return the layout of the reply to an unknown layout: the oldest for humble, else the newest."""
         return self.types[0 if address.hash == NO_HASH else -1]
 
 
@@ -57,16 +57,16 @@ class ReplyTo(Protocol):
     """A request that awaits its reply."""
 
     def answer(self, answer: Any) -> None:
-        """Send what came of the command."""
+        """Send the answer to the command."""
 
 
-class Offer(Protocol):
-    """One service.
+class Handler(Protocol):
+    """The handler of one service.
 
     Attributes:
-        name: ROS's, such as ``/wall_e/wait/_action/send_goal``.
-        layouts: In which layouts.
-        lost: Whether it was there and is no longer: its requests are refused, as they would get no reply otherwise.
+        name: The service's name, such as ``/wall_e/wait/_action/send_goal``.
+        layouts: Its layouts.
+        lost: Whether it is no longer served: its requests are rejected, as they would get no reply otherwise.
     """
 
     @property
@@ -79,29 +79,29 @@ class Offer(Protocol):
     def lost(self) -> bool: ...  # noqa: D102
 
     def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
-        """Return the commands that a request stands for; what needs none is answered.
+        """Return the commands of a request; a request that needs none is answered here.
 
         Raises:
-            ValidationError: The request makes no sense.
+            ValidationError: The request is invalid.
         """
 
     def answer(self, answer: Any) -> Message | Mapping[str, Any]:
-        """Return the response to what came of the command."""
+        """Return the response with the answer to the command."""
 
     def refusal(self, text: str) -> Message | Mapping[str, Any]:
-        """Return the response to what came to nothing."""
+        """Return the response to a rejected request."""
 
 
 @dataclass(frozen=True)
-class OfAction:
-    """One of the services of an action.
+class ActionHandler:
+    """The handler of one of an action's services.
 
     Attributes:
-        name: ROS's.
-        layouts: In which layouts.
-        robot: Whose.
-        action: Which.
-        lost: Whether it is no longer there.
+        name: The service's name.
+        layouts: Its layouts.
+        robot: The robot.
+        action: The action.
+        lost: Whether it is no longer served.
     """
 
     name: str
@@ -111,34 +111,34 @@ class OfAction:
     lost: bool = False
 
 
-class Goals(OfAction):
-    """Takes goals."""
+class SendGoalHandler(ActionHandler):
+    """The handler of ``send_goal``."""
 
     def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
-        """Return the goal that is sent."""
+        """Return the command that sends the goal."""
         goal = self.action.goal.model_validate(request["goal"])
         return [SendGoal(self.robot, self.action.name, goal, _goal_id(request), reply_to)]
 
     def answer(self, answer: GoalResponse) -> Mapping[str, Any]:
-        """Return whether it was accepted, and when; ROS has no field for why not."""
+        """Return whether the goal was accepted, and when; ROS has no field for the reason of a rejection."""
         return {"accepted": answer.accepted, "stamp": values_of(answer.stamp)}
 
     def refusal(self, _text: str) -> Mapping[str, Any]:
-        """Return that it was not accepted."""
+        """Return that the goal was rejected."""
         return {"accepted": False, "stamp": values_of(_STAMP)}
 
 
-class Cancels(OfAction):
-    """Takes requests to cancel goals."""
+class CancelGoalHandler(ActionHandler):
+    """The handler of ``cancel_goal``."""
 
     def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
-        """Return the request."""
+        """Return the command that cancels the goals."""
         info = request["goal_info"]
         stamp = info["stamp"]["sec"] * NANOSECONDS + info["stamp"]["nanosec"]
         return [CancelGoal(self.robot, self.action.name, _goal_id(info), stamp, reply_to)]
 
     def answer(self, answer: CancelResponse | Refused) -> Mapping[str, Any]:
-        """Return which goals are canceled."""
+        """Return the goals that are being canceled."""
         if isinstance(answer, Refused):
             return self.refusal(answer.message)
         goals = [
@@ -148,36 +148,36 @@ class Cancels(OfAction):
         return {"return_code": answer.return_code, "goals_canceling": goals}
 
     def refusal(self, _text: str) -> Mapping[str, Any]:
-        """Return that none is."""
+        """Return that no goal is being canceled."""
         return {"return_code": _UNKNOWN if self.lost else _REJECTED, "goals_canceling": []}
 
 
-class Results(OfAction):
-    """Hands out results, when there are any."""
+class GetResultHandler(ActionHandler):
+    """The handler of ``get_result``."""
 
     def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
-        """Return the request."""
+        """Return the command that waits for the result."""
         return [GetResult(self.robot, self.action.name, _goal_id(request), reply_to)]
 
     def answer(self, answer: ResultResponse | Refused) -> Mapping[str, Any]:
-        """Return how the goal ended."""
+        """Return the goal's final status and result."""
         if isinstance(answer, Refused):
             return self.refusal(answer.message)
         return {"status": int(answer.status), "result": answer.result}
 
     def refusal(self, _text: str) -> Mapping[str, Any]:
-        """Return that nothing is known of the goal."""
+        """Return that the goal is unknown."""
         return {"status": 0, "result": self.action.result()}
 
 
 @dataclass(frozen=True)
-class OfWorld:
-    """A service of the world.
+class WorldServiceHandler:
+    """The handler of a service of the world.
 
     Attributes:
-        name: ROS's.
-        layouts: In which layouts.
-        service: Which.
+        name: The service's name in ROS.
+        layouts: Its layouts.
+        service: The service.
     """
 
     name: str
@@ -187,7 +187,7 @@ class OfWorld:
     lost = False
 
     def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
-        """Return the request."""
+        """Return the command that calls the service."""
         return [CallService(self.service.name, self.service.request.model_validate(request), reply_to)]
 
     def answer(self, answer: Message | Refused) -> Message:
@@ -195,7 +195,7 @@ class OfWorld:
         return self.refusal(answer.message) if isinstance(answer, Refused) else answer
 
     def refusal(self, text: str) -> Message:
-        """Return that it failed, and why if the response can say so."""
+        """Return that the call failed, with the reason if the response has a field for it."""
         response: Message = self.service.response()
         if not isinstance(getattr(response, "result", None), Result):
             return response
@@ -204,13 +204,13 @@ class OfWorld:
 
 
 @dataclass(frozen=True)
-class States:
-    """Tells the state of a node, which is active as long as it is there.
+class GetStateHandler:
+    """The handler of ``get_state``: a node is active as long as it exists.
 
     Attributes:
-        name: ROS's.
-        layouts: In which layouts.
-        lost: Whether the node is no longer there.
+        name: The service's name.
+        layouts: Its layouts.
+        lost: Whether the node no longer exists.
     """
 
     name: str
@@ -218,16 +218,16 @@ class States:
     lost: bool = False
 
     def commands(self, _request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
-        """Answer, and return nothing."""
+        """Answer at once; there are no commands."""
         reply_to.answer(None)
         return []
 
     def answer(self, _answer: object) -> Message:
-        """Return that it is active."""
+        """Return that the node is active."""
         return GetState.Response(current_state=State(id=State.PRIMARY_STATE_ACTIVE, label="active"))
 
     def refusal(self, _text: str) -> Message:
-        """Return that nothing is known of it."""
+        """Return that the node is unknown."""
         return GetState.Response()
 
 

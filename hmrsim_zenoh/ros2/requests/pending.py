@@ -1,4 +1,4 @@
-"""A request of a ROS client that awaits its reply: it gets exactly one, whatever comes of it."""
+"""A request of a ROS client that awaits its reply: it gets exactly one in any case."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ if TYPE_CHECKING:
 
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.ros2.codec.types import ServiceType
-    from hmrsim_zenoh.ros2.requests.handlers import Offer
+    from hmrsim_zenoh.ros2.requests.handlers import Handler
     from hmrsim_zenoh.ros2.wires import Wire
 
 _log = logging.getLogger(__name__)
 
-NOBODY: Final = Attachment(0, 0, bytes(16))
-"""What stands for an attachment that can't be read."""
+NO_ATTACHMENT: Final = Attachment(0, 0, bytes(16))
+"""The substitute for a missing or invalid attachment."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PendingRosReply:
-    """A query, and what is known of it.
+    """A query and its parsed key and attachment.
 
     Attributes:
-        query: Zenoh's.
-        wire: On which it came.
-        offer: What it is about.
-        type: The layout that its client has.
-        attached: Who sent it; None where the wire doesn't tell.
+        query: Zenoh's query.
+        wire: The wire of the query.
+        handler: The handler of the requested service.
+        type: The client's layout of the service.
+        attached: The attachment, which identifies the client; None on a wire without attachments.
     """
 
     query: zenoh.Query
     wire: Wire
-    offer: Offer
+    handler: Handler
     type: ServiceType
     attached: Attachment | None
 
@@ -50,19 +50,19 @@ class PendingRosReply:
         return self.attached.gid.hex() if self.attached and any(self.attached.gid) else ""
 
     def answer(self, answer: Any) -> None:
-        """Send what came of the command, as this client reads it."""
-        self.reply(self.offer.answer(answer))
+        """Send the answer to the command, in the client's layout."""
+        self.reply(self.handler.answer(answer))
 
     def refuse(self, text: str) -> None:
-        """Send that it came to nothing; *text* says why, where there is a field for it."""
-        self.reply(self.offer.refusal(text))
+        """Reject the request; *text* is the reason, if the response has a field for it."""
+        self.reply(self.handler.refusal(text))
 
     def reply(self, values: Message | Mapping[str, Any]) -> None:
         """Send the one reply."""
         try:
             self.query.reply(self.query.key_expr, self._encoded(values), attachment=self._attachment())
         except zenoh.ZError as error:
-            _log.debug("replying to %s: %s", self.offer.name, error)
+            _log.debug("replying to %s: %s", self.handler.name, error)
         finally:
             self.query.drop()
 
@@ -71,23 +71,23 @@ class PendingRosReply:
         try:
             return encode(values)
         except CdrError as error:
-            _log.exception("the reply of %s can't be put into ROS's bytes", self.offer.name)
-            return encode(self.offer.refusal(f"the simulator has a bug: {error}"))
+            _log.exception("the reply of %s can't be serialised", self.handler.name)
+            return encode(self.handler.refusal(f"the simulator has a bug: {error}"))
 
     def _attachment(self) -> zenoh.ZBytes | bytes | None:
-        """Return the request's, as ROS wants it: all but the time; as it came where the wire doesn't say."""
+        """Return the request's attachment, with the current time; unchanged on a wire without attachments."""
         if self.attached is None:
             return self.query.attachment
         return self.attached._replace(stamp=time.time_ns()).to_bytes()
 
 
 def attached_to(query: zenoh.Query) -> Attachment:
-    """Return what rmw_zenoh attached to a query.
+    """Return the attachment of a query.
 
     Raises:
-        ValueError: Nothing, or something else.
+        ValueError: There is none, or it is invalid.
     """
     attached = query.attachment
     if attached is None:
-        raise ValueError("nothing is attached, and rmw_zenoh attaches who asks; see docs/ros2.md")
+        raise ValueError("the request has no attachment, by which rmw_zenoh identifies the client; see docs/ros2.md")
     return read_attachment(attached.to_bytes())

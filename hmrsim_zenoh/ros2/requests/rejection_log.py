@@ -1,4 +1,4 @@
-"""What ROS clients are told through the log: ROS's replies have no field for why."""
+"""The log of rejected requests: ROS's replies have no field for the reason."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 MAX_PER_MINUTE: Final = 20
-"""The largest number of lines in a wall minute; a client that invents ids could fill the disk."""
+"""The largest number of lines in a wall minute: a client with ever new ids could fill the disk."""
 _MINUTE: Final = 60.0
 _REMEMBERED: Final = 1_000
-"""Things that are not said again; the oldest are forgotten."""
+"""The number of lines that are not repeated; the oldest are forgotten."""
 
 
-class Complaints:
-    """Says each thing once, and not too many of them; from any thread.
+class RejectionLog:
+    """Logs each line once, and at most `MAX_PER_MINUTE` lines a minute; for any thread.
 
     Args:
-        clock: Gives the wall time in seconds.
+        clock: Returns the wall time in seconds.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -36,13 +36,13 @@ class Complaints:
         self._since = clock()
         self._count = 0
 
-    def say(self, text: str, client: str = "") -> None:
-        """Say what is wrong, and what would do, if that is due to a client."""
+    def warn(self, text: str, client: str = "") -> None:
+        """Log a line, once for each client."""
         if self.due((client, text)):
             _log.warning("%s", printable(text))
 
     def due(self, what: Hashable) -> bool:
-        """Return whether something is to be said; it counts as said then."""
+        """Return whether to log a line now; if so, it counts as logged."""
         with self._lock:
             if what in self._said:
                 self._said.move_to_end(what)
@@ -63,4 +63,4 @@ class Complaints:
         untold = self._count - MAX_PER_MINUTE
         self._since, self._count = now, 0
         if untold > 0:
-            _log.warning("ROS 2: %d more are not told: there were too many in a minute", untold)
+            _log.warning("ROS 2: suppressed %d more warnings in a minute", untold)

@@ -1,7 +1,7 @@
-"""Queries of ROS clients, and the commands that they stand for.
+"""Decoding of ROS clients' queries to commands.
 
-What can't be read is answered here, at once and never with an error, which would leave a ROS client waiting for
-ever. All else is answered by what comes of the command, which carries the query as its ``reply_to``.
+An invalid query is answered here at once, never with an error reply, after which a ROS client would wait forever. Any
+other query travels with its command as ``reply_to`` and is answered when the command has been processed.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from hmrsim.protocol.commands import GetResult
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
-from hmrsim_zenoh.ros2.requests.pending import NOBODY, PendingRosReply, attached_to
+from hmrsim_zenoh.ros2.requests.pending import NO_ATTACHMENT, PendingRosReply, attached_to
 from hmrsim_zenoh.wire.envelopes import unreadable
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim_zenoh.ros2.keys import Address
     from hmrsim_zenoh.ros2.requests.catalog import Catalog
-    from hmrsim_zenoh.ros2.requests.rejection_log import Complaints
+    from hmrsim_zenoh.ros2.requests.rejection_log import RejectionLog
     from hmrsim_zenoh.ros2.requests.waiting import PendingResults
     from hmrsim_zenoh.ros2.wires import Wire
 
@@ -32,16 +32,16 @@ _log = logging.getLogger(__name__)
 
 
 class Requests:
-    """Reads queries.
+    """Decodes queries.
 
     Args:
         wire: How keys are spelled.
-        catalog: What is on offer.
-        waiting: Remembers who waits for results.
-        complaints: Says what is wrong.
-        name_of: Gives what to call a client, by its id in hex.
-        wrong_hash: Told what was asked in a layout that is none of ours, and by whom.
-        max_payload: Bytes that a request may have.
+        catalog: The request handlers.
+        waiting: The pending get_result requests.
+        rejections: The log of rejected requests.
+        name_of: Returns the name of a client for messages, by its gid in hex.
+        wrong_hash: Called with the address and the client of a request in an unknown layout.
+        max_payload: The largest request in bytes.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class Requests:
         catalog: Catalog,
         *,
         waiting: PendingResults,
-        complaints: Complaints,
+        rejections: RejectionLog,
         name_of: Callable[[str], str],
         wrong_hash: Callable[[Address, str], None],
         max_payload: int,
@@ -58,80 +58,83 @@ class Requests:
         self._wire = wire
         self._catalog = catalog
         self._waiting = waiting
-        self._say = complaints.say
+        self._warn = rejections.warn
         self._name_of = name_of
         self._wrong_hash = wrong_hash
         self._max_payload = max_payload
 
     def decode(self, query: zenoh.Query) -> list[AnyCommand]:
-        """Return the commands that a query stands for; answer here what can't be read."""
-        asked = self._asked(query)
-        if asked is None:
+        """Return the commands of a query; an invalid query is answered here."""
+        pending = self._pending_reply(query)
+        if pending is None:
             return []
         try:
-            return self._commands(asked)
+            return self._commands(pending)
         except ValidationError as error:
-            self._refuse(asked, str(unreadable(error)))
+            self._refuse(pending, str(unreadable(error)))
         except CdrError as error:
-            self._refuse(asked, str(error))
+            self._refuse(pending, str(error))
         except Exception:  # noqa: BLE001 - whatever a client sends, the simulation goes on
             _log.exception("reading a request on %s", query.key_expr)
-            asked.refuse("the simulator has a bug: it can't read this request")
+            pending.refuse("the simulator has a bug: it can't read this request")
         return []
 
     def refuse(self, query: zenoh.Query, text: str) -> None:
-        """Answer a query that is not going to be read; from any thread."""
-        asked = self._asked(query)
-        if asked is not None:
-            self._refuse(asked, text)
+        """Answer a query that will not be decoded; from any thread."""
+        pending = self._pending_reply(query)
+        if pending is not None:
+            self._refuse(pending, text)
 
-    def complain(self, client: str, service: str, text: str) -> None:
-        """Say what is wrong with what a client asked; from any thread.
+    def log_rejection(self, client: str, service: str, text: str) -> None:
+        """Log why a client's request is rejected; from any thread.
 
         Args:
-            client: The client's id in hex; empty if it has none.
-            service: What it asked.
-            text: What is wrong, and what would do.
+            client: The client's gid in hex; empty if it has none.
+            service: The requested service.
+            text: The mistake and the remedy.
         """
-        self._say(f"ROS 2: {self._name_of(client)}: {service}: {text}", client)
+        self._warn(f"ROS 2: {self._name_of(client)}: {service}: {text}", client)
 
-    def _asked(self, query: zenoh.Query) -> PendingRosReply | None:
-        """Return what a query asks, and in which layout to answer; drop it if that is not for us to answer."""
+    def _pending_reply(self, query: zenoh.Query) -> PendingRosReply | None:
+        """Return a query with its handler and layout; drop a query to an unknown name."""
         address = self._wire.read(str(query.key_expr))
-        offer = self._catalog.find(address.name) if address else None
-        if address is None or offer is None:
+        handler = self._catalog.find(address.name) if address else None
+        if address is None or handler is None:
             query.drop()
             return None
-        layout = offer.layouts.of(address)
+        layout = handler.layouts.of(address)
         attached = None
-        if self._wire.tells_types:
+        if self._wire.has_types:
             try:
                 attached = attached_to(query)
             except ValueError as error:
-                self.complain("", offer.name, str(error))
-                attached = NOBODY
-        asked = PendingRosReply(query, self._wire, offer, layout or offer.layouts.nearest(address), attached)
+                self.log_rejection("", handler.name, str(error))
+                attached = NO_ATTACHMENT
+        pending = PendingRosReply(query, self._wire, handler, layout or handler.layouts.nearest(address), attached)
         if layout is None:
-            self._wrong_hash(address, asked.client)
-            asked.refuse("a type of another layout was asked for")
+            self._wrong_hash(address, pending.client)
+            pending.refuse("the request has another type or layout than the service")
             return None
-        if offer.lost:
-            self._refuse(asked, "it is no longer there; it was while its robot was")
+        if handler.lost:
+            self._refuse(pending, "no longer served: its robot is gone")
             return None
-        return asked
+        return pending
 
-    def _commands(self, asked: PendingRosReply) -> list[AnyCommand]:
-        payload = asked.query.payload
+    def _commands(self, pending: PendingRosReply) -> list[AnyCommand]:
+        payload = pending.query.payload
         size = len(payload) if payload is not None else 0
         if payload is None or size > self._max_payload:
-            self._refuse(asked, f"payload of {size} bytes; 1 to {self._max_payload} are taken")
+            self._refuse(pending, f"payload of {size} bytes; 1 to {self._max_payload} are taken")
             return []
-        commands = asked.offer.commands(asked.type.request.decode(payload.to_bytes()), asked)
+        commands = pending.handler.commands(pending.type.request.decode(payload.to_bytes()), pending)
         room = [
-            each for command in commands if isinstance(command, GetResult) for each in self._waiting.add(asked, command)
+            each
+            for command in commands
+            if isinstance(command, GetResult)
+            for each in self._waiting.add(pending, command)
         ]
         return [*room, *commands]
 
-    def _refuse(self, asked: PendingRosReply, text: str) -> None:
-        self.complain(asked.client, asked.offer.name, text)
-        asked.refuse(text)
+    def _refuse(self, pending: PendingRosReply, text: str) -> None:
+        self.log_rejection(pending.client, pending.handler.name, text)
+        pending.refuse(text)

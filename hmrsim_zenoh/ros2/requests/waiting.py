@@ -13,65 +13,65 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.requests.pending import PendingRosReply
 
 MAX_WAITING: Final = 16_384
-"""Requests for results that may wait."""
+"""The largest number of pending requests for results."""
 MAX_PER_CLIENT: Final = 1_024
 """… of one client."""
 MAX_ANONYMOUS: Final = 32
-"""… for one goal, of clients that don't say who they are, nor that they have gone: most have given up long ago."""
+"""… for one goal, of clients without an id, which can't be noticed to have gone: most have given up long ago."""
 
 
 class PendingResults:
-    """Remembers the requests for results that have not been answered; from any thread."""
+    """The requests for results that have not been answered; for any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._of: dict[str, dict[PendingRosReply, GetResult]] = {}
         self._whose: dict[PendingRosReply, str] = {}
 
-    def add(self, asked: PendingRosReply, command: GetResult) -> list[StopWaiting]:
-        """Remember a request; return what takes back another for which there is no room then: its sender's oldest.
+    def add(self, pending: PendingRosReply, command: GetResult) -> list[StopWaiting]:
+        """Remember a request; return the commands that drop another one if there are too many now.
 
-        If there is no room at all, it is the oldest request of the client with the most.
+        That is the oldest of the same client, or the oldest of the client with the most if the total is too large.
         """
-        whose = asked.client or f"goal {command.goal_id}"
+        whose = pending.client or f"goal {command.goal_id}"
         with self._lock:
             requests = self._of.setdefault(whose, {})
-            requests[asked], self._whose[asked] = command, whose
-            if len(requests) > (MAX_PER_CLIENT if asked.client else MAX_ANONYMOUS):
+            requests[pending], self._whose[pending] = command, whose
+            if len(requests) > (MAX_PER_CLIENT if pending.client else MAX_ANONYMOUS):
                 return self._make_room(whose)
             if len(self._whose) > MAX_WAITING:
                 return self._make_room(max(self._of, key=lambda one: len(self._of[one])))
         return []
 
-    def answered(self, asked: PendingRosReply) -> None:
-        """Forget a request, if it was remembered."""
+    def answered(self, pending: PendingRosReply) -> None:
+        """Forget a request that has been answered."""
         with self._lock:
-            self._forget(asked)
+            self._forget(pending)
 
     def gone(self, client: str) -> list[StopWaiting]:
-        """Forget all requests of a client that has gone; return what takes them back."""
+        """Forget all requests of a client that has gone; return the commands that drop them."""
         with self._lock:
             requests = self._of.pop(client, {})
-            for asked in requests:
-                del self._whose[asked]
-        return _withdrawn(requests)
+            for pending in requests:
+                del self._whose[pending]
+        return _stop_waiting(requests)
 
     def _make_room(self, whose: str) -> list[StopWaiting]:
-        asked, command = next(iter(self._of[whose].items()))
-        self._forget(asked)
-        return [withdraw._replace(tell=True) for withdraw in _withdrawn({asked: command})]
+        pending, command = next(iter(self._of[whose].items()))
+        self._forget(pending)
+        return [stop._replace(tell=True) for stop in _stop_waiting({pending: command})]
 
-    def _forget(self, asked: PendingRosReply) -> None:
-        whose = self._whose.pop(asked, None)
+    def _forget(self, pending: PendingRosReply) -> None:
+        whose = self._whose.pop(pending, None)
         if whose is not None:
-            del self._of[whose][asked]
+            del self._of[whose][pending]
             if not self._of[whose]:
                 del self._of[whose]
 
 
-def _withdrawn(requests: Mapping[PendingRosReply, GetResult]) -> list[StopWaiting]:
-    """Return what takes requests back, one for each goal."""
+def _stop_waiting(requests: Mapping[PendingRosReply, GetResult]) -> list[StopWaiting]:
+    """Return the commands that drop requests, one for each goal."""
     of_goals: dict[tuple[str, str, str], list[PendingRosReply]] = {}
-    for asked, command in requests.items():
-        of_goals.setdefault((command.robot, command.action, command.goal_id), []).append(asked)
+    for pending, command in requests.items():
+        of_goals.setdefault((command.robot, command.action, command.goal_id), []).append(pending)
     return [StopWaiting(*goal, tuple(found)) for goal, found in of_goals.items()]

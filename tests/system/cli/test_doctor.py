@@ -58,7 +58,7 @@ def declare(session, domain=0, endpoint=CLIENT):
 
 
 def test_simulator_with_which_nothing_is_wrong(doctor):
-    """It is told who is there, in a few lines on stdout, and the command succeeds."""
+    """A few lines on stdout say what is on the network, and the command succeeds."""
     with served_world() as options:
         code, out, err = doctor(options)
 
@@ -67,7 +67,7 @@ def test_simulator_with_which_nothing_is_wrong(doctor):
     assert f"network     {options.connect[0]}: the simulator is the router" == lines[0]
     assert lines[1].endswith(", contract 1, prefix hmrsim, world 'small'")
     assert "robots      wall_e, eve (13 actions each), cart (11 actions); 3 of 3 with a liveliness token" == lines[3]
-    assert ["ROS         domain 0: nobody", "", "nothing is wrong"] == lines[4:]
+    assert ["ROS         domain 0: no nodes", "", "nothing is wrong"] == lines[4:]
 
 
 def test_simulator_without_ros_that_is_looked_for_in_ros(doctor):
@@ -75,7 +75,7 @@ def test_simulator_without_ros_that_is_looked_for_in_ros(doctor):
     with served_world() as options:
         code, out, _ = doctor(options, "--ros-domain-id", "7")
 
-    assert (1, "error: the simulator does not speak ROS; start `hmrsim run` with --ros2") == (
+    assert (1, "error: the simulator does not serve ROS 2; start `hmrsim run` with --ros2") == (
         code,
         out.splitlines()[-1],
     )
@@ -121,13 +121,13 @@ def test_everything_as_json(doctor, monkeypatch):
 
 @pytest.mark.parametrize("text", ["@ros2_lv", "@ros2_lv/0", "@ros2_lv/0/a/0/0/NN/%/%", "@ros2_lv/x/a/0/0/NN/%/%/n"])
 def test_token_of_any_text(doctor, router, text):
-    """What is no token of rmw_zenoh's is told, and nothing more."""
+    """A token in an unknown format is reported, and nothing else."""
     session, options = router
     with session.liveliness().declare_token(text):
         code, out, _ = doctor(options)
 
     assert 1 == code
-    assert f"warning: 1 liveliness tokens are none of rmw_zenoh's: '{text}'; update" in out
+    assert f"warning: 1 liveliness tokens are not in rmw_zenoh's format: '{text}'; update" in out
 
 
 def test_two_simulators_with_one_prefix(doctor):
@@ -159,17 +159,17 @@ def test_actions_of_a_lost_robot_are_not_whole(doctor):
             _, out, _ = doctor(options, "--ros-domain-id", "7")
 
     assert "; 27 of 43 action names whole; " in out
-    assert "error: wall_e is out of reach: no liveliness token" in out
+    assert "error: wall_e is unreachable: there is no liveliness token" in out
 
 
 def test_lockstep_that_stands(doctor):
-    """Whoever waits for time to move is told whom it waits for."""
+    """The doctor names the participants that time waits for."""
     with served_world(clock="lockstep", participants=("nurses",)) as options:
         code, out, _ = doctor(options)
 
     assert 1 == code
-    assert "lockstep    nobody takes part; time waits for nurses" in out
-    assert "error: time stands at 0 s: nurses yet to join in lockstep; start a controller" in out
+    assert "lockstep    no participants; time waits for nurses" in out
+    assert "error: time stands at 0 s: waiting for nurses to join in lockstep; start a controller" in out
 
 
 def test_planner_that_is_missing(doctor):
@@ -185,13 +185,13 @@ def test_planner_that_is_missing(doctor):
             attended = doctor(options)
             planner.undeclare()
 
-    assert "error: eve has an external planner, and there is none; start one" in alone[1]
+    assert "error: eve needs an external planner, but there is none; start one" in alone[1]
     assert (1, 0) == (alone[0], attended[0])
     assert "planner     an external one is available" in attended[1]
 
 
 def test_simulator_that_speaks_ros(doctor):
-    """Its actions are counted, and whoever does not understand it is told."""
+    """Its actions are counted, and an incompatible client is reported."""
     with served_world(wires=(RmwZenoh(7, ("kilted",)),)) as options, open_client(options) as session:
         tokens = declare(session, 7)
         end, out = time.monotonic() + PATIENCE, ""
@@ -205,7 +205,7 @@ def test_simulator_that_speaks_ros(doctor):
     assert ros[0].endswith("; 43 of 43 action names whole; types of kilted")
     assert ["ROS         domain 7: 1 node of others: /nav (1 client)"] == ros[1:]
     assert (1, 1) == (code, out.count("error: "))
-    assert f"error: /nav does not understand {CLIENT.name}: its hash is RIHS01_00 (of no distribution" in out
+    assert f"error: /nav is incompatible with {CLIENT.name}: its hash is RIHS01_00 (of an unknown distribution" in out
     assert "error: the simulator is in ROS domain 7, not in 0; `export ROS_DOMAIN_ID=7`" in elsewhere[1]
 
 
@@ -227,7 +227,7 @@ def test_router_alone_is_3(doctor, router):
     code, out, err = doctor(router[1])
 
     assert (3, "", 1) == (code, out, err.count("\n"))
-    assert "somebody answers, and there is neither a simulator nor a ROS node; start `hmrsim run" in err
+    assert "a Zenoh peer answers, but there is no simulator and no ROS node; start `hmrsim run" in err
 
 
 def test_nobody_there_is_3(doctor):
@@ -254,7 +254,7 @@ def test_other_prefix(doctor):
         code, out, _ = doctor(options, "--prefix", "lab")
 
     assert 1 == code
-    assert "error: no simulator has the prefix 'lab'; there is 'hmrsim'; ask with --prefix hmrsim\n" in out
+    assert "error: no simulator has the prefix 'lab'; there is 'hmrsim'; use --prefix hmrsim\n" in out
 
 
 @pytest.mark.parametrize("domain", ["233", "-1", "x", "1.5", "²"])
@@ -263,4 +263,4 @@ def test_what_is_no_domain_is_2(doctor, domain):
     code, out, err = doctor(SessionOptions(connect=(NOBODY,)), f"--ros-domain-id={domain}")
 
     assert (2, "") == (code, out)
-    assert "is no domain; a whole number from 0 to 232 is" in err
+    assert "is not a domain id; expected a whole number from 0 to 232" in err

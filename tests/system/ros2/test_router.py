@@ -123,9 +123,7 @@ def test_a_simulator_joins_a_router_that_is_there(options, caplog):
     with caplog.at_level(logging.INFO), simulator(options) as there:
         (endpoint,) = there.endpoints
 
-    assert (
-        f"{options.default} is taken by another Zenoh, which we join; we ourselves listen on {endpoint}" in caplog.text
-    )
+    assert f"another Zenoh listens on {options.default}; joining it, and listening on {endpoint}" in caplog.text
 
 
 @pytest.mark.usefixtures("router")
@@ -196,7 +194,7 @@ def test_a_second_simulator_of_the_same_prefix_is_refused(options):
     """With ROS it joins the first, sees that, and leaves."""
     with (
         served_world(options=options),
-        pytest.raises(PrefixTaken, match="a simulator serves prefix 'hmrsim' already"),
+        pytest.raises(PrefixTaken, match="another simulator serves prefix 'hmrsim'"),
         served_world(options=options, wires=(RmwZenoh(),)),
     ):
         pytest.fail("it was served")
@@ -212,7 +210,7 @@ def test_who_names_an_endpoint_or_the_mode_of_a_router_joins_nobody(options, nam
         "join": options,
     }[named]
 
-    with pytest.raises(PortTaken, match=rf"{options.default} is taken; name another endpoint with --listen"):
+    with pytest.raises(PortTaken, match=rf"{options.default} is in use; give another endpoint with --listen"):
         open_server(asked, join=named != "join")
 
 

@@ -163,7 +163,7 @@ def text(snapshot):
 
 def test_name_that_is_close_is_proposed():
     """Who has mistyped a robot's name is told the right one."""
-    assert "/nav waits for /wally/wait, which nobody serves; did you mean /wall_e/wait?" == text(
+    assert "/nav waits for /wally/wait, which has no server; did you mean /wall_e/wait?" == text(
         ros(client("/wally/wait/_action/send_goal"), client("/wally/wait/_action/get_result"))
     )
 
@@ -172,7 +172,7 @@ def test_server_in_another_domain_is_named():
     """A client whose server is elsewhere is told where."""
     snapshot = network(simulator=None, prefixes=(), tokens={0: (client(),), 5: tuple(action_tokens(session=OTHERS))})
 
-    assert "/nav waits for /wall_e/wait, which nobody serves in domain 0, but in domain 5" in problems(snapshot)[1].text
+    assert "/nav waits for /wall_e/wait, which has no server in domain 0, but in domain 5" in problems(snapshot)[1].text
 
 
 def test_some_clients_without_server_are_a_warning():
@@ -192,29 +192,29 @@ def test_many_clients_of_a_node_are_one_problem():
 def test_client_of_humble():
     """Both hashes are told, and what to use."""
     assert (
-        f"/nav does not understand {SEND}: its hash is {NO_HASH} (humble), the server's {HASH} "
-        "(jazzy, kilted, lyrical); humble is not served; use jazzy, kilted or lyrical"
+        f"/nav is incompatible with {SEND}: its hash is {NO_HASH} (humble), the server's {HASH} "
+        "(jazzy, kilted, lyrical); humble is not supported; use jazzy, kilted or lyrical"
     ) == text(ros(client(hash_=NO_HASH)))
 
 
 def test_client_of_a_server_that_is_no_simulator():
-    """Whoever does not understand a robot is not sent to the simulator."""
+    """A client that is incompatible with a robot gets no remedy for the simulator."""
     served = action_tokens("/real/wait", OTHERS)
     asked = client("/real/wait/_action/send_goal", hash_="RIHS01_00")
 
-    assert text(ros(*served, asked)).endswith("have client and server built against the same nav2_msgs")
+    assert text(ros(*served, asked)).endswith("build client and server against the same nav2_msgs")
 
 
 def test_waiting_participant_is_named():
     """Whoever wonders why time stands is told whom it waits for."""
-    assert "time stands at 3 s, for 0.5 s at least: nurses yet to ask to advance" in text(
+    assert "time stands at 3 s, for 0.5 s at least: waiting for nurses to advance" in text(
         network(simulator=stood(participants=["nurses", "porters"], waiting_for=["nurses"]))
     )
 
 
 def test_number_of_participants_that_are_missing():
     """Whose names are not known are counted."""
-    assert "time stands at 3 s: 2 more yet to join in lockstep;" in text(
+    assert "time stands at 3 s: waiting for 2 more to join in lockstep;" in text(
         network(simulator=stood(participants=["a"], waiting_for=["2 more to join", "a"]))
     )
 
@@ -223,7 +223,7 @@ def test_client_without_a_namespace():
     """Who asks for what several robots serve is told of all of them."""
     served = (*SERVED, *action_tokens("/eve/wait"))
 
-    assert "/nav waits for /wait, which nobody serves; give it a namespace: eve, wall_e" == text(
+    assert "/nav waits for /wait, which has no server; give it a namespace: eve, wall_e" == text(
         network(tokens={0: (*served, client("/wait/_action/send_goal"))})
     )
 
@@ -231,7 +231,7 @@ def test_client_without_a_namespace():
 def test_action_that_two_programs_serve():
     """Its parts are not told one by one, and who has the simulator is told its option."""
     assert (
-        "2 programs serve /wall_e/wait (nodes /n): both act on each goal and request; end one of them, "
+        "2 programs serve /wall_e/wait (nodes /n): both execute each goal and request; end one of them, "
         "or start the simulator with another --ros-domain-id"
     ) == text(ros(*action_tokens(session=THEM)))
 

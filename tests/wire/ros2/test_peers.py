@@ -10,7 +10,7 @@ import pytest
 from hmrsim_zenoh.ros2 import keys
 from hmrsim_zenoh.ros2.keys import NO_HASH, Address, Endpoint, Kind, Node
 from hmrsim_zenoh.ros2.peers import Peers
-from hmrsim_zenoh.ros2.requests.rejection_log import Complaints
+from hmrsim_zenoh.ros2.requests.rejection_log import RejectionLog
 from hmrsim_zenoh.ros2.type_compat import difference, distros_of, known, ros_name
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
 
@@ -30,7 +30,7 @@ class Network:
     def __init__(self, ours, theirs, caplog):
         self.gone = queue.Queue()
         self.served = {NAME: {(TYPE, KILTED)}}
-        self.peers = Peers(ours, DOMAIN, served=lambda: self.served, complaints=Complaints(), gone=self.gone.put)
+        self.peers = Peers(ours, DOMAIN, served=lambda: self.served, rejections=RejectionLog(), gone=self.gone.put)
         self.ours = ours
         self._session = theirs
         self._caplog = caplog
@@ -82,7 +82,7 @@ def test_client_of_another_distribution(network):
 
     (told,) = network.told()
     assert (
-        f"ROS domain 7: client /nav_client does not understand {NAME}: its hash is {JAZZY} (jazzy), the server's "
+        f"ROS domain 7: client /nav_client is incompatible with {NAME}: its hash is {JAZZY} (jazzy), the server's "
         f"{KILTED} (kilted, lyrical); start `hmrsim run --ros2` with --ros-distro jazzy, or without --ros-distro"
     ) == told
 
@@ -116,7 +116,7 @@ def test_subscriber_of_another_type(network):
 
     (told,) = network.told()
     assert (
-        "ROS domain 7: subscriber /nav_client does not understand /wall_e/odom: its type is geometry_msgs/msg/Pose, "
+        "ROS domain 7: subscriber /nav_client is incompatible with /wall_e/odom: its type is geometry_msgs/msg/Pose, "
         "the server's nav_msgs/msg/Odometry; use nav_msgs/msg/Odometry"
     ) == told
 
@@ -128,8 +128,8 @@ def test_second_server_of_a_name(network):
 
     (told,) = network.told()
     assert (
-        f"ROS domain 7: node /nav_client serves {NAME}, too: both of them execute each goal of wall_e, and clients get "
-        "the answer of either; give one of them another --ros-domain-id, or other names to its robots"
+        f"ROS domain 7: node /nav_client serves {NAME}, too: both execute each goal of wall_e, and a client gets "
+        "the reply of either; run one of them with another --ros-domain-id, or rename its robots"
     ) == told
 
 
@@ -140,7 +140,7 @@ def test_second_server_of_the_world(network, name):
     network.declare(Kind.SERVICE, name)
 
     (told,) = network.told()
-    assert "both of them execute each goal, and clients" in told
+    assert "both execute each goal, and a client" in told
 
 
 def test_name_of_a_client(network):
@@ -168,7 +168,7 @@ def test_request_of_a_client_without_a_token(network):
     network.peers.wrong_hash(Address(NAME, TYPE, OTHER), "10.0.0.7")
 
     (told,) = network.told()
-    assert f"{OTHER} (of no distribution known here)" in told
+    assert f"{OTHER} (of an unknown distribution)" in told
     assert told.endswith("build the client's workspace against nav2_msgs of kilted or lyrical")
 
 
@@ -196,7 +196,7 @@ def test_who_was_there_first_is_seen(network):
     """Tokens that are older than the watch count, too."""
     network.declare(hash_=JAZZY)
     gone = queue.Queue()
-    later = Peers(network.ours, DOMAIN, served=lambda: network.served, complaints=Complaints(), gone=gone.put)
+    later = Peers(network.ours, DOMAIN, served=lambda: network.served, rejections=RejectionLog(), gone=gone.put)
     text, token = network.declare()
     token.undeclare()
 
@@ -205,7 +205,7 @@ def test_who_was_there_first_is_seen(network):
     later.close()
 
 
-def test_own_tokens_are_overlooked(network):
+def test_own_tokens_are_ignored(network):
     """Nobody is warned of himself."""
     network.declare(hash_=JAZZY, session=network.ours)
 
@@ -215,13 +215,13 @@ def test_own_tokens_are_overlooked(network):
 @pytest.mark.parametrize(
     "tail", ["", "/x", "/1/2/3/SC", "/1/2/3/XX/%/%/n", "/s/0/0/NN/%/%/n/more", "/s/0/1/SC/%/%/n/%a/t/h", "/ü" * 300]
 )
-def test_garbage_is_told_and_overlooked(network, tail):
+def test_garbage_is_logged_and_ignored(network, tail):
     """One bad token is told in one line, and the next good one is read."""
     text = f"@ros2_lv/{DOMAIN}{tail}"
     network.token(text)
     (told,) = network.told()
 
-    assert f"ROS domain 7: {text[:200]!r} is no token of rmw_zenoh's; overlooked" == told
+    assert f"ROS domain 7: ignored {text[:200]!r}, which is not a token of rmw_zenoh" == told
 
 
 def test_much_garbage_is_not_told(network):
@@ -258,7 +258,9 @@ def test_distributions_that_are_spoken():
 
 def test_humble_is_not_served():
     """Its keys have no hash at all."""
-    assert "humble is not served; use jazzy, kilted or lyrical" == difference((TYPE, NO_HASH), [(TYPE, JAZZY)]).remedy
+    assert (
+        "humble is not supported; use jazzy, kilted or lyrical" == difference((TYPE, NO_HASH), [(TYPE, JAZZY)]).remedy
+    )
 
 
 @pytest.mark.parametrize(

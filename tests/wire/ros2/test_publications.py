@@ -23,7 +23,7 @@ from hmrsim_zenoh.ros2.keys import gid, read_token
 from hmrsim_zenoh.ros2.names import names_of
 from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
 from hmrsim_zenoh.ros2.publishing.publications import Publications
-from hmrsim_zenoh.ros2.publishing.publishers import Latched, Outlet
+from hmrsim_zenoh.ros2.publishing.publishers import LatchedPublisher, Publisher
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
 
@@ -336,16 +336,16 @@ def test_served_of_who_has_gone(stage):
 
 def test_robot_that_comes_while_somebody_asks(stage, monkeypatch):
     """Who asks in another thread while a robot comes does not have the answer of before kept."""
-    names, spoken = names_of(stage.simulator), stage.publications._endpoints.spoken
+    names, types_of = names_of(stage.simulator), stage.publications._endpoints.types_of
     stage.publications.follow(names, {"eve"})
 
     def slow(parts: Any) -> Any:
-        found = spoken(parts)
+        found = types_of(parts)
         monkeypatch.undo()
         stage.publications.follow(names)
         return found
 
-    monkeypatch.setattr(stage.publications._endpoints, "spoken", slow)
+    monkeypatch.setattr(stage.publications._endpoints, "types_of", slow)
     before = stage.publications.served()
 
     assert "/eve/odom" not in before
@@ -397,32 +397,32 @@ def test_latched_that_opens_again():
     def put(payload: bytes, attachment: bytes) -> None:
         said.append((payload, read_attachment(attachment).sequence))
 
-    outlet = Latched()
-    outlet.send(b"a")
-    outlet.open(put, bytes(16))
-    outlet.send(b"b")
-    outlet.shut()
-    outlet.send(b"c")
-    outlet.open(put, bytes(16))
+    publisher = LatchedPublisher()
+    publisher.publish(b"a")
+    publisher.open(put, bytes(16))
+    publisher.publish(b"b")
+    publisher.close()
+    publisher.publish(b"c")
+    publisher.open(put, bytes(16))
 
     assert [(b"a", 1), (b"b", 2), (b"c", 1)] == said
 
 
-@pytest.mark.parametrize("kind", [Outlet, Latched])
+@pytest.mark.parametrize("kind", [Publisher, LatchedPublisher])
 def test_shut_waits_for_a_put_that_is_running(kind):
     """A publisher is undeclared after its last put has returned: Zenoh refuses to undeclare it during one."""
-    outlet = kind()
+    publisher = kind()
     waited: list[bool] = []
-    shutting = threading.Thread(target=outlet.shut)
+    shutting = threading.Thread(target=publisher.close)
 
     def put(_payload: bytes) -> None:
         shutting.start()
         shutting.join(0.05)
         waited.append(shutting.is_alive())
 
-    outlet.open(put, None)
-    outlet.send(b"a")
+    publisher.open(put, None)
+    publisher.publish(b"a")
     shutting.join(PATIENCE)
-    outlet.send(b"b")
+    publisher.publish(b"b")
 
     assert [True] == waited

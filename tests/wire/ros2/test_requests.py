@@ -25,7 +25,7 @@ from hmrsim_zenoh.ros2.names import Names
 from hmrsim_zenoh.ros2.requests import catalog as catalog_module
 from hmrsim_zenoh.ros2.requests import waiting as waiting_module
 from hmrsim_zenoh.ros2.requests.catalog import Catalog
-from hmrsim_zenoh.ros2.requests.rejection_log import Complaints
+from hmrsim_zenoh.ros2.requests.rejection_log import RejectionLog
 from hmrsim_zenoh.ros2.requests.requests import Requests
 from hmrsim_zenoh.ros2.requests.waiting import PendingResults
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
@@ -92,7 +92,7 @@ class Desk:
             wire,
             catalog,
             waiting=self.waiting,
-            complaints=Complaints(),
+            rejections=RejectionLog(),
             name_of=lambda who: f"client {who[:4]}",
             wrong_hash=lambda address, who: self.wrong.append((address, who)),
             max_payload=1000,
@@ -213,7 +213,7 @@ class TestGoals:
 
         sequence, _, length, gid = struct.unpack("<qqB16s", asked.replies[0][2])
         assert (0, 16, bytes(16)) == (sequence, length, gid)
-        assert "nothing is attached" in caplog.text
+        assert "has no attachment" in caplog.text
 
     def test_an_attachment_that_is_none(self, caplog):
         """Likewise."""
@@ -473,9 +473,7 @@ class TestNames:
 
         assert [] == found
         assert expected.items() <= reply_of(asked, getattr(wait_type(), verb)).items()
-        assert caplog.messages[0].endswith(
-            f"/wall_e/wait/_action/{verb}: it is no longer there; it was while its robot was"
-        )
+        assert caplog.messages[0].endswith(f"/wall_e/wait/_action/{verb}: no longer served: its robot is gone")
 
     def test_node_of_who_has_gone(self):
         """Its state is unknown: 0."""
@@ -561,26 +559,24 @@ class TestAnswers:
     def test_complaints_of_a_minute(self, caplog):
         """Whoever invents a thousand ids fills no disk, and others are heard a minute later."""
         now = [0.0]
-        complaints = Complaints(clock=lambda: now[0])
+        rejections = RejectionLog(clock=lambda: now[0])
         for number in range(1100):
-            complaints.say(f"rubbish of {number}")
+            rejections.warn(f"rubbish of {number}")
         now[0] = 60.0
-        complaints.say("rubbish of 3")
-        complaints.say("somebody else's")
+        rejections.warn("rubbish of 3")
+        rejections.warn("somebody else's")
 
         assert "rubbish of 19" == caplog.messages[19]
-        assert ["ROS 2: 1080 more are not told: there were too many in a minute", "somebody else's"] == caplog.messages[
-            20:
-        ]
+        assert ["ROS 2: suppressed 1080 more warnings in a minute", "somebody else's"] == caplog.messages[20:]
 
     def test_complaints_are_forgotten(self, caplog):
         """What has not been heard of for long is said again, and what goes on is not."""
         minutes = itertools.count(step=60.0)
-        complaints = Complaints(clock=lambda: next(minutes))
+        rejections = RejectionLog(clock=lambda: next(minutes))
         for number in range(1000):
-            complaints.say(str(number))
+            rejections.warn(str(number))
         for text in ("0", "new", "0", "1"):
-            complaints.say(text)
+            rejections.warn(text)
 
         assert ["new", "1"] == caplog.messages[1000:]
 

@@ -307,7 +307,7 @@ def test_a_robot_that_is_called_as_the_prefix_is_refused():
     world = {**SMALL_WORLD, "robots": {"hmrsim": {"type": "nurse", "at": "home"}}, "remap": {}}
 
     with (
-        pytest.raises(BadOptions, match="--prefix 'hmrsim' begins as the keys of robot 'hmrsim' do; name another"),
+        pytest.raises(BadOptions, match="--prefix 'hmrsim' collides with the keys of robot 'hmrsim'; use another"),
         served_world(world, wires=(Ros2Dds(),)),
     ):
         pytest.fail("it was served")

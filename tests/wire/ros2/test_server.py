@@ -379,5 +379,5 @@ def test_no_thread_is_left():
 def test_a_prefix_that_is_a_domain():
     """The keys of both wires would begin alike."""
     options = SessionOptions(listen=("tcp/127.0.0.1:0",), prefix="7/robots")
-    with pytest.raises(BadOptions, match="--prefix '7/robots' begins as the keys of ROS domain 7 do; name another"):
+    with pytest.raises(BadOptions, match="--prefix '7/robots' collides with the keys of ROS domain 7; use another"):
         Host(LOADED, options, wires=(RmwZenoh(7),))

@@ -48,7 +48,7 @@ def test_a_second_simulator_with_the_same_prefix_refuses_to_start(serve):
     """Its error names the prefix and what would do; the first one goes on."""
     tester = serve(real_time_factor=0)
 
-    with pytest.raises(PrefixTaken, match="a simulator serves prefix 'hmrsim' already; name another with --prefix"):
+    with pytest.raises(PrefixTaken, match="another simulator serves prefix 'hmrsim'; give another with --prefix"):
         serve.host(None, SessionOptions(connect=(tester.endpoint,)))
 
     assert 1 == tester.one("_world/info")["contract"]

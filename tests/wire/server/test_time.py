@@ -246,13 +246,13 @@ class TestClocks:
         assert heard.wait(lambda bodies: any(["nurse"] == body["participants"] for body in bodies))
 
 
-def test_no_steps_are_made_while_nobody_takes_part(steps):
+def test_no_steps_are_made_without_a_participant(steps):
     """Time stands; the answer says why, at once."""
     steps.one("_world/set_simulation_state", {"state": {"state": 2}})
     answer = steps.one("_world/step_simulation", {"steps": 2})
 
     assert 4 == answer["result"]["result"]
-    assert "nobody takes part in lockstep" in answer["result"]["error_message"]
+    assert "lockstep has no participant" in answer["result"]["error_message"]
     assert steps.one("_world/time/state")["paused"]
 
 

@@ -23,12 +23,12 @@ ONE = Names({"wall_e": ["navigate_to_pose", "wait"]})
 
 
 class Network:
-    """A session, and the outlets on it, that note what is done to them in order.
+    """A session, and the publishers on it, that note what is done to them in order.
 
     Attributes:
         said: Pairs of what was done and to what.
         there: The tokens that are declared.
-        gids: The ids with which outlets were opened, by name.
+        gids: The ids with which publishers were opened, by name.
         refused: Part of tokens that can't be declared.
         stuck: Part of tokens that can't be undeclared.
         closed: Whether the session is.
@@ -59,13 +59,13 @@ class Network:
         return SimpleNamespace(undeclare=lambda: self._undeclare(token))
 
     def open(self, endpoint: Endpoint, gid: bytes | None) -> None:
-        """Note an outlet that is opened."""
+        """Note a publisher that is opened."""
         self.said.append(("open", endpoint.name))
         self.gids[endpoint.name] = gid
 
-    def shut(self, endpoint: Endpoint) -> None:
-        """Note an outlet that is shut."""
-        self.said.append(("shut", endpoint.name))
+    def close(self, endpoint: Endpoint) -> None:
+        """Note a publisher that is closed."""
+        self.said.append(("close", endpoint.name))
 
     def _undeclare(self, token: str) -> None:
         if self.stuck in token:
@@ -169,7 +169,7 @@ def test_robot_that_goes() -> None:
 
     assert not [name for name in network.names() if name.startswith("/eve")]
     assert not [token for what, token in network.said if what == "gone" and "wall_e" in token]
-    assert ("shut", "/eve/odom") in network.said
+    assert ("close", "/eve/odom") in network.said
 
 
 def test_robot_that_comes() -> None:
@@ -200,7 +200,7 @@ def test_one_that_fails(caplog: pytest.LogCaptureFixture) -> None:
 
     assert "/wall_e/odom" not in network.names()
     assert "/wall_e/amcl_pose" in network.names()
-    assert "ROS will not hear of /wall_e/odom: no" in caplog.text
+    assert "/wall_e/odom could not be declared to ROS: no" in caplog.text
 
 
 def test_outlet_of_one_that_fails() -> None:
@@ -209,7 +209,7 @@ def test_outlet_of_one_that_fails() -> None:
     network.refused = "%wall_e%odom/"
     declared(network, ONE)
 
-    assert [("open", "/wall_e/odom"), ("shut", "/wall_e/odom")] == [
+    assert [("open", "/wall_e/odom"), ("close", "/wall_e/odom")] == [
         each for each in network.said if each[1] == "/wall_e/odom"
     ]
 
@@ -223,17 +223,17 @@ def test_node_of_one_that_fails() -> None:
     assert not [name for name in network.names() if name.startswith("/eve")]
 
 
-def test_one_that_can_not_be_withdrawn(caplog: pytest.LogCaptureFixture) -> None:
-    """What can't be undeclared is said, and keeps nothing else from going or coming."""
+def test_failure_to_undeclare_is_logged(caplog: pytest.LogCaptureFixture) -> None:
+    """A token that can not be undeclared is logged; the others are undeclared and declared nevertheless."""
     network = Network()
     declarations = declared(network, BOTH)
     network.stuck = "%eve%odom/"
     declarations._follow(parts(Names({"cart": ["navigate_to_pose"]})))
 
     assert ["/eve/odom"] == [name for name in network.names() if name.startswith(("/eve", "/wall_e"))]
-    assert ("shut", "/eve/odom") in network.said
+    assert ("close", "/eve/odom") in network.said
     assert "/cart/odom" in network.names()
-    assert "ROS may still hear of /eve/odom: no" in caplog.text
+    assert "/eve/odom could not be undeclared, and ROS may still see it: no" in caplog.text
 
 
 def test_end() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from hmrsim.protocol.outputs import FeedbackSent
 from hmrsim_zenoh.server import rate_limit
-from hmrsim_zenoh.server.rate_limit import Thinning
+from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
 
 
 @pytest.fixture
@@ -14,7 +14,7 @@ def passed(monkeypatch: pytest.MonkeyPatch) -> object:
     """Return a function that says of (wall time, goal, whether it is the last) what passes."""
 
     def play(*sent: tuple[float, str, bool]) -> list[bool]:
-        thinned, found = Thinning(), []
+        thinned, found = FeedbackLimiter(), []
         for time, goal_id, last in sent:
             monkeypatch.setattr(rate_limit.time, "monotonic", lambda time=time: time)
             found.append(thinned.passes(FeedbackSent("wall_e", "wait", goal_id, {}, last)))
