@@ -109,5 +109,5 @@ def _follow(
             continue
         seen = now
         if listener.interrupted:
-            listener.look_anew()
+            listener.query_again()
     listener.drain()

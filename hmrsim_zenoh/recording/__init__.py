@@ -1,4 +1,4 @@
-"""Recordings: MCAP files with the messages of ROS 2, and with all that the page and the report need."""
+"""Recordings: MCAP files with ROS 2 messages, and with the data of the page and of reports."""
 
 from hmrsim_zenoh.recording.reading import Recording, open_recording
 

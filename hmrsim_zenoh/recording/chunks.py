@@ -1,4 +1,4 @@
-"""What is in an MCAP file, record by record; nothing that the file claims of sizes is believed."""
+"""Reading of MCAP files record by record, without trust in the sizes that they claim."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from mcap.records import McapRecord
 
 MAX_UNPACKED: Final = 64 << 20
-"""Bytes of a chunk that is looked into; ours have 1 MiB, and a message more at most."""
+"""The largest unpacked chunk in bytes; hmrsim's chunks have 1 MiB and at most one more message."""
 
 BROKEN: Final = (
     McapError, struct.error, ValueError, LookupError, OverflowError, EOFError, MemoryError, zstandard.ZstdError,
     RuntimeError,
 )  # fmt: skip
-"""What reading raises of what is no MCAP, or claims a text of 4 GB; lz4's errors are RuntimeErrors."""
+"""The exceptions of reading invalid data, such as a claimed string of 4 GB; lz4's errors are RuntimeErrors."""
 
 _HEAD: Final = struct.Struct("<BQ")
 _MESSAGE: Final = struct.Struct("<HIQQ")
@@ -43,29 +43,29 @@ class Piece(NamedTuple):
 
 
 def records(file: IO[bytes], size: int) -> Iterator[McapRecord]:
-    """Yield the records of a file as far as they can be read; the last one is a `Footer` if it is complete.
+    """Yield the records of a file as far as they can be read; the last one of a complete file is a `Footer`.
 
     Raises:
-        ValueError: It is no MCAP at all.
+        ValueError: The file is not MCAP.
     """
     reader = StreamReader(file, emit_chunks=True, record_size_limit=size)
     try:
         yield from reader.records
     except BROKEN:
         if file.seek(0) == 0 and file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-            raise ValueError("no MCAP") from None
+            raise ValueError("not MCAP") from None
 
 
 def unpacked(chunk: Chunk) -> Iterator[Piece | Channel | Schema]:
-    """Yield what is in a chunk.
+    """Yield the records of a chunk.
 
     Raises:
-        ValueError: It is damaged, or too large.
+        ValueError: The chunk is damaged or too large.
     """
     try:
         data = _data(chunk)
         if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
-            raise ValueError("the checksum is another")
+            raise ValueError("a chunk with a wrong checksum")
         yield from _within(memoryview(data))
     except BROKEN as error:
         raise ValueError(str(error)) from None
@@ -96,7 +96,7 @@ def _data(chunk: Chunk) -> bytes:
     match chunk.compression:
         case "zstd":
             if zstandard.get_frame_parameters(chunk.data).content_size not in (size, zstandard.CONTENTSIZE_UNKNOWN):
-                raise ValueError("a chunk of another size")
+                raise ValueError("a chunk of the wrong size")
             data = zstandard.ZstdDecompressor().decompress(chunk.data, max_output_size=size)
         case "lz4":
             data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=size + 1)
@@ -105,5 +105,5 @@ def _data(chunk: Chunk) -> bytes:
         case other:
             raise ValueError(f"unknown compression {other!r}")
     if len(data) != size:
-        raise ValueError("a chunk of another size")
+        raise ValueError("a chunk of the wrong size")
     return data

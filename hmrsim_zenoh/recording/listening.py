@@ -1,4 +1,4 @@
-"""Recording a simulation over the network: what is published, in the order in which it is."""
+"""Recording of a simulation over the network, in the order of publication."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 _MAX_WAITING: Final = 100_000
-"""Samples that wait to be written; what comes then is lost."""
+"""The largest number of samples that wait to be written; further samples are lost."""
 _FEW_WAITING: Final = _MAX_WAITING // 10
-"""Samples that may wait when we ask what was lost has changed."""
+"""The number of waiting samples below which the world is queried again after a loss."""
 
 _PATIENCE: Final = 10.0
 """Wall seconds for an answer."""
@@ -57,27 +57,27 @@ _MESSAGES: Final[Mapping[str, tuple[Topic, type[Message]]]] = {
 _UNREADABLE: Final = (
     ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError, struct.error
 )  # fmt: skip
-"""What others may publish leads to; that the file can't be written is a `HmrsimError`."""
+"""The exceptions of invalid samples; an error of the file is a `HmrsimError`."""
 
 
 class _Answered(NamedTuple):
-    """What came back of what we asked for."""
+    """The answer to a query of a topic."""
 
     topic: str
     answer: Answer
 
 
 class Listener:
-    """Subscribes to all that a simulation publishes, and records it when `work` is called.
+    """Subscribes to all topics of a simulation, and records the samples in `work`.
 
     Args:
-        client: Who reaches the simulator.
-        recorder: What writes it down.
+        client: The client of the simulator.
+        recorder: The recorder.
 
     Attributes:
-        lost: How many samples could not be kept until they were written.
-        begun: Whether the simulator has said what is there, before which nothing is recorded.
-        interrupted: Whether the simulator was away, if only for a moment, since it was asked what is there.
+        lost: The number of lost samples.
+        begun: Whether the initial state has arrived, before which nothing is recorded.
+        interrupted: Whether the simulator was gone, if only for a moment, since the last query.
     """
 
     def __init__(self, client: Client, recorder: Recorder) -> None:
@@ -85,7 +85,7 @@ class Listener:
         self._keys = client.keys
         self._recorder = recorder
         self._waiting: SimpleQueue[tuple[str, bytes] | _Answered] = SimpleQueue()
-        self._told: dict[str, dict[str, Any]] = {}
+        self._answers: dict[str, dict[str, Any]] = {}
         self._asking = False
         self._warned = self._missed = False
         self.lost = 0
@@ -102,15 +102,15 @@ class Listener:
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """Listen no more."""
+        """Unsubscribe."""
         self._subscriber.undeclare()
         self._presence.undeclare()
 
     def work(self, timeout: float) -> None:
-        """Write what has come, or the first that comes in *timeout* wall seconds.
+        """Write the next sample or answer, which may arrive within *timeout* wall seconds.
 
         Raises:
-            queue.Empty: Nothing has come.
+            queue.Empty: Nothing has arrived.
             HmrsimError: The file can't be written.
         """
         item = self._waiting.get(timeout=timeout)
@@ -122,20 +122,20 @@ class Listener:
         except _UNREADABLE as error:
             if not self._warned:
                 self._warned = True
-                _log.warning("what can't be read is not recorded: %s", str(error).partition("\n")[0])
+                _log.warning("invalid messages are not recorded: %s", str(error).partition("\n")[0])
         if self._missed and not self._asking and self._waiting.qsize() <= _FEW_WAITING:
             self._missed = False
             self._recorder.forget_world()
             self._ask()
 
     def drain(self) -> None:
-        """Write all that has come, and what was gathered of it."""
+        """Write all samples that have arrived."""
         for _ in range(self._waiting.qsize()):
             self.work(0.0)
         self._recorder.settle()
 
-    def look_anew(self) -> None:
-        """Ask what is there: the simulator was out of reach, or is another."""
+    def query_again(self) -> None:
+        """Query the state again after the simulator was unreachable or restarted."""
         self.interrupted = False
         recorder = self._recorder
         if self.begun:
@@ -151,7 +151,7 @@ class Listener:
             self._waiting.put((str(sample.key_expr), sample.payload.to_bytes()))
         else:
             if not self.lost:
-                _log.warning("messages come faster than they can be written; some are lost")
+                _log.warning("messages arrive faster than they can be written; some are lost")
             self.lost += 1
             self._missed = True
 
@@ -159,10 +159,10 @@ class Listener:
         if sample.kind == zenoh.SampleKind.DELETE:
             self.interrupted = True
 
-    # --- what is asked ---------------------------------------------------------------------------------------------
+    # --- queries ---------------------------------------------------------------------------------------------------
 
     def _ask(self) -> None:
-        """Ask what is there; the answers wait in line with what is published: what comes later, happens later."""
+        """Query the state; the answers share the queue of the samples, so that their order is kept."""
         self._asking = True
         for topic in (_INFO, _DEFINITION, _SCENE):
             self._client.ask(
@@ -174,27 +174,27 @@ class Listener:
 
     def _on_answer(self, answered: _Answered) -> None:
         if answered.answer is None or isinstance(answered.answer, RequestError):
-            # It has gone; `look_anew` comes when it is back.
+            # The simulator has gone; `query_again` is called when it is back.
             self._asking = False
             return
         self._asking &= answered.topic != _SCENE
-        told = _object_in(answered.answer)
+        value = _object_in(answered.answer)
         if answered.topic == _DEFINITION:
-            told = _object_in(told["world"]["world_resource"]["resource_string"])
-        self._told[answered.topic] = told
+            value = _object_in(value["world"]["world_resource"]["resource_string"])
+        self._answers[answered.topic] = value
         if answered.topic != _SCENE:
             return
-        self._keys = Keys(self._keys.prefix, self._told[_INFO]["aliases"])
-        now = (self._told[_DEFINITION], self._told[_INFO], told)
+        self._keys = Keys(self._keys.prefix, self._answers[_INFO]["aliases"])
+        now = (self._answers[_DEFINITION], self._answers[_INFO], value)
         if not self.begun:
             self.begun = True
             self._recorder.begin(*now)
         elif self._recorder.world_stale:
-            self._recorder.tell_anew(*now)
+            self._recorder.write_state(*now)
         else:
-            self._recorder.scene(told)
+            self._recorder.scene(value)
 
-    # --- what is published -----------------------------------------------------------------------------------------
+    # --- samples ---------------------------------------------------------------------------------------------------
 
     def _record(self, key: str, payload: bytes) -> None:
         match self._keys.parse(key):
@@ -227,10 +227,10 @@ class Listener:
 
 
 def _object_in(payload: bytes | str) -> dict[str, Any]:
-    """Return the object that some JSON is."""
+    """Return a JSON object."""
     value = from_json(payload)
     if not isinstance(value, dict):
-        raise TypeError("no JSON object")
+        raise TypeError("not a JSON object")
     return value
 
 

@@ -1,4 +1,4 @@
-"""Markers one by one, in plain values, which are made much faster than messages."""
+"""Construction of markers as plain values, which is much faster than messages."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ if TYPE_CHECKING:
     Point = Sequence[float]
 
 MAP: Final = "map"
-"""The frame of all that stands."""
+"""The frame of static objects."""
 
 _FLAT: Final = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 _HALF_ROUND: Final = {"x": 1.0, "y": 0.0, "z": 0.0, "w": 0.0}
-"""About x: what pointed down points up."""
+"""Half a turn about the x axis."""
 
 _TEXT_HEIGHT: Final = 0.3
 _THIN: Final = 0.15
-"""An arrow's width, by its length."""
+"""An arrow's width relative to its length."""
 
 
 class Marking:
-    """Collects markers that replace all that were there.
+    """Collects markers that replace all earlier ones.
 
     Args:
-        time: When, in nanoseconds.
-        unit: About a metre, in the world's unit: all sizes and heights are in metres.
-        up: 1, or -1 where the frame is looked at from below.
+        time: The stamp in nanoseconds.
+        unit: About a metre in the world's unit; all sizes and heights are in metres.
+        up: 1, or -1 in a frame that is upside down.
     """
 
     def __init__(self, time: int, *, unit: float = 1.0, up: float = 1.0) -> None:
@@ -44,11 +44,11 @@ class Marking:
         self._markers: list[dict[str, Any]] = [self._marker(MAP, "", action=Marker.DELETEALL)]
 
     def array(self) -> dict[str, Any]:
-        """Return all as a MarkerArray."""
+        """Return all markers as a MarkerArray."""
         return {"markers": self._markers}
 
     def upside_down(self, outer: str, inner: str) -> dict[str, Any]:
-        """Return a TFMessage that has a frame look down in another."""
+        """Return a TFMessage in which the inner frame is upside down in the outer one."""
         transform = {"translation": _xyz(), "rotation": _HALF_ROUND}
         header = {"stamp": self._stamp, "frame_id": outer}
         return {"transforms": [{"header": header, "child_frame_id": inner, "transform": transform}]}
@@ -65,7 +65,7 @@ class Marking:
         high: float = 0.0,
         frame: str = MAP,
     ) -> None:
-        """Add a thing at a point; as high as it is broad if nothing else is said."""
+        """Add a marker at a point; by default it is as high as it is wide."""
         size, tall = across * self.unit, (high or across) * self.unit
         width = size * _THIN if kind == Marker.ARROW else size
         self._add(
@@ -79,7 +79,7 @@ class Marking:
         )
 
     def text(self, ns: str, text: str, at: Point, *, z: float = 0.4, frame: str = MAP) -> None:
-        """Add a name above a point."""
+        """Add a label above a point."""
         scale = _xyz(z=_TEXT_HEIGHT * self.unit)
         looks = {"scale": scale, "color": colour("muted"), "text": text, "frame_locked": frame != MAP}
         self._add(frame, ns, type=Marker.TEXT_VIEW_FACING, pose=self._pose(at, z), **looks)
@@ -87,7 +87,7 @@ class Marking:
     def lines(
         self, ns: str, ways: Iterable[Sequence[Point]], width: float, paint: str, *, z: float = 0.0, alpha: float = 1.0
     ) -> None:
-        """Add lines, each through some points, as one marker; nothing if there are none."""
+        """Add polylines as one marker; none if there are no points."""
         points = [_xyz(*end) for way in ways for piece in pairwise(way) for end in piece]
         if points:
             looks = {"scale": _xyz(width * self.unit), "color": {**colour(paint), "a": alpha}, "points": points}
@@ -121,7 +121,7 @@ def colour(name: str) -> dict[str, float]:
 
 
 def colour_of_type(types: Sequence[str], name: str) -> dict[str, float]:
-    """Return the colour of a robot type, of all that the world has of its own; the others share the last."""
+    """Return the colour of a robot type; types that the world does not define share the last colour."""
     paints = _palette()["types"]
     return _rgba(paints[types.index(name) % len(paints) if name in types else -1])
 

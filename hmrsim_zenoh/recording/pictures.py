@@ -1,7 +1,7 @@
-"""A world and what is in it as markers: pictures for RViz and Foxglove.
+"""Markers of a world and its contents, for RViz and Foxglove.
 
-All is in the frame ``map``, robots and what they carry in the robots' own. In a world in pixels 1 px is 1 m there, and
-y points down; ``map`` is upside down in a further frame ``world`` then, so that one can look at it as at the page.
+Their frame is ``map``; robots and carried items are in the robots' frames. In a world in pixels 1 px becomes 1 m, and y
+points down; ``map`` is then upside down in a further frame ``world``, which shows the same view as the page.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ if TYPE_CHECKING:
 _WORLD: Final = "world"
 
 _UNIT: Final = {"m": 1.0, "px": 40.0}
-"""What is a metre about, in the world's unit: for what has no size."""
+"""About a metre in the world's unit, for objects without a size."""
 
 _DOORS: Final[Mapping[type[Event], str]] = {DoorOpening: "opening", DoorOpened: "open", DoorClosed: "closed"}
-"""The states that events tell of doors."""
+"""The state of a door after each event."""
 
 
 def looked_at_from_above(units: str) -> dict[str, str]:
-    """Return what is to be known of the frames of a world in these units."""
+    """Return the metadata of the frames of a world in these units."""
     if units == "m":
         return {"frames": f"{MAP}, in metres, y up"}
     return {"frames": f"{MAP}, 1 px as 1 m, y down; {_WORLD}, in which {MAP} is upside down: look at it from above"}
 
 
 class Pictures:
-    """Makes markers; what moves but rarely apart from what changes often."""
+    """Makes markers, in two arrays: `markers` for what rarely changes and `things` for what often does."""
 
     def __init__(self) -> None:
         self._world = World()
@@ -48,11 +48,11 @@ class Pictures:
         self._closed: dict[tuple[str, str], str] = {}
 
     def load(self, definition: Mapping[str, Any]) -> None:
-        """Show another world."""
+        """Replace the world."""
         self._world = World.model_validate(definition)
 
     def follow(self, scene: Mapping[str, Any]) -> None:
-        """Show what a scene says."""
+        """Replace the state by a scene."""
         self._robots = scene["robots"]
         self._items = {item["name"]: dict(item) for item in scene["items"]}
         doors = (fixture for fixture in scene["fixtures"] if fixture["kind"] == "door")
@@ -60,7 +60,7 @@ class Pictures:
         self._closed = {(lane["lane"][0], lane["lane"][1]): lane["why"] for lane in scene["closed_lanes"]}
 
     def change(self, event: Event) -> bool:
-        """Show what has happened; return whether that makes a difference to `things`."""
+        """Apply an event; return whether `things` has changed."""
         match event:
             case ItemPicked(robot, name) if name in self._items:
                 self._items[name]["carrier"] = robot
@@ -77,13 +77,13 @@ class Pictures:
         return True
 
     def frames(self, time: int) -> dict[str, Any] | None:
-        """Return how the frames lie in each other that don't move; None if there is only one."""
+        """Return the static transforms; None if there is only one frame."""
         if self._world.units == "m":
             return None
         return Marking(time).upside_down(_WORLD, MAP)
 
     def markers(self, time: int) -> dict[str, Any]:
-        """Return what stands, and the robots' bodies."""
+        """Return the static objects and the robots' bodies."""
         marking = self._marking(time)
         self._draw_ground(marking)
         for name, place in self._world.places.items():
@@ -103,7 +103,7 @@ class Pictures:
         return marking.array()
 
     def things(self, time: int) -> dict[str, Any]:
-        """Return what changes: items, doors, closed lanes."""
+        """Return items, doors and closed lanes."""
         marking = self._marking(time)
         for name, item in self._items.items():
             carrier = item["carrier"]

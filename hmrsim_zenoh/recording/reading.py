@@ -1,4 +1,4 @@
-"""Reading a recording, also one that ends in the middle."""
+"""Reading of recordings, including truncated ones."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ _BATTERY: Final = "battery_state"
 
 
 class Recording:
-    """A recording, read anew from its file each time that something is asked of it.
+    """A recording, whose file is read again for each iteration.
 
     Args:
-        path: Where it is.
+        path: The file.
 
     Attributes:
-        path: Where it is.
-        world: The world in the beginning, as a native file has it.
-        info: What the simulator said of itself, as on ``_world/info``.
-        about: What is to be known of the recording itself: the version that made it, the seed if that was known.
-        begin: The time of the first message, in nanoseconds of the recording's time: simulated time that goes on where
-            it began anew.
+        path: The file.
+        world: The initial world, in the native format.
+        info: The simulator's description, as on ``_world/info``.
+        about: The metadata of the recording, such as the version that wrote it, and the seed if it is known.
+        begin: The time of the first message, in nanoseconds of the recording's time: simulated time that continues
+            after a reset.
         end: The time of the last message.
-        truncated: Whether its end is missing, or something in it is damaged as far as it has been read.
+        truncated: Whether the end is missing, or a part that was read is damaged.
 
     Raises:
-        RecordingError: It is none of ours.
+        RecordingError: The file is not a recording of hmrsim.
     """
 
     def __init__(self, path: Path) -> None:
@@ -55,20 +55,20 @@ class Recording:
 
     @property
     def name(self) -> str:
-        """The name of its file."""
+        """The name of the file."""
         return self.path.name
 
     def events(self) -> Iterator[dict[str, Any]]:
         """Yield all events as on ``_world/events``, in order.
 
         Raises:
-            RecordingError: One can't be read.
+            RecordingError: An event can't be read.
         """
         for topic, time, data in self._messages(lambda topic: topic == EVENTS):
             yield self._event(topic, time, data)
 
     def samples(self) -> Iterator[tuple[int, str, dict[str, Any]]]:
-        """Yield time, key and payload of what the page needs, in order: events, scenes, worlds, batteries, trees.
+        """Yield time, key and payload of the page's messages, in order: events, scenes, worlds, batteries, trees.
 
         Raises:
             RecordingError: A message can't be read.
@@ -87,10 +87,10 @@ class Recording:
                     raise RecordingError(f"{self.path}: {topic} at {time / NANOSECONDS:.3f} s: {error}") from None
 
     def _look_over(self) -> None:
-        """Look where it begins and ends, and whether it is complete and ours, without unpacking anything.
+        """Find the time range and whether the file is complete and a recording, without unpacking chunks.
 
         Raises:
-            RecordingError: It can't be read, or is none of ours.
+            RecordingError: The file can't be read, or is not a recording of hmrsim.
         """
         times: list[int] = []
         topics: set[str] = set()
@@ -111,15 +111,15 @@ class Recording:
             times = [min(times), max(times)] if times else []
         if times:
             self.begin, self.end = times
-        # Those after the last message are those of the index, which names all.
+        # The channels after the last message are those of the index, which lists all.
         if not self.truncated and topics and EVENTS not in topics:
             raise self._not_ours(EVENTS)
 
     def _first_of(self, topics: tuple[str, ...]) -> dict[str, dict[str, Any]]:
-        """Return the first message of each of some topics.
+        """Return the first message of each topic.
 
         Raises:
-            RecordingError: There is none.
+            RecordingError: A topic has no message.
         """
         found: dict[str, dict[str, Any]] = {}
         for topic, time, data in self._messages(lambda topic: topic in topics):
@@ -129,7 +129,7 @@ class Recording:
         raise self._not_ours(next(topic for topic in topics if topic not in found))
 
     def _messages(self, wanted: Callable[[str], bool]) -> Iterator[tuple[str, int, bytes]]:
-        """Yield topic, time and bytes of the messages on some topics; what is damaged is left out."""
+        """Yield topic, time and bytes of the messages on the wanted topics; damaged chunks are skipped."""
         topics: dict[int, str] = {}
         for piece in self._pieces():
             if isinstance(piece, Piece):
@@ -158,13 +158,13 @@ class Recording:
         except OSError as error:
             raise RecordingError(f"{self.path}: can't be read: {reason_of(error)}") from None
         except ValueError:
-            raise RecordingError(f"{self.path}: no recording: it is no MCAP file") from None
+            raise RecordingError(f"{self.path}: not a recording: not an MCAP file") from None
 
     def _event(self, topic: str, time: int, data: bytes) -> dict[str, Any]:
         match event := self._json(topic, time, data):
             case {"kind": str(), "stamp": {"sec": int(), "nanosec": int()}}:
                 return event
-        raise RecordingError(f"{self.path}: {topic} at {time / NANOSECONDS:.3f} s: no event")
+        raise RecordingError(f"{self.path}: {topic} at {time / NANOSECONDS:.3f} s: not an event")
 
     def _json(self, topic: str, time: int, data: bytes) -> dict[str, Any]:
         try:
@@ -172,13 +172,13 @@ class Recording:
         except (ValueError, RecursionError):
             value = None
         if not isinstance(value, dict):
-            raise RecordingError(f"{self.path}: {topic} at {time / NANOSECONDS:.3f} s: no JSON object")
+            raise RecordingError(f"{self.path}: {topic} at {time / NANOSECONDS:.3f} s: not a JSON object")
         return value
 
     def _not_ours(self, topic: str) -> RecordingError:
         return RecordingError(
-            f"{self.path}: no recording of hmrsim's: nothing is on {topic}; "
-            "make one with `hmrsim run WORLD_TOPIC --record FILE.mcap` or `hmrsim record FILE.mcap`"
+            f"{self.path}: not a recording of hmrsim: there are no messages on {topic}; "
+            "make one with `hmrsim run WORLD --record FILE.mcap` or `hmrsim record FILE.mcap`"
         )
 
 
@@ -186,7 +186,7 @@ def open_recording(path: Path) -> Recording:
     """Return a recording.
 
     Raises:
-        RecordingError: There is none, or it is none of ours.
+        RecordingError: The file can't be read, or is not a recording of hmrsim.
     """
     return Recording(path)
 

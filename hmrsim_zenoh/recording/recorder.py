@@ -1,4 +1,4 @@
-"""What is recorded of a simulation, wherever it is heard of: messages of ROS 2, and the JSON of the wire."""
+"""Conversion of a simulation's events and samples to a recording: ROS 2 messages, and the JSON of the wire."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ if TYPE_CHECKING:
 
 EVENTS, SCENE, INFO, WORLD_TOPIC = "/_world/events", "/_world/scene", "/_world/info", "/_world/world"
 ABOUT: Final = "hmrsim"
-"""The metadata record of what is to be known of a recording itself."""
+"""The name of the recording's metadata record."""
 MARKERS, THINGS = "/world/markers", "/world/things"
 
-_BEGINS_ANEW: Final = (SimulationReset, WorldLoaded)
-"""What changes so much that everything is to be told anew, at once."""
-_MAKES_SCENE_STALE: Final = (*_BEGINS_ANEW, Spawned, Deleted, Teleported)
+_RESTARTS: Final = (SimulationReset, WorldLoaded)
+"""The events after which the whole state is written again at once."""
+_MAKES_SCENE_STALE: Final = (*_RESTARTS, Spawned, Deleted, Teleported)
 
 _LATCHED: Final = frozenset({MARKERS, THINGS, "/tf_static"})
 _INFINITE: Final = "{sec: 9223372036, nsec: 854775807}"
@@ -55,20 +55,20 @@ _LATCHED_PROFILE: Final = f"""\
   liveliness_lease_duration: {_INFINITE}
   avoid_ros_namespace_conventions: false
 """
-"""How rosbag2 says that whoever comes later gets the last message, too; it wants all of this said."""
+"""The quality of service of latched topics in rosbag2's format, which requires all fields."""
 
 _SCENE_PERIOD: Final = NANOSECONDS
 _THINGS_PERIOD: Final = NANOSECONDS // 10
-"""Nanoseconds between one account of all there is and the next, where a little of it has changed."""
+"""Nanoseconds between two snapshots of all items, doors and lanes while some of them change."""
 
 
 class Told(NamedTuple):
-    """What people are told of an event.
+    """A line on ``/rosout``.
 
     Attributes:
-        level: How grave it is, as `Log` has it.
-        name: Of whom.
-        text: What.
+        level: The severity, as in `Log`.
+        name: The subject.
+        text: The text.
     """
 
     level: int
@@ -77,38 +77,38 @@ class Told(NamedTuple):
 
 
 class Recorder:
-    """Writes what it is told; times of the simulation become the recording's, which never go back.
+    """Writes events and samples; simulated times become the recording's, which never go back.
 
     Args:
-        file: Where to.
-        words: What people are told of an event; None for nothing.
+        file: The file to write to.
+        line_of: Returns the line of an event on ``/rosout``; None for no line.
 
     Attributes:
-        stale: Whether `scene` is to be told anew, some time.
-        world_stale: Whether `world` and `info` are, too.
+        stale: Whether the scene has to be written again eventually.
+        world_stale: Whether the world and the description have to be written again, too.
         time: The recording's time.
     """
 
-    def __init__(self, file: RecordingFile, words: Callable[[Event], Told | None]) -> None:
+    def __init__(self, file: RecordingFile, line_of: Callable[[Event], Told | None]) -> None:
         self._file = file
-        self._words = words
+        self._line_of = line_of
         self._pictures = Pictures()
         self._statuses: dict[tuple[str, str], Statuses] = {}
         self._channels: dict[str, tuple[int, MessageType]] = {}
         self._json: dict[str, int] = {}
         self._transforms: list[dict[str, Any]] = []
-        self._things_changed = self._begun_anew = False
+        self._things_changed = self._restarted = False
         self._things_at = self._scene_at = 0
         self.time = Timeline()
         self.stale = self.world_stale = False
 
     @property
     def scene_due(self) -> bool:
-        """Whether `scene` is to be told anew now: to do so takes long where there are many robots."""
-        return self._begun_anew or (self.stale and self.time.now - self._scene_at >= _SCENE_PERIOD)
+        """Whether to write the scene again now, which takes long with many robots."""
+        return self._restarted or (self.stale and self.time.now - self._scene_at >= _SCENE_PERIOD)
 
     def begin(self, definition: Mapping[str, Any], info: Mapping[str, Any], scene: dict[str, Any], **more: str) -> None:
-        """Write what is there in the beginning; *more* is to be known of the recording."""
+        """Write the initial state; *more* is further metadata."""
         world = info["world"]
         about = {
             "hmrsim": __version__,
@@ -121,16 +121,16 @@ class Recorder:
         }
         self._file.describe(ABOUT, about)
         self._file.attach("world.json", "application/json", json.dumps(definition).encode())
-        # A reader that looks for events finds their channel at once.
+        # First, so that a reader of events finds their channel at once.
         self._json_channel(EVENTS, schemas.EVENT)
-        self.tell_anew(definition, info, scene)
+        self.write_state(definition, info, scene)
 
     def forget_world(self) -> None:
-        """Take note that `world` and `info` may be out of date: what was published meanwhile was missed."""
+        """Mark the world and the description as stale after a loss of samples."""
         self.world_stale = True
 
-    def tell_anew(self, definition: Mapping[str, Any], info: Mapping[str, Any], scene: dict[str, Any]) -> None:
-        """Write another world, or one that began anew elsewhere, with what is there now."""
+    def write_state(self, definition: Mapping[str, Any], info: Mapping[str, Any], scene: dict[str, Any]) -> None:
+        """Write the world, the description and the scene again."""
         self.world_stale = False
         self._go_to(nanoseconds_of(scene["stamp"]))
         self._add_json(WORLD_TOPIC, schemas.world, definition)
@@ -141,8 +141,8 @@ class Recorder:
         self.scene(scene)
 
     def scene(self, scene: dict[str, Any]) -> None:
-        """Write all that is there now."""
-        self.stale = self._begun_anew = False
+        """Write the current scene."""
+        self.stale = self._restarted = False
         self._scene_at = self._go_to(nanoseconds_of(scene["stamp"]))
         shifted = self.time.scene(scene)
         self._add_json(SCENE, schemas.SCENE, shifted)
@@ -151,32 +151,32 @@ class Recorder:
         self._write_things(self.time.now)
 
     def event(self, event: Event, payload: bytes, nanoseconds: int) -> None:
-        """Write something that happened, and what people are told of it.
+        """Write an event and its line on ``/rosout``.
 
         Args:
-            event: What it is.
-            payload: The same, as on the wire.
-            nanoseconds: When, in simulated time.
+            event: The event.
+            payload: The event as on the wire.
+            nanoseconds: Its simulated time.
         """
-        told = self._words(event)
+        line = self._line_of(event)
         time = self._go_to(nanoseconds)
         if self.time.offset:
             payload = dump({**json.loads(payload), "stamp": values_of(time)})
         self._file.add(self._json_channel(EVENTS, schemas.EVENT), time, payload)
         self.stale |= isinstance(event, _MAKES_SCENE_STALE)
-        self._begun_anew |= isinstance(event, _BEGINS_ANEW)
+        self._restarted |= isinstance(event, _RESTARTS)
         self.world_stale |= isinstance(event, WorldLoaded)
-        if told is not None:
-            self.log(told)
+        if line is not None:
+            self.log(line)
         self._things_changed |= self._pictures.change(event)
 
-    def log(self, told: Told) -> None:
-        """Write what people are told now."""
-        line = {"stamp": values_of(self.time.now), "level": told.level, "name": told.name, "msg": told.text}
-        self._add("/rosout", Log, {**line, "file": "", "function": "", "line": 0})
+    def log(self, line: Told) -> None:
+        """Write a line on ``/rosout`` at the current time."""
+        values = {"stamp": values_of(self.time.now), "level": line.level, "name": line.name, "msg": line.text}
+        self._add("/rosout", Log, {**values, "file": "", "function": "", "line": 0})
 
     def sample(self, sample: Sampled, nanoseconds: int) -> None:
-        """Write the latest of a topic."""
+        """Write a sample of a topic."""
         self._go_to(nanoseconds)
         message = self.time.message(sample.message)
         topic = sample.topic.value
@@ -185,7 +185,7 @@ class Recorder:
             self._transforms.append(_transform(message))
 
     def status(self, event: StatusChanged) -> None:
-        """Write how the goals of an action are, at the time of what was told last."""
+        """Write the status list of an action's goals, at the time of the latest event."""
         topic = f"/{event.robot}/{event.action}/_action/status"
         channel, type_ = self._channel(topic, GoalStatusArray)
         statuses = self._statuses.get((event.robot, event.action))
@@ -197,7 +197,7 @@ class Recorder:
         self._file.add(channel, self.time.now, statuses.encode(goals))
 
     def feedback(self, event: FeedbackSent, nanoseconds: int | None = None) -> None:
-        """Write how a goal is doing; at the time of what was told last, if no other is known."""
+        """Write feedback; by default at the time of the latest event."""
         if nanoseconds is not None:
             self._go_to(nanoseconds)
         topic = f"/{event.robot}/{event.action}/_action/feedback"
@@ -210,17 +210,17 @@ class Recorder:
         self._file.add(known[0], self.time.now, known[1].encode({"goal_id": goal_id, "feedback": event.feedback}))
 
     def tree(self, robot: str, state: Mapping[str, Any]) -> None:
-        """Write the state of a robot's behaviour tree, at the time of what was told last."""
+        """Write the state of a robot's behaviour tree, at the time of the latest event."""
         self._add_json(f"/{robot}/_tree", schemas.tree, state)
 
     def settle(self) -> None:
-        """Write what was gathered of this instant; nothing more of it may come."""
+        """Write the pending data of this instant, after which no more of it may follow."""
         self._write_transforms(self.time.now)
         if self._things_changed:
             self._write_things(self.time.now)
 
     def _go_to(self, nanoseconds: int) -> int:
-        """Go on to an instant of the simulation; return the recording's time."""
+        """Advance to an instant of the simulation; return the recording's time."""
         before = self.time.now
         now = self.time.at(nanoseconds)
         if now != before:
@@ -230,13 +230,13 @@ class Recorder:
         return now
 
     def _write_transforms(self, time: int) -> None:
-        """Write where all robots were: a message for each of them would be a third of all."""
+        """Write the transforms of all robots as one message: separate ones would be a third of all messages."""
         if self._transforms:
             transforms, self._transforms = self._transforms, []
             self._add("/tf", TFMessage, {"transforms": transforms}, time)
 
     def _write_things(self, time: int) -> None:
-        """Write all items, doors and closed lanes: for each change at once it would take too long."""
+        """Write all items, doors and closed lanes; doing so at each change would take too long."""
         self._things_changed, self._things_at = False, time
         self._add(THINGS, MarkerArray, self._pictures.things(time), time)
 
@@ -268,7 +268,7 @@ class Recorder:
 
 
 def _transform(odom: Odometry) -> dict[str, Any]:
-    """Return where a robot is, as a TransformStamped in plain values."""
+    """Return a robot's TransformStamped as plain values."""
     pose = odom.pose.pose
     transform = {"translation": pose.position, "rotation": pose.orientation}
     return {"header": odom.header, "child_frame_id": odom.child_frame_id, "transform": transform}

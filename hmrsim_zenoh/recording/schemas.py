@@ -1,4 +1,4 @@
-"""What the recording's own channels hold, as JSON Schema: the payloads of the keys of the same names."""
+"""JSON Schemas of the recording's own channels, which have the payloads of the keys of the same names."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _TEXT: Final = {"type": "string"}
 
 
 def _object(*lists: str, **properties: Any) -> dict[str, Any]:
-    """Return the schema of an object with these properties, and with lists of objects, beside any others."""
+    """Return the schema of an object with these properties and these lists of objects; others are allowed."""
     listed = {name: {"type": "array", "items": {"type": "object"}} for name in lists}
     return {"type": "object", "properties": {**properties, **listed}}
 
 
 def json_schema(name: str, schema: dict[str, Any]) -> Schema:
-    """Return the schema of a channel of JSON."""
+    """Return the schema of a JSON channel."""
     return Schema(name, "jsonschema", json.dumps(schema), "json")
 
 
@@ -43,5 +43,5 @@ def world() -> Schema:
 
 
 def tree() -> Schema:
-    """Return the schema of what controllers publish of their trees."""
+    """Return the schema of the tree states that controllers publish."""
     return json_schema("hmrsim/Tree", TreeState.model_json_schema(mode="serialization"))

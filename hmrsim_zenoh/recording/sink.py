@@ -1,4 +1,4 @@
-"""Recording a simulation from inside of its process."""
+"""Recording of a simulation within its process."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.recording.recorder import Recorder
 
-_HEARD: Final = frozenset(Topic) - {Topic.TIME}
+_TOPICS: Final = frozenset(Topic) - {Topic.TIME}
 
 
 class RecordingSink:
-    """Records what happens, all of it: nothing is thinned out.
+    """Records all events, without a rate limit.
 
     Args:
-        simulator: A simulator that has not begun.
-        recorder: What writes it down.
-        time: Tells how time moves.
-        clock_rate: Samples of the clock a simulated second.
+        simulator: A simulator that has not started.
+        recorder: The recorder.
+        time: Returns the state of the clock.
+        clock_rate: Samples of the clock per simulated second.
     """
 
     def __init__(
@@ -46,8 +46,8 @@ class RecordingSink:
         recorder.begin(*self._now(), seed=str(simulator.seed))
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether it takes a topic."""
-        return topic in _HEARD
+        """Return whether a topic is recorded."""
+        return topic in _TOPICS
 
     def emit(self, event: Event) -> None:
         """Write an event."""
@@ -64,7 +64,7 @@ class RecordingSink:
                 self._recorder.feedback(event, stamp(self._simulator.now))
 
     def close(self) -> None:
-        """Write what is still to be told."""
+        """Write the pending data."""
         self._settle(due=self._recorder.stale)
         self._recorder.settle()
 
@@ -73,21 +73,21 @@ class RecordingSink:
         if event.topic is not Topic.CLOCK:
             self._recorder.sample(event, now)
             return
-        # The time is told also whenever it stands still, which depends on when who controls the robots answers.
+        # The clock is also sampled whenever time stands still, which depends on the wall time of controllers.
         if now == self._nearest_tick(now) and now != self._clock:
             self._clock = now
             self._recorder.sample(event, now)
         self._settle(due=self._recorder.scene_due)
 
     def _nearest_tick(self, now: int) -> int:
-        """Return when a sample of the clock is due, reckoned as `hmrsim.engine.sampling` does."""
+        """Return the nearest time of a regular clock sample, computed as in `hmrsim.engine.sampling`."""
         return round(round(now / NANOSECONDS / self._period) * self._period * NANOSECONDS)
 
     def _settle(self, *, due: bool) -> None:
-        """Tell anew what has changed too much; when nothing else is being done."""
+        """Write the world or the scene again if it is stale."""
         if self._recorder.world_stale:
             self._description.forget()
-            self._recorder.tell_anew(*self._now())
+            self._recorder.write_state(*self._now())
         elif due:
             self._recorder.scene(scene(self._simulator))
 

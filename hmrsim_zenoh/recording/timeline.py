@@ -1,4 +1,4 @@
-"""The time of a recording: simulated time, that goes on where it begins anew."""
+"""The time of a recording: simulated time that continues after a reset."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 
 class Timeline:
-    """Says where in the recording an instant is: later than all before, though the simulation was reset.
+    """Maps simulated time to the recording's time, which never goes back, even after a reset.
 
     Attributes:
-        offset: Nanoseconds by which the recording's time is later than simulated time.
-        begin: The first time in the recording; 0 while there is none.
-        now: The latest.
+        offset: Nanoseconds by which the recording's time is ahead of simulated time.
+        begin: The first time in the recording; 0 before that.
+        now: The latest time in the recording.
     """
 
     def __init__(self) -> None:
@@ -29,11 +29,11 @@ class Timeline:
 
     @property
     def simulated(self) -> int:
-        """The simulated time of the latest."""
+        """The latest simulated time."""
         return self.now - self.offset
 
     def at(self, nanoseconds: int) -> int:
-        """Return the time in the recording of what happens at an instant now."""
+        """Return the recording's time of an instant that is current now."""
         # As everywhere, the first instant is 1: ROS reads zero as "unset".
         nanoseconds = max(1, nanoseconds)
         if nanoseconds + self.offset < self.now - JITTER:
@@ -43,15 +43,15 @@ class Timeline:
         return self.now
 
     def seconds(self, simulated: float) -> float:
-        """Return the time of an instant in seconds."""
+        """Return the recording's time of an instant, both in seconds."""
         return simulated + self.offset / NANOSECONDS
 
     def stamp(self, stamp: Mapping[str, int]) -> dict[str, int]:
-        """Return a stamp, as plain values."""
+        """Return a stamp in the recording's time, as plain values."""
         return values_of(nanoseconds_of(stamp) + self.offset)
 
     def message(self, message: Message) -> Message:
-        """Return a message with the stamp of its header, or its clock, in the recording's time."""
+        """Return a message with its header's stamp, or its clock, in the recording's time."""
         if not self.offset:
             return message
         if (clock := getattr(message, "clock", None)) is not None:
@@ -62,7 +62,7 @@ class Timeline:
         return message.model_copy(update={"header": header.model_copy(update={"stamp": self._later(header.stamp)})})
 
     def scene(self, scene: dict[str, Any]) -> dict[str, Any]:
-        """Return a scene with all its times in the recording's."""
+        """Return a scene with all times in the recording's time."""
         if not self.offset:
             return scene
         return {**scene, "stamp": self.stamp(scene["stamp"]), "robots": [self._robot(each) for each in scene["robots"]]}

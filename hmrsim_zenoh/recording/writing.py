@@ -1,4 +1,4 @@
-"""An MCAP file that is written while things happen, and that can be read up to nearly its end after a crash."""
+"""Writing of MCAP files, which can be read up to the last seconds after a crash."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 FLUSH_SECONDS: Final = 2.0
-"""Wall seconds after which what was written is in the file, at the latest."""
+"""Wall seconds after which a message is in the file, at the latest."""
 _FLUSH_SIMULATED: Final = 5 * NANOSECONDS
-"""Likewise, in simulated time, where the file has to be the same in every run."""
+"""Simulated nanoseconds after which a message is in a reproducible file, at the latest."""
 
 _JOIN_SECONDS: Final = 1.0
 
 
 class Schema(NamedTuple):
-    """What the messages of a channel are.
+    """The schema of a channel.
 
     Attributes:
-        name: Their type.
-        encoding: What *text* is: ``ros2msg`` or ``jsonschema``.
+        name: The message type.
+        encoding: The encoding of *text*: ``ros2msg`` or ``jsonschema``.
         text: The definition.
-        message_encoding: What their bytes are: ``cdr`` or ``json``.
+        message_encoding: The encoding of messages: ``cdr`` or ``json``.
     """
 
     name: str
@@ -40,14 +40,14 @@ class Schema(NamedTuple):
 
 
 class RecordingFile:
-    """Writes messages in chunks that are complete, and in the file, a moment later; from one thread.
+    """Writes messages in chunks, each of which is in the file shortly after; for one thread.
 
     Args:
-        path: The file; what is there is overwritten.
-        reproducible: Whether the same messages have to make the same file: then chunks end by simulated time.
+        path: The file; an existing one is overwritten.
+        reproducible: Whether the same messages have to produce the same file: chunks then end by simulated time.
 
     Attributes:
-        messages: How many were written.
+        messages: The number of written messages.
 
     Raises:
         RecordingError: The file can't be opened.
@@ -74,12 +74,12 @@ class RecordingFile:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_error: object) -> None:
-        """Close it; what can't be written any more is passed over if something else went wrong before."""
+        """Close the file; after another error a failure to write is ignored."""
         with suppress(*([HmrsimError] if kind else [])):
             self.close()
 
     def channel(self, topic: str, schema: Schema, metadata: dict[str, str] | None = None) -> int:
-        """Return the number of a channel, made with the first call.
+        """Return the id of a channel, which is created at the first call.
 
         Raises:
             HmrsimError: The file can't be written.
@@ -112,7 +112,7 @@ class RecordingFile:
                 self._writer.flush()  # type: ignore[no-untyped-call]
 
     def describe(self, name: str, values: dict[str, str]) -> None:
-        """Write what is to be known of the recording itself.
+        """Write metadata of the recording.
 
         Raises:
             HmrsimError: The file can't be written.
@@ -121,7 +121,7 @@ class RecordingFile:
             self._writer.add_metadata(name, values)
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
-        """Put a file into the recording.
+        """Attach a file to the recording.
 
         Raises:
             HmrsimError: The file can't be written.
@@ -130,7 +130,7 @@ class RecordingFile:
             self._writer.add_attachment(0, 0, name, media_type, data)
 
     def close(self) -> None:
-        """Write the index, without which a reader has to look through all of the file.
+        """Write the index, without which a reader has to scan the whole file.
 
         Raises:
             HmrsimError: The file can't be written.
@@ -145,7 +145,7 @@ class RecordingFile:
                 self._writer.finish()  # type: ignore[no-untyped-call]
                 self._file.flush()
         finally:
-            # Would try to write once more what could not be written.
+            # Closing would try to write the failed bytes again.
             with suppress(OSError):
                 self._file.close()
 
@@ -156,7 +156,7 @@ class RecordingFile:
                 continue
             with self._lock:
                 if self._closed.is_set():
-                    # It was closed while this thread waited for its turn.
+                    # It was closed while this thread waited for the lock.
                     return
                 flushed = self.messages
                 try:
@@ -165,21 +165,21 @@ class RecordingFile:
                     self._error = error
 
     def check(self) -> None:
-        """Do nothing if all could be written.
+        """Check that all messages could be written.
 
         Raises:
-            HmrsimError: It could not.
+            HmrsimError: One could not.
         """
         if self._error is not None:
             raise HmrsimError(f"the recording can't be written: {reason_of(self._error)}")
 
     def failed(self, error: OSError) -> None:
-        """Take note that something could not be written."""
+        """Keep an error for `check`."""
         self._error = error
 
 
 class _Failing:
-    """Makes an error of a file one for people, also of what was found in the background."""
+    """Raises errors of the file as `HmrsimError`, including those of the background thread."""
 
     def __init__(self, file: RecordingFile) -> None:
         self._file = file

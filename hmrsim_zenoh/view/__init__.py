@@ -1,6 +1,6 @@
-"""The live picture: a page in a browser, and the small server that is its Zenoh.
+"""The live view: a page in a browser, and the server that connects it to Zenoh.
 
-`server.ViewServer` serves what `live.Live` or `recorded.Recorded` has to show; they load Starlette and Uvicorn, which
+`server.ViewServer` serves a `live.Live` or a `recorded.Recorded`; these modules load Starlette and Uvicorn, which
 commands that only print help do not need.
 """
 

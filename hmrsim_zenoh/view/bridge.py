@@ -1,4 +1,4 @@
-"""One page's WebSocket ⇄ Zenoh: it subscribes and gets as any client of Zenoh's; nothing here knows what for."""
+"""The bridge between one page's WebSocket and Zenoh: it forwards subscriptions and queries of any keys."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 MAX_SUBSCRIPTIONS: Final = 64
 MAX_GETS: Final = 64
 _TIMED_OUT: Final = b"Timeout"
-"""Zenoh's own error reply when time is up; a simulator's are JSON."""
+"""Zenoh's own error reply upon a timeout; those of a simulator are JSON."""
 
 
 class Bridge:
@@ -36,7 +36,7 @@ class Bridge:
     Args:
         gets: Sends queries.
         feeds: The subscriptions of all pages.
-        alive: Whether the simulator is there.
+        alive: Whether the simulator is alive.
     """
 
     def __init__(self, gets: Gets, feeds: Feeds, *, alive: bool) -> None:
@@ -51,13 +51,13 @@ class Bridge:
         self._gone = False
 
     async def serve(self, socket: WebSocket) -> None:
-        """Serve the page until it goes."""
+        """Serve the page until it disconnects."""
         fields = {"source": "live", "prefix": self._gets.prefix, "version": __version__, "alive": self._alive}
-        self.put(frames.said("hello", **fields))
+        self.put(frames.frame("hello", **fields))
         sender = asyncio.create_task(self._send(socket))
         try:
             while (message := await socket.receive())["type"] == "websocket.receive":
-                self._take(message.get("text"))
+                self._handle(message.get("text"))
                 await self._until_there_is_room()
         finally:
             sender.cancel()
@@ -72,22 +72,22 @@ class Bridge:
         self._outbox.put(frame)
         self._news.set()
 
-    def tell_alive(self, alive: bool) -> None:  # noqa: FBT001 - it is what is told
-        """Tell whether the simulator is there."""
+    def set_alive(self, alive: bool) -> None:  # noqa: FBT001 - the one value of a setter
+        """Notify the page whether the simulator is alive."""
         self._alive = alive
-        self.put(frames.said("alive", alive=alive))
+        self.put(frames.frame("alive", alive=alive))
 
-    def hear(self, id_: int, entries: Sequence[tuple[str, str]], *, lost: bool) -> None:
+    def send_samples(self, id_: int, entries: Sequence[tuple[str, str]], *, lost: bool) -> None:
         """Send samples of a subscription."""
         self._outbox.add(id_, entries, lost=lost)
         self._news.set()
 
     async def _send(self, socket: WebSocket) -> None:
-        """Send what there is, as fast as the page takes it, until the page goes."""
+        """Send the frames in the outbox, as fast as the page reads them, until it disconnects."""
         try:
             while await self._news.wait():
                 self._news.clear()
-                for frame in self._outbox.take():
+                for frame in self._outbox.drain():
                     await socket.send_text(frame)
                 self._room.set()
         finally:
@@ -95,16 +95,16 @@ class Bridge:
             self._room.set()
 
     async def _until_there_is_room(self) -> None:
-        """Return when the page has taken most of its answers: who only asks and never reads, waits."""
+        """Wait until the page has read most of its answers: a page that never reads gets no more of them."""
         while self._outbox.crowded and not self._gone:
             self._room.clear()
             await self._room.wait()
 
-    def _take(self, text: str | None) -> None:
-        """Do what the page wants, or tell it why not."""
+    def _handle(self, text: str | None) -> None:
+        """Process a request of the page, or send the error."""
         try:
             if text is None:
-                raise ValueError("text frames are expected, this one is binary")  # noqa: TRY301 - one way to complain
+                raise ValueError("expected a text frame, got a binary one")  # noqa: TRY301 - one place handles errors
             match frames.read(text):
                 case frames.Subscribe() as request:
                     self._subscribe(request)
@@ -113,11 +113,11 @@ class Bridge:
                 case frames.Get() as request:
                     self._get(request)
         except (ValueError, zenoh.ZError) as error:
-            self.put(frames.said("error", error=str(error)))
+            self.put(frames.frame("error", error=str(error)))
 
     def _subscribe(self, request: frames.Subscribe) -> None:
         if request.id in self._subscriptions:
-            raise ValueError(f"subscription {request.id} is there already")
+            raise ValueError(f"subscription {request.id} exists already")
         if len(self._subscriptions) >= MAX_SUBSCRIPTIONS:
             raise ValueError(f"there are {MAX_SUBSCRIPTIONS} subscriptions already")
         self._check_key(request.key)
@@ -133,10 +133,10 @@ class Bridge:
 
     def _get(self, request: frames.Get) -> None:
         if request.id in self._asked:
-            raise ValueError(f"get {request.id} is under way already")
+            raise ValueError(f"get {request.id} is pending already")
         try:
             if len(self._asked) >= MAX_GETS:
-                raise ValueError(f"{MAX_GETS} gets are under way already")  # noqa: TRY301 - one way to complain
+                raise ValueError(f"{MAX_GETS} gets are pending already")  # noqa: TRY301 - one place handles errors
             self._check_key(request.key)
             payload = None if request.payload is None else to_json(request.payload)
             self._gets.get(request.key, payload, request.timeout, partial(self._reply, request))
@@ -150,38 +150,38 @@ class Bridge:
         self.put(_answer(request, replies))
 
     def _check_key(self, key: str) -> None:
-        """Do nothing with a key expression below the prefix.
+        """Check a key expression below the prefix.
 
         Raises:
-            ValueError: It is none.
+            ValueError: It is invalid.
         """
         try:
             if "@" in key:
                 raise ValueError(f"key {key!r}: keys with '@' are Zenoh's own")
             zenoh.KeyExpr(f"{self._gets.prefix}/{key}")
         except zenoh.ZError:
-            raise ValueError(f"{key!r} is no key expression; chunks are joined by single slashes") from None
+            raise ValueError(f"{key!r} is not a key expression; chunks are joined by single slashes") from None
 
 
 class _Subscription:
-    """One of a page's."""
+    """One subscription of a page."""
 
     def __init__(self, page: Bridge, feeds: Feeds, request: frames.Subscribe) -> None:
         self._page = page
         self._feeds = feeds
         self._id = request.id
         self._where = request.key, request.pause
-        self._feeds.join(*self._where, self)
+        self._feeds.subscribe(*self._where, self)
 
-    def hear(self, entries: Sequence[tuple[str, str]], *, lost: bool) -> None:
-        self._page.hear(self._id, entries, lost=lost)
+    def on_samples(self, entries: Sequence[tuple[str, str]], *, lost: bool) -> None:
+        self._page.send_samples(self._id, entries, lost=lost)
 
     def close(self) -> None:
-        self._feeds.leave(*self._where, self)
+        self._feeds.unsubscribe(*self._where, self)
 
 
 def _answer(request: frames.Get, replies: Replies) -> str:
-    """Return the frame that answers a get."""
+    """Return the frame with the answer to a get."""
     id_, key = request.id, request.key
     if replies.cut:
         return frames.failure(id_, f"the answers on {key!r} are too long")
@@ -190,11 +190,11 @@ def _answer(request: frames.Get, replies: Replies) -> str:
     if found or (not replies.errors and not texts and "*" in key):
         return frames.replies(id_, found)
     if texts:
-        return frames.failure(id_, f"what answers on {key!r} is no JSON")
+        return frames.failure(id_, f"the answer on {key!r} is not JSON")
     errors = [error for error in replies.errors if error != _TIMED_OUT]
     if errors:
-        told = RequestError.from_json(errors[0])
-        return frames.failure(id_, str(told), told.details)
+        error = RequestError.from_json(errors[0])
+        return frames.failure(id_, str(error), error.details)
     if replies.errors:
         return frames.failure(id_, f"no answer on {key!r} in {request.timeout:g} s")
     return frames.failure(id_, f"nothing answers on {key!r}")

@@ -18,11 +18,11 @@ MAX_EVENTS: Final = 500
 class EventLog:
     """Keeps the latest events of a simulator; for the event loop's thread.
 
-    They lie in Zenoh's own ring until a page asks, so that none of them wakes Python.
+    They stay in Zenoh's ring buffer until a page requests them, so that no Python runs for each.
 
     Args:
         session: An open session.
-        key: Where they are published.
+        key: The key of the events.
     """
 
     def __init__(self, session: zenoh.Session, key: str) -> None:
@@ -31,18 +31,18 @@ class EventLog:
         self._events: deque[bytes] = deque(maxlen=MAX_EVENTS)
 
     def json(self) -> bytes:
-        """Return them as a JSON list, oldest first."""
+        """Return the events as a JSON list, oldest first."""
         self._events.extend(filter(is_json, self._new()))
         return b"[%b]" % b",".join(self._events)
 
     def clear(self) -> None:
-        """Forget all: another simulator is there."""
+        """Drop all events, since another simulator has started."""
         self._events.clear()
         for _ in self._new():
             pass
 
     def close(self) -> None:
-        """Listen no more."""
+        """Unsubscribe."""
         self._subscriber.undeclare()
 
     def _new(self) -> Iterator[bytes]:

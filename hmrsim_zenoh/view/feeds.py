@@ -1,7 +1,7 @@
-"""Zenoh's subscriptions, shared by all pages that want the same.
+"""Zenoh subscriptions that pages with the same key share.
 
-Samples wait in Zenoh's own ring until it is time for a frame: no Python runs in Zenoh's threads, so that whatever the
-server does, no publisher has to wait for it. All of this is for the event loop's thread.
+Samples stay in Zenoh's ring buffer until the next frame: no Python runs in Zenoh's threads, so a slow server never
+blocks a publisher. All functions are for the event loop's thread.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 _RING: Final = 8_192
-"""Samples of one subscription that are kept between two frames, and so the most that are looked at then."""
+"""The largest number of samples of a subscription between two frames."""
 
 _log = logging.getLogger(__name__)
 
 
 class Listener(Protocol):
-    """Who wants samples."""
+    """A receiver of samples."""
 
-    def hear(self, entries: Sequence[tuple[str, str]], *, lost: bool) -> None:
-        """Take what came since the last time, each a key and its sample in a frame, in order."""
+    def on_samples(self, entries: Sequence[tuple[str, str]], *, lost: bool) -> None:
+        """Process the new samples in order, each a key and its text in a frame; *lost*: some are missing."""
 
 
 class Feeds:
@@ -35,7 +35,7 @@ class Feeds:
 
     Args:
         session: An open session.
-        prefix: What all keys begin with.
+        prefix: The prefix of all keys.
         loop: The event loop.
     """
 
@@ -46,31 +46,31 @@ class Feeds:
         self._feeds: dict[tuple[str, float], _Feed] = {}
 
     def __len__(self) -> int:
-        """Return how many subscriptions Zenoh has of us."""
+        """Return the number of Zenoh subscriptions."""
         return len(self._feeds)
 
-    def join(self, key: str, every: float, listener: Listener) -> None:
-        """Call a listener with the samples of a key below the prefix, each *every* seconds."""
+    def subscribe(self, key: str, every: float, listener: Listener) -> None:
+        """Call a listener with the samples of a key below the prefix, once per *every* seconds."""
         feed = self._feeds.get((key, every))
         if feed is None:
             feed = self._feeds[key, every] = _Feed(self._session, self._prefix, key, every, self._loop)
         feed.listeners[listener] = None
 
-    def leave(self, key: str, every: float, listener: Listener) -> None:
-        """Call a listener no more."""
+    def unsubscribe(self, key: str, every: float, listener: Listener) -> None:
+        """Stop calling a listener."""
         feed = self._feeds[key, every]
         del feed.listeners[listener]
         if not feed.listeners:
             self._feeds.pop((key, every)).close()
 
     def close(self) -> None:
-        """End all."""
+        """Close all subscriptions."""
         while self._feeds:
             self._feeds.popitem()[1].close()
 
 
 class _Feed:
-    """One subscription of Zenoh's, and those who listen to it, in order."""
+    """A Zenoh subscription and its listeners, in order."""
 
     def __init__(
         self, session: zenoh.Session, prefix: str, key: str, every: float, loop: asyncio.AbstractEventLoop
@@ -96,11 +96,11 @@ class _Feed:
             key = str(sample.key_expr)[len(self._prefix) :]
             text = embedded(key, sample.payload.to_bytes())
             if text is None:
-                _log.debug("what was published on %r is no JSON", key)
+                _log.debug("a message on %r is not JSON", key)
             else:
                 entries.append((key, text))
         if came:
-            # As many as there is room for: there may have been more.
+            # The ring was full, so there may have been more.
             lost = came == _RING
             for listener in list(self.listeners):
-                listener.hear(entries, lost=lost)
+                listener.on_samples(entries, lost=lost)

@@ -1,7 +1,7 @@
-"""What a page and the server say to each other, as JSON text; payloads are embedded as they came.
+"""The frames between a page and the server, as JSON text with embedded payloads.
 
-Whatever is embedded was read as JSON once and thrown away: anybody may publish below the prefix, and one payload that
-is none would make the whole frame unreadable to the page. The reading takes a few microseconds.
+Each payload is validated as JSON before it is embedded, as any program may publish below the prefix and one invalid
+payload would make the whole frame unreadable. The validation takes a few microseconds.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
 MIN_PERIOD: Final = 0.05
-"""Wall seconds between two frames of a subscription, if nothing is said."""
+"""The default and smallest number of wall seconds between two frames of a subscription."""
 
 _MAX_PERIOD: Final = 60.0
 _MAX_SECONDS: Final = 60.0
@@ -33,7 +33,7 @@ class _Request(BaseModel):
 
 
 class Subscribe(_Request):
-    """Wants the samples of a key; with *latest* only the newest of each key in a frame."""
+    """Subscribes to a key expression; with *latest* a frame has only the newest sample of each key."""
 
     op: Literal["subscribe"]
     key: _Key
@@ -47,7 +47,7 @@ class Subscribe(_Request):
 
 
 class Unsubscribe(_Request):
-    """Wants no more of them."""
+    """Ends a subscription."""
 
     op: Literal["unsubscribe"]
 
@@ -66,10 +66,10 @@ _REQUEST: Final[TypeAdapter[Request]] = TypeAdapter(Annotated[Request, Field(dis
 
 
 def read(text: str) -> Request:
-    """Return what a page wants.
+    """Return the request in a frame of a page.
 
     Raises:
-        ValueError: It can't be read; the text says why, and where.
+        ValueError: The frame is invalid; the text names the field and the mistake.
     """
     try:
         return _REQUEST.validate_json(text)
@@ -80,7 +80,7 @@ def read(text: str) -> Request:
 
 
 def is_json(payload: bytes) -> bool:
-    """Return whether a payload can be put into a frame as it is."""
+    """Return whether a payload can be embedded in a frame."""
     try:
         from_json(payload, allow_inf_nan=False)
     except ValueError:
@@ -89,26 +89,26 @@ def is_json(payload: bytes) -> bool:
 
 
 def embedded(key: str, payload: bytes) -> str | None:
-    """Return what a key's payload is in a frame, but for what stands in front; None if it is no JSON."""
+    """Return a key and its payload as the end of an array in a frame; None if the payload is not JSON."""
     return f"{json.dumps(key)},{payload.decode()}]" if is_json(payload) else None
 
 
 def samples(entries: Iterable[tuple[int, str]]) -> str:
-    """Return the frame of samples, each of which is a subscription's id and what `embedded` made of it."""
+    """Return the frame of samples, each of which is a subscription's id and the result of `embedded`."""
     return f'{{"op":"samples","samples":[{",".join([f"[{id_},{text}" for id_, text in entries])}]}}'
 
 
 def replies(id_: int, texts: Iterable[str]) -> str:
-    """Return the frame that answers a get with what `embedded` made of the replies."""
+    """Return the frame that answers a get with replies, each of which is the result of `embedded`."""
     return f'{{"op":"reply","id":{id_},"replies":[{",".join([f"[{text}" for text in texts])}]}}'
 
 
 def failure(id_: int, error: str, details: Sequence[dict[str, Any]] = ()) -> str:
-    """Return the frame that says why a get has no answer."""
+    """Return the frame with the error of a get."""
     extra = {"details": [*details]} if details else {}
     return json.dumps({"op": "reply", "id": id_, "error": error, **extra})
 
 
-def said(op: str, **fields: object) -> str:
+def frame(op: str, **fields: object) -> str:
     """Return a frame of plain values."""
     return json.dumps({"op": op, **fields})

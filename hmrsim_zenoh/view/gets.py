@@ -1,4 +1,4 @@
-"""Queries of the pages, which Zenoh answers in its own threads."""
+"""Queries of pages, whose replies arrive in Zenoh's threads."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _MAX_REPLIED: Final = 64 * 2**20
 
 @dataclass(frozen=True)
 class Replies:
-    """What came back of a query.
+    """The replies to a query.
 
     Attributes:
         ok: Keys and payloads.
         errors: The payloads of Zenoh's error replies.
-        cut: Whether it was too much.
+        cut: Whether the replies were too large.
     """
 
     ok: list[tuple[str, bytes]]
@@ -33,8 +33,8 @@ class Gets:
 
     Args:
         session: An open session.
-        prefix: What all keys begin with.
-        later: Has a call made in the event loop's thread.
+        prefix: The prefix of all keys.
+        later: Schedules a call in the event loop's thread.
     """
 
     def __init__(self, session: zenoh.Session, prefix: str, later: Callable[[Callable[[], None]], None]) -> None:
@@ -43,7 +43,7 @@ class Gets:
         self._later = later
 
     def get(self, key: str, payload: bytes | None, timeout: float, then: Callable[[Replies], None]) -> None:
-        """Send a query; *then* gets all replies, when the last has come.
+        """Send a query; *then* receives all replies after the last one has arrived.
 
         Raises:
             zenoh.ZError: The session is closed.
@@ -64,7 +64,7 @@ class Gets:
         handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
             on_reply, lambda: self._later(lambda: then(Replies(ok, errors, cut=room < 0))), indirect=False
         )
-        # Zenoh's best match would be the simulator alone, where each robot's controller answers for its tree.
+        # Zenoh's best match would be the simulator alone, but each robot's controller answers for its tree.
         target = zenoh.QueryTarget.ALL if "*" in key else zenoh.QueryTarget.BEST_MATCHING
         where = f"{self.prefix}/{key}"
         self._session.get(where, handler, payload=payload, encoding="application/json", timeout=timeout, target=target)

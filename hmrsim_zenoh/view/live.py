@@ -1,4 +1,4 @@
-"""A simulator as a source of pages: its token, its keys, and what they answer."""
+"""A running simulator as the source of pages."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ _TRY_AGAIN_LATER: Final = 1013
 
 
 class Live:
-    """What pages see of a simulator; of use within `opened`, and in the event loop's thread only.
+    """Serves a simulator to pages, within `opened` and in the event loop's thread only.
 
     Args:
-        session: An open session, which stays open.
+        session: An open session, which the caller closes.
         keys: How the simulator's keys are spelled.
 
     Attributes:
-        alive: Whether the simulator's token is there.
+        alive: Whether the simulator is alive, by its liveliness token.
         feeds: The subscriptions.
     """
 
@@ -55,12 +55,12 @@ class Live:
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def routes(self) -> list[BaseRoute]:
-        """Return what a page asks beside its files."""
+        """Return the routes of the source beside the page's files."""
         return [Route("/source", self._source), Route("/log", self._events), WebSocketRoute("/ws", self._serve)]
 
     @asynccontextmanager
     async def opened(self) -> AsyncIterator[None]:
-        """Follow the simulator's token; pages may come."""
+        """Follow the simulator's token while pages are served."""
         self._loop = asyncio.get_running_loop()
         self.feeds = Feeds(self._session, self.prefix, self._loop)
         self._log = EventLog(self._session, self._log_key)
@@ -77,17 +77,17 @@ class Live:
             self._loop = None
 
     def _saw(self, alive: bool) -> None:  # noqa: FBT001 - call_soon_threadsafe passes positions
-        """Tell the pages that the simulator came or went; twice `alive` is another simulator."""
+        """Notify the pages that the simulator came or went; `alive` twice in a row means another simulator."""
         self.alive = alive
         if alive:
             self._log.clear()
         for page in self._pages:
-            page.tell_alive(alive)
+            page.set_alive(alive)
         if not alive and self._loop is not None:
             self._loop.call_later(_LOOK_AGAIN, self._look_again)
 
     def _look_again(self) -> None:
-        """Ask for the token: of one that went and came back, Zenoh may have told in the wrong order."""
+        """Query the token again: Zenoh may have reordered the notifications of a token that came back."""
         if self.alive or self._loop is None:
             return
         handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
@@ -101,7 +101,7 @@ class Live:
             self._saw(True)
 
     def _later(self, call: Callable[..., None], *arguments: object) -> None:
-        """Have a call made in the event loop; from Zenoh's threads, also when the loop is gone."""
+        """Schedule a call in the event loop; from Zenoh's threads, also after the loop has ended."""
         loop = self._loop
         if loop is not None:
             with suppress(RuntimeError):

@@ -1,4 +1,4 @@
-"""What waits to be sent to one page: bounded, however slow the page is."""
+"""The frames and samples to send to one page, bounded for slow pages."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 MAX_WAITING: Final = 4 * 2**20
-"""Characters of samples that wait for a page; who is slower than that, loses some and is told so."""
+"""The largest number of characters of waiting samples; a slower page loses samples and is notified."""
 _CROWDED: Final = 100
 
 
@@ -26,7 +26,7 @@ class _Pending:
         self.lost = False
 
     def add(self, key: str, text: str) -> int:
-        """Add a sample; return by how much there is more."""
+        """Add a sample; return by how many characters the size grows."""
         before = ""
         if self.newest is None:
             self.samples.append(text)
@@ -37,7 +37,7 @@ class _Pending:
         self.size += grown
         return grown
 
-    def take(self) -> list[str]:
+    def drain(self) -> list[str]:
         taken = [*self.samples, *(self.newest or {}).values()]
         self.clear()
         return taken
@@ -53,21 +53,21 @@ _size = attrgetter("size")
 
 
 class Outbox:
-    """Frames as they are, which all are sent; and samples: if there are too many, the largest subscription's are lost.
+    """Frames, all of which are sent, and samples, of which the largest subscription loses some if there are too many.
 
     Args:
-        most: Characters of samples that may wait.
+        max_size: The largest number of characters of waiting samples.
     """
 
-    def __init__(self, most: int = MAX_WAITING) -> None:
-        self._most = most
+    def __init__(self, max_size: int = MAX_WAITING) -> None:
+        self._max_size = max_size
         self._frames: deque[str] = deque()
         self._pending: dict[int, _Pending] = {}
         self._size = 0
 
     @property
     def crowded(self) -> bool:
-        """Whether so many frames wait that no further request should be served."""
+        """Whether too many frames wait to serve further requests."""
         return len(self._frames) >= _CROWDED
 
     def put(self, frame: str) -> None:
@@ -79,13 +79,13 @@ class Outbox:
         self._pending[id_] = _Pending(latest=latest)
 
     def close(self, id_: int) -> None:
-        """End a subscription: what waits of it is not sent."""
+        """End a subscription; its waiting samples are dropped."""
         self._size -= self._pending.pop(id_).size
 
     def add(self, id_: int, entries: Iterable[tuple[str, str]], *, lost: bool) -> None:
-        """Send samples of a subscription, each a key and a text; *lost* says that some were dropped before already.
+        """Add samples of a subscription, each a key and a text; *lost* if some were dropped before already.
 
-        Once some are lost, none is sent until what waits has been taken: a page that gets `lost` asks for all anew.
+        After a loss no samples are added until the next `drain`: a page that receives `lost` queries all values again.
         """
         pending = self._pending[id_]
         if lost and pending.newest is None:
@@ -94,23 +94,23 @@ class Outbox:
             return
         for key, text in entries:
             self._size += pending.add(key, text)
-        while self._size > self._most:
+        while self._size > self._max_size:
             self._lose(max(self._pending.values(), key=_size))
 
-    def take(self) -> list[str]:
-        """Return the frames to send now, and forget them."""
+    def drain(self) -> list[str]:
+        """Return and remove the frames to send now."""
         taken = [*self._frames]
         self._frames.clear()
         texts: list[tuple[int, str]] = []
         for id_, pending in self._pending.items():
-            texts.extend((id_, text) for text in pending.take())
+            texts.extend((id_, text) for text in pending.drain())
         self._size = 0
         if texts:
             taken.append(frames.samples(texts))
         for id_, pending in self._pending.items():
             if pending.lost:
                 pending.lost = False
-                taken.append(frames.said("lost", id=id_))
+                taken.append(frames.frame("lost", id=id_))
         return taken
 
     def _lose(self, pending: _Pending) -> None:

@@ -1,4 +1,4 @@
-"""A recording as a source of pages: sent as a whole, for the page plays it itself."""
+"""A recording as the source of pages, sent as a whole, as the page does the playback."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ _log = logging.getLogger(__name__)
 
 
 class Recording(Protocol):
-    """What is shown of a recording.
+    """The recording to show.
 
     Attributes:
-        name: Of the file.
-        begin: Simulated nanoseconds of its first sample.
-        end: … and of its last.
-        truncated: Whether its end is missing, as after a crash.
+        name: The name of the file.
+        begin: Simulated nanoseconds of the first sample.
+        end: Simulated nanoseconds of the last sample.
+        truncated: Whether the end is missing, as after a crash.
     """
 
     @property
@@ -58,22 +58,22 @@ class Recording(Protocol):
 
 
 class Recorded:
-    """What pages see of a recording.
+    """Serves a recording to pages.
 
     Args:
-        recording: An open one.
+        recording: The recording.
     """
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
 
     def routes(self) -> list[BaseRoute]:
-        """Return what a page asks beside its files."""
+        """Return the routes of the source beside the page's files."""
         return [Route("/source", self._source), Route("/recording", self._samples)]
 
     @asynccontextmanager
     async def opened(self) -> AsyncIterator[None]:
-        """Do nothing: there is nothing to follow."""
+        """Do nothing: a recording does not change."""
         yield
 
     async def _source(self, _request: Request) -> Response:
@@ -98,7 +98,7 @@ class Recorded:
         )
 
     def _lines(self) -> Iterator[bytes]:
-        """Yield a line a sample, up to the first that can't be read."""
+        """Yield a line for each sample, up to the first unreadable one."""
         samples = self._recording.samples()
         try:
             for time, key, payload in samples:
@@ -107,13 +107,13 @@ class Recorded:
                 )
                 yield to_json((time, *known), inf_nan_mode="null") + b"\n"
         except (ValidationError, KeyError) as error:
-            _log.warning("a world can't be read: %s; what comes before is shown", str(error).partition("\n")[0])
+            _log.warning("a world can't be read: %s; only earlier samples are shown", str(error).partition("\n")[0])
         except HmrsimError as error:
-            _log.warning("%s; what comes before is shown", error)
+            _log.warning("%s; only earlier samples are shown", error)
 
 
 def _in_chunks(lines: Iterable[bytes]) -> Iterator[bytes]:
-    """Join lines: each chunk goes through a thread, which takes longer than making a line."""
+    """Join lines to chunks: each chunk passes through a thread, which takes longer than encoding a line."""
     chunk = bytearray()
     for line in lines:
         chunk += line

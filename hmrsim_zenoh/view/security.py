@@ -1,8 +1,8 @@
-"""Who may ask: pages that this server itself has sent, and from elsewhere those that know its token.
+"""Access control: pages of this server itself, and from other machines requests with the token.
 
-A server on the loopback is not safe from the web by that alone: any page that is open in the browser can send it
-requests, with a name that was made to lead here (DNS rebinding) even read the answers. So `Host` has to be ours, and
-`Origin`, where a browser says it, the page's own.
+Binding to the loopback alone does not protect a server from web pages: any page that is open in the browser can send
+requests to it, and read the responses by DNS rebinding. So `Host` has to name this server, and `Origin`, if present,
+has to be the page's own.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _HEADERS: Final = {
 }
 _LOOPBACK: Final = frozenset({"localhost", "127.0.0.1", "::1"})
 _PUBLIC: Final = frozenset({".js", ".css", ".svg", ".png", ".ico", ".json", ".webmanifest", ".woff2"})
-"""What the page is made of: the same in every installation, and asked for by the page's own tags."""
+"""The suffixes of the page's files, which are the same in every installation and requested without the token."""
 _POLICY_VIOLATED: Final = 1008
 _FORBIDDEN: Final = 403
 _TOKEN_BYTES: Final = 16
@@ -48,14 +48,14 @@ def is_loopback(host: str) -> bool:
 
 
 class Gate:
-    """Lets requests through to an ASGI application, or refuses them; gives every answer the headers of a careful page.
+    """Passes requests to an ASGI application or rejects them; adds security headers to every response.
 
     Args:
         app: The application.
-        host: Where it is bound.
+        host: The address that it is bound to.
 
     Attributes:
-        token: What has to be in each URL's ``?token=``; empty on the loopback, where nothing has to.
+        token: The required ``?token=`` of URLs; empty on the loopback, where none is required.
     """
 
     def __init__(self, app: ASGIApp, host: str) -> None:
@@ -85,15 +85,15 @@ class Gate:
         await app(scope, receive, send_with_headers)
 
     def _refusal(self, scope: Scope) -> str:
-        """Return why a request is not served; empty if it is."""
+        """Return why a request is rejected; empty if it is not."""
         headers = Headers(scope=scope)
         host = headers.get("host", "")
         name = _name(host)
         if not name or (not self.token and name not in self._hosts):
-            return f"this server is not {host!r}; ask for it by the address that it was started with"
+            return f"this server is not {host!r}; use the address that it was started with"
         origin = headers.get("origin")
         if origin is not None and origin.lower() not in {f"http://{host}".lower(), f"https://{host}".lower()}:
-            return f"pages of {origin!r} may not ask here"
+            return f"pages of {origin!r} may not send requests to this server"
         if self.token and not self._is_public(scope["path"]) and not self._has_token(scope):
             return "the token is missing or wrong; open the URL that `hmrsim view` printed"
         return ""
@@ -107,7 +107,7 @@ class Gate:
 
 
 def _name(host: str) -> str:
-    """Return the name in a ``Host`` header, without its port; empty if it is none."""
+    """Return the name in a ``Host`` header, without the port; empty if the header is invalid."""
     try:
         return urlsplit(f"//{host}").hostname or ""
     except ValueError:

@@ -1,4 +1,4 @@
-"""The page's server: files of the page, the palette, and what the source of what is shown adds to them."""
+"""The server of the page: its files, the palette, the texts of events and the routes of the source."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 
 _PAGE: Final = Path(__file__).parent / "page"
 _MAX_REQUEST: Final = 2**20
-"""Bytes of one request of a page's."""
+"""The largest request of a page in bytes."""
 _GRACE: Final = 1
-"""Wall seconds in which answers under way may end."""
+"""Wall seconds for responses in progress to end."""
 _PATIENCE: Final = 5.0
-_ANY_ADDRESS: Final = {"0.0.0.0", "::"}  # noqa: S104 - that is what is looked for
+_ANY_ADDRESS: Final = {"0.0.0.0", "::"}  # noqa: S104 - compared with, not bound to
 _ELSEWHERE: Final = "192.0.2.1", 9
 """An address that is never assigned (RFC 5737)."""
 
@@ -43,29 +43,29 @@ _log = logging.getLogger(__name__)
 
 
 class Source(Protocol):
-    """What is shown: a simulator or a recording."""
+    """The source of a page: a simulator or a recording."""
 
     def routes(self) -> list[BaseRoute]:
-        """Return what a page asks beside its files."""
+        """Return the routes of the source beside the page's files."""
 
     def opened(self) -> AbstractAsyncContextManager[None]:
-        """Return what is entered in the event loop before the first page comes, and left after the last."""
+        """Return a context manager that the event loop enters before the first page and exits after the last."""
 
 
 class ViewServer:
-    """Serves the page until it is closed, in a thread of its own.
+    """Serves the page in its own thread until it is closed.
 
     Args:
-        source: What to show.
-        host: Address to bind to; elsewhere than on the loopback a token is asked for.
+        source: The source to show.
+        host: Address to bind to; a token is required unless it is the loopback.
         port: Port to bind to; 0 for a free one.
 
     Attributes:
-        url: Where the page is, with the token if there is one.
+        url: The URL of the page, with the token if there is one.
 
     Raises:
         PortTaken: Another process listens there.
-        BadOptions: The host is no address of this machine.
+        BadOptions: The host is not an address of this machine.
     """
 
     def __init__(self, source: Source, *, host: str = DEFAULT_HOST, port: int = DEFAULT_PORT) -> None:
@@ -86,7 +86,7 @@ class ViewServer:
                 date_header=False,
                 proxy_headers=False,
                 ws_max_size=_MAX_REQUEST,
-                # On the loopback it would cost more than it saves.
+                # On the loopback, compression costs more than it saves.
                 ws_per_message_deflate=not is_loopback(host),
                 timeout_graceful_shutdown=_GRACE,
             )
@@ -106,28 +106,28 @@ class ViewServer:
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """Close it."""
+        """Close the server."""
         self.close()
 
     def close(self) -> None:
-        """Send all pages away, and return when the server has ended."""
+        """Disconnect all pages, and return when the server has ended."""
         self._server.end()
         self._thread.join(_PATIENCE)
         self._log.close()
 
     def _run(self) -> None:
         try:
-            # Uvicorn leaves by SystemExit when it can't begin, and has logged why.
+            # Uvicorn raises SystemExit when it can't start, after it has logged the reason.
             with suppress(SystemExit):
                 asyncio.run(self._server.serve(sockets=[self._socket]))
         finally:
             if not self._server.begun.is_set():
-                self._failure = HmrsimError("the page's server did not begin; --log-level debug says why")
+                self._failure = HmrsimError("the page's server did not start; --log-level debug shows the reason")
                 self._server.begun.set()
 
 
 class _Server(uvicorn.Server):
-    """Uvicorn's, which waits for its end instead of looking ten times a second whether it has come."""
+    """Uvicorn's server, which waits for its end instead of polling ten times a second."""
 
     def __init__(self, config: uvicorn.Config) -> None:
         super().__init__(config)
@@ -142,14 +142,14 @@ class _Server(uvicorn.Server):
         await self._ended.wait()
 
     def end(self) -> None:
-        """End it, from another thread; once more does nothing."""
+        """End the server, from another thread; repeated calls do nothing."""
         if self._loop is not None:
             with suppress(RuntimeError):
                 self._loop.call_soon_threadsafe(self._ended.set)
 
 
 class _Forwarded(logging.Handler):
-    """Says at debug what Uvicorn says, until it is closed."""
+    """Logs Uvicorn's messages at debug level, until it is closed."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -186,17 +186,19 @@ async def _palette(_request: Request) -> FileResponse:
 
 
 def _bound(host: str, port: int) -> socket.socket:
-    """Return a socket that listens."""
+    """Return a listening socket."""
     try:
         family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
         both = host == "::" and socket.has_dualstack_ipv6()
         return socket.create_server(address[:2], family=family, dualstack_ipv6=both)
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
-            raise PortTaken(f"{_authority(host, port)} is taken; name another with --port, 0 for a free one") from None
+            raise PortTaken(f"{_authority(host, port)} is in use; give another with --port, 0 for a free one") from None
         if error.errno == errno.EACCES:
-            raise BadOptions(f"--port {port}: may not be bound; 1024 and above may") from None
-        raise BadOptions(f"--host {host!r} is no address of this machine: {(error.strerror or '').lower()}") from None
+            raise BadOptions(f"--port {port}: permission denied; use 1024 or above") from None
+        raise BadOptions(
+            f"--host {host!r} is not an address of this machine: {(error.strerror or '').lower()}"
+        ) from None
 
 
 def _url(host: str, port: int, token: str) -> str:
@@ -209,7 +211,7 @@ def _authority(host: str, port: int) -> str:
 
 
 def _own_address() -> str:
-    """Return the address by which others reach this machine, as far as the kernel knows; nothing is sent."""
+    """Return the address by which other machines reach this one, according to the kernel; nothing is sent."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(_ELSEWHERE)

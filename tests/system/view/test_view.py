@@ -57,7 +57,7 @@ def test_a_taken_port_is_2(simulator, taken, capsys):
 
     assert 2 == code
     assert (
-        f"hmrsim: 127.0.0.1:{taken} is taken; name another with --port, 0 for a free one\n" == capsys.readouterr().err
+        f"hmrsim: 127.0.0.1:{taken} is in use; give another with --port, 0 for a free one\n" == capsys.readouterr().err
     )
 
 
@@ -66,7 +66,7 @@ def test_what_is_no_port_is_2(capsys):
     code = main(["view", "--port", "70000"])
 
     assert 2 == code
-    assert "'70000' is no port; a whole number from 0 to 65535 is" in capsys.readouterr().err
+    assert "'70000' is not a port; expected a whole number from 0 to 65535" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("content", [None, b"", b"no recording\n"])

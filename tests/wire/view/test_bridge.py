@@ -108,13 +108,13 @@ def test_other_prefixes_are_out_of_reach(page, session):
 
 
 def test_a_broken_payload_harms_nobody(page, session, wait_for_listener):
-    """What is no JSON is left out; the frame and the next samples are well."""
-    page.say("subscribe", id=1, key="somebody/else")
-    wait_for_listener("hmrsim/somebody/else", there=True)
+    """A payload that is not JSON is left out; the frame and the next samples are valid."""
+    page.say("subscribe", id=1, key="another/topic")
+    wait_for_listener("hmrsim/another/topic", there=True)
     for payload in (b'{"a": ', b"\xff\xfe", b"NaN", b'"good"'):
-        session.put("hmrsim/somebody/else", payload)
+        session.put("hmrsim/another/topic", payload)
 
-    assert [(1, "somebody/else", "good")] == page.samples(lambda payload: payload == "good")
+    assert [(1, "another/topic", "good")] == page.samples(lambda payload: payload == "good")
 
 
 def test_only_the_latest_of_a_key(page, session, wait_for_listener):
@@ -132,39 +132,39 @@ def test_only_the_latest_of_a_key(page, session, wait_for_listener):
 
 def test_an_ended_subscription_is_ended_on_the_network(page, wait_for_listener):
     """Nobody publishes for a page that has stopped looking."""
-    page.say("subscribe", id=1, key="somebody/else")
-    wait_for_listener("hmrsim/somebody/else", there=True)
+    page.say("subscribe", id=1, key="another/topic")
+    wait_for_listener("hmrsim/another/topic", there=True)
     page.say("unsubscribe", id=1)
 
-    wait_for_listener("hmrsim/somebody/else", there=False)
+    wait_for_listener("hmrsim/another/topic", there=False)
 
 
 def test_no_page_no_subscription(open_page, wait_for_listener):
     """Pages that share a key share a subscription, which ends with the last of them."""
     with open_page() as second:
         with open_page() as first:
-            first.say("subscribe", id=1, key="somebody/else")
-            second.say("subscribe", id=5, key="somebody/else")
-            wait_for_listener("hmrsim/somebody/else", there=True)
+            first.say("subscribe", id=1, key="another/topic")
+            second.say("subscribe", id=5, key="another/topic")
+            wait_for_listener("hmrsim/another/topic", there=True)
         second.get("_world/info")
-        wait_for_listener("hmrsim/somebody/else", there=True)
+        wait_for_listener("hmrsim/another/topic", there=True)
 
-    wait_for_listener("hmrsim/somebody/else", there=False)
+    wait_for_listener("hmrsim/another/topic", there=False)
 
 
 def test_all_pages_hear_a_sample(open_page, session, wait_for_listener):
     """Each under the id of its own subscription."""
     with open_page() as first, open_page() as second:
-        first.say("subscribe", id=1, key="somebody/else")
-        second.say("subscribe", id=5, key="somebody/else")
+        first.say("subscribe", id=1, key="another/topic")
+        second.say("subscribe", id=5, key="another/topic")
         # An answer says that what was asked before is done.
         first.get("nobody")
         second.get("nobody")
-        wait_for_listener("hmrsim/somebody/else", there=True)
-        session.put("hmrsim/somebody/else", "7")
+        wait_for_listener("hmrsim/another/topic", there=True)
+        session.put("hmrsim/another/topic", "7")
 
         heard = [page.samples(lambda payload: payload == 7) for page in (first, second)]
-    assert [[(1, "somebody/else", 7)], [(5, "somebody/else", 7)]] == heard
+    assert [[(1, "another/topic", 7)], [(5, "another/topic", 7)]] == heard
 
 
 @pytest.mark.parametrize("frame", ["", "{", "[]", '{"op": "dance"}', b"\x00", '{"op": "unsubscribe", "id": 3}'])
@@ -190,13 +190,13 @@ def test_a_huge_frame_ends_that_page_only(open_page):
 def test_a_page_that_goes_while_answers_wait_is_let_go(open_page, wait_for_listener):
     """It never read any, so that no further request of its was served; nobody publishes for it any more."""
     with open_page() as page:
-        page.say("subscribe", id=1, key="somebody/else")
-        wait_for_listener("hmrsim/somebody/else", there=True)
+        page.say("subscribe", id=1, key="another/topic")
+        wait_for_listener("hmrsim/another/topic", there=True)
         for _ in range(400):
             page.socket.send("?")
         page.socket.socket.shutdown(socket.SHUT_RDWR)
 
-    wait_for_listener("hmrsim/somebody/else", there=False)
+    wait_for_listener("hmrsim/another/topic", there=False)
 
 
 def test_an_id_is_taken_once(page):
@@ -204,7 +204,7 @@ def test_an_id_is_taken_once(page):
     page.say("subscribe", id=1, key="a")
     page.say("subscribe", id=1, key="b")
 
-    assert "subscription 1 is there already" == page.hear("error")["error"]
+    assert "subscription 1 exists already" == page.hear("error")["error"]
 
 
 def test_subscriptions_are_counted(page):
@@ -223,7 +223,7 @@ def test_gets_are_counted(page, session):
         page.say("get", id=id_, key="held", timeout=5)
 
     answer = page.hear("reply")
-    assert (64, "64 gets are under way already") == (answer["id"], answer["error"])
+    assert (64, "64 gets are pending already") == (answer["id"], answer["error"])
 
 
 def test_the_simulator_goes_and_comes_back():

@@ -88,7 +88,7 @@ def test_a_damaged_recording_is_sent_as_far_as_it_goes(caplog):
         _, _, body = fetched(server.url, "/recording", **{"Accept-Encoding": "identity"})
 
     assert lines(body) == SAMPLES
-    assert ["shift.mcap: chunk 3 is damaged; what comes before is shown"] == [
+    assert ["shift.mcap: chunk 3 is damaged; only earlier samples are shown"] == [
         one.getMessage() for one in caplog.records
     ]
 
@@ -225,14 +225,14 @@ def test_a_taken_port_is_told():
     """The text names the address and the option."""
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        with pytest.raises(PortTaken, match=f"^127.0.0.1:{port} is taken; name another with --port"):
+        with pytest.raises(PortTaken, match=f"^127.0.0.1:{port} is in use; give another with --port"):
             ViewServer(Recorded(Tape()), port=port)
 
 
 @pytest.mark.parametrize("host", ["192.0.2.1", "nobody.invalid"])
 def test_no_address_of_this_machine(host):
     """The text names the option and its value."""
-    with pytest.raises(BadOptions, match=f"--host '{host}' is no address of this machine"):
+    with pytest.raises(BadOptions, match=f"--host '{host}' is not an address of this machine"):
         ViewServer(Recorded(Tape()), host=host, port=0)
 
 
@@ -266,7 +266,7 @@ def test_a_server_that_can_not_begin_says_so():
     """At once, and its port is free again."""
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
-    with pytest.raises(HmrsimError, match="did not begin"):
+    with pytest.raises(HmrsimError, match="did not start"):
         ViewServer(Broken(), port=port)
 
     socket.create_server(("127.0.0.1", port)).close()

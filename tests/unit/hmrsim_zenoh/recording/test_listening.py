@@ -169,7 +169,7 @@ def test_a_simulator_that_was_away_for_a_moment_is_asked_anew(heard):
     """Though nobody looked just then: another may have come within the 0.2 s between two looks."""
     heard.lose_token()
     interrupted = heard.listener.interrupted
-    heard.listener.look_anew()
+    heard.listener.query_again()
     heard.answer()
 
     assert (True, False) == (interrupted, heard.listener.interrupted)

@@ -26,12 +26,12 @@ def outbox():
 
 def taken(outbox: Outbox) -> list[dict]:
     """Return the frames that are sent now."""
-    return [json.loads(frame) for frame in outbox.take()]
+    return [json.loads(frame) for frame in outbox.drain()]
 
 
 def test_nothing_is_sent_of_nothing(outbox):
     """A page that nobody tells anything gets no frames."""
-    assert [] == outbox.take()
+    assert [] == outbox.drain()
 
 
 def test_samples_of_all_subscriptions_share_a_frame(outbox):
@@ -46,9 +46,9 @@ def test_what_was_taken_is_not_sent_again(outbox):
     """Each sample is sent once, also the latest of a key."""
     outbox.add(1, [entry("a", 1)], lost=False)
     outbox.add(2, [entry("a", 1)], lost=False)
-    outbox.take()
+    outbox.drain()
 
-    assert [] == outbox.take()
+    assert [] == outbox.drain()
 
 
 def test_of_the_latest_only_the_newest_waits(outbox):
@@ -71,7 +71,7 @@ def test_too_many_samples_are_dropped_and_told_of(outbox):
 def test_samples_come_again_after_some_were_lost(outbox):
     """What comes after `lost` was sent, is sent."""
     outbox.add(1, [entry("a", "x" * 200)], lost=False)
-    outbox.take()
+    outbox.drain()
     outbox.add(1, [entry("a", 1)], lost=False)
 
     assert [{"op": "samples", "samples": [[1, "a", 1]]}] == taken(outbox)
