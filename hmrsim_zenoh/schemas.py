@@ -54,7 +54,7 @@ def action_schema(action: AnyAction) -> dict[str, Any]:
         "get_result": (envelopes.GetResultResponse[action.result], "serialization"),  # type: ignore[name-defined]
         "feedback": (envelopes.FeedbackMessage[action.feedback], "serialization"),  # type: ignore[name-defined]
     }
-    what = "send_goal: the request; get_result: the reply; feedback: what is published."
+    what = "send_goal: the request; get_result: the reply; feedback: the published message."
     return _together(f"{action.name} ({action.ros_type})", parts, description=what)
 
 
@@ -65,7 +65,7 @@ def service_schema(service: AnyService) -> dict[str, Any]:
 
 
 def envelope_schema() -> dict[str, Any]:
-    """Return the schema of what all actions share."""
+    """Return the schema of the messages that all actions share."""
     parts: _Parts = {
         "send_goal_reply": (envelopes.SendGoalResponse, "serialization"),
         "cancel_goal": (envelopes.CancelGoalRequest, "validation"),
@@ -73,7 +73,7 @@ def envelope_schema() -> dict[str, Any]:
         "get_result": (envelopes.GetResultRequest, "validation"),
         "status": (envelopes.GoalStatusArray, "serialization"),
     }
-    return _together("What all actions share", parts)
+    return _together("Messages of all actions", parts)
 
 
 def time_schema() -> dict[str, Any]:
@@ -84,21 +84,21 @@ def time_schema() -> dict[str, Any]:
         "leave": (decode_time.LeaveRequest, "validation"),
         "set": (decode_time.SetRequest, "validation"),
     }
-    return _together("What is asked below _world/time", parts)
+    return _together("Requests below _world/time", parts)
 
 
 def tree_schema() -> dict[str, Any]:
-    """Return the schema of what controllers publish of their trees."""
+    """Return the schema of the tree states that controllers publish."""
     return {"$schema": _DIALECT, **TreeState.model_json_schema(mode="serialization")}
 
 
 def report_schema() -> dict[str, Any]:
-    """Return the schema of what ``hmrsim report --json`` prints."""
+    """Return the schema of the output of ``hmrsim report --json``."""
     return {"$schema": _DIALECT, **Report.model_json_schema(mode="serialization")}
 
 
 def event_schema() -> dict[str, Any]:
-    """Return the schema of what is published on ``_world/events``; kinds that are not in it may have any fields."""
+    """Return the schema of the messages on ``_world/events``; kinds that are not in it may have any fields."""
     definitions, cases = {}, []
     for kind, event in events().items():
         definitions[event.__name__] = _fields_schema(event)
@@ -111,7 +111,7 @@ def event_schema() -> dict[str, Any]:
 
 
 def _fields_schema(event: type[Event]) -> dict[str, Any]:
-    """Return the schema of an event's fields; without titles, which would say their names again."""
+    """Return the schema of an event's fields, without titles, which would repeat the names."""
     schema = model_of(event).model_json_schema(by_alias=True)
     if event.rest:
         del schema["properties"][event.rest]

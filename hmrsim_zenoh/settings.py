@@ -1,4 +1,4 @@
-"""All settings of a simulation that is served: those of the run, of its session, and of what is made of it."""
+"""All settings of a served simulation: of the run, the session, the recording, the page and the ROS 2 wires."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 ROS_DOMAIN_ID: Final = "ROS_DOMAIN_ID"
-"""ROS's own variable, which says the domain to all its nodes."""
+"""ROS's own variable, which sets the domain of all its nodes."""
 
 _MAX_PORT: Final = 65_535
 
@@ -28,14 +28,14 @@ _MAX_PORT: Final = 65_535
 def port(text: str) -> int:
     """Return a port, or 0."""
     if not text.isdecimal() or int(text) > _MAX_PORT:
-        raise ValueError(f"{text!r} is no port; a whole number from 0 to {_MAX_PORT} is")
+        raise ValueError(f"{text!r} is not a port; expected a whole number from 0 to {_MAX_PORT}")
     return int(text)
 
 
 def domain_id(text: str) -> int:
     """Return one of ROS's domains."""
     if text not in DOMAINS:
-        raise ValueError(f"{text[:20]!r} is no domain; a whole number from 0 to {MAX_DOMAIN} is")
+        raise ValueError(f"{text[:20]!r} is not a domain id; expected a whole number from 0 to {MAX_DOMAIN}")
     return DOMAINS[text]
 
 
@@ -65,7 +65,7 @@ class ViewSettings(Settings):
 
 
 class Ros2Settings(Settings):
-    """Which wires of ROS 2 are spoken."""
+    """The ROS 2 wires to serve."""
 
     ros2: Annotated[
         bool,

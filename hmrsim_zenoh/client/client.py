@@ -332,4 +332,4 @@ def _check_key(key: str) -> None:
     try:
         zenoh.KeyExpr(key)
     except zenoh.ZError:
-        raise ValueError(f"{key!r} is no key; chunks are joined by single slashes") from None
+        raise ValueError(f"{key!r} is not a key; chunks are joined by single slashes") from None

@@ -294,7 +294,7 @@ class Lockstep:
         if grant.reason == "end" and not self._over:
             self._end()
         if self._idle >= _SURE:
-            raise Idle("nothing is scheduled in the simulation, and nobody does anything: time can't go on")
+            raise Idle("nothing is scheduled in the simulation and no participant acts: time can't go on")
 
     def _hand_out(self) -> None:
         """Run the callbacks of a grant; those that an interrupt leaves over run in the next step."""

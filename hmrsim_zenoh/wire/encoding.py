@@ -1,4 +1,4 @@
-"""Events and answers as bytes of the JSON wire."""
+"""Encoding of events and answers for the JSON wire."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def result_response(answer: ResultResponse) -> bytes:
 
 
 def feedback_message(goal_id: str, feedback: Message | Mapping[str, Any]) -> bytes:
-    """Return what is published on a feedback key."""
+    """Return the message on a feedback key."""
     return b'{"goal_id":"%b","feedback":%b}' % (goal_id.encode(), feedback_body(feedback))
 
 
@@ -108,17 +108,17 @@ def feedback_body(feedback: Message | Mapping[str, Any]) -> bytes:
 
 
 def status_array(event: StatusChanged) -> bytes:
-    """Return what is published on a status key."""
+    """Return the message on a status key."""
     entries = ",".join(f'{{"goal_info":{_goal_info(entry)},"status":{int(entry.status)}}}' for entry in event.goals)
     return f'{{"status_list":[{entries}]}}'.encode()
 
 
 def event_payload(event: GoalChanged | EventStamped) -> bytes:
-    """Return what is published of something that happened in the world."""
+    """Return the message of an event on ``_world/events``."""
     if isinstance(event, EventStamped):
         sec, nanosec = divmod(event.stamp, NANOSECONDS)
-        happening = event.event
-        return dump({"stamp": {"sec": sec, "nanosec": nanosec}, "kind": happening.kind, **happening.as_dict()})
+        inner = event.event
+        return dump({"stamp": {"sec": sec, "nanosec": nanosec}, "kind": inner.kind, **inner.as_dict()})
     head = (
         f'{{"stamp":{_stamp(event.stamp)},"kind":"status","robot":"{event.robot}","action":"{event.action}",'
         f'"goal_id":"{event.goal_id}","status":{int(event.status)}'

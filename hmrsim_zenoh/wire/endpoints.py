@@ -1,4 +1,4 @@
-"""Endpoints: whether a text is one, and which port a free one gets."""
+"""Endpoints: their validation, and free ports."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ _LAST_PORT: Final = 65535
 
 
 def check_endpoint(flag: str, endpoint: str) -> None:
-    """Refuse what Zenoh would try in vain until the timeout.
+    """Check an endpoint, which Zenoh would otherwise try in vain until the timeout.
 
     Args:
         flag: ``--connect`` or ``--listen``.
-        endpoint: What to connect to, or to listen on.
+        endpoint: The endpoint.
 
     Raises:
-        BadOptions: It is no endpoint; the text begins with the flag.
+        BadOptions: The endpoint is invalid; the text begins with the flag.
     """
     expected = "expected PROTOCOL/ADDRESS, such as tcp/127.0.0.1:7447"
     match = _ENDPOINT.fullmatch(endpoint)
     if not match:
-        raise BadOptions(f"{flag} {endpoint!r} is no endpoint; {expected}")
+        raise BadOptions(f"{flag} {endpoint!r} is not an endpoint; {expected}")
     if match["protocol"] not in _PROTOCOLS:
         raise BadOptions(f"{flag} {endpoint!r}: no protocol {match['protocol']!r}; there are {', '.join(_PROTOCOLS)}")
     if match["protocol"] == "unixsock-stream":
@@ -44,7 +44,7 @@ def check_endpoint(flag: str, endpoint: str) -> None:
 
 
 def with_port(endpoint: str) -> str:
-    """Return an endpoint with a free port in place of port 0; Zenoh would not tell which one it took."""
+    """Return an endpoint with a free port in place of port 0, as Zenoh does not report the port that it chooses."""
     match = _ENDPOINT.fullmatch(endpoint)
     address = _HOST_PORT.fullmatch(match["address"]) if match else None
     if not match or not address or int(address["port"]) != 0:

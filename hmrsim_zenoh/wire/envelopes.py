@@ -1,7 +1,6 @@
-"""What all actions share on the JSON wire: the envelopes of goals, cancels, results, feedback and status.
+"""The envelopes of goals, cancels, results, feedback and status on the JSON wire, shared by all actions.
 
-Bytes in, models out, and back; the fields are those of the ROS types that they stand for, with a goal's id as
-32 hex digits.
+They have the fields of the corresponding ROS types, with a goal's id as 32 hex digits.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ class UnreadableError(HmrsimError):
         super().__init__(error)
 
     def below(self, field: str) -> UnreadableError:
-        """Return the same mistakes in a message that is a part, called *field*, of a larger one."""
+        """Return the same error for a message that is the *field* of a larger one."""
         details = [{**each, "field": ".".join(filter(None, (field, each["field"])))} for each in self.details]
         return UnreadableError(f"{field}: {self}", details)
 
@@ -46,27 +45,27 @@ class UnreadableError(HmrsimError):
 
 
 class Envelope(BaseModel):
-    """A message of ours around ROS's: strict, and closed to unknown fields."""
+    """The base of envelopes: strict, without unknown fields."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False, defer_build=True)
 
 
 class SendGoalRequest(Envelope, Generic[G]):
-    """A goal and, if the client made one, its id."""
+    """A goal and, if the client generated one, its id."""
 
     goal_id: str | None = None
     goal: G
 
 
 class GoalInfo(Envelope):
-    """Which goal, and when it was accepted."""
+    """A goal's id, and the time of its acceptance."""
 
     goal_id: str = "0" * 32
     stamp: Time = Field(default_factory=Time)
 
 
 class SendGoalResponse(Envelope):
-    """Whether a goal was accepted, and if not, why."""
+    """Whether a goal was accepted, or the reason of its rejection."""
 
     accepted: bool
     goal_id: str
@@ -78,33 +77,33 @@ class SendGoalResponse(Envelope):
 
 
 class CancelGoalRequest(Envelope):
-    """Which goals to cancel; the default is all."""
+    """The goals to cancel; by default all."""
 
     goal_info: GoalInfo = Field(default_factory=GoalInfo)
 
 
 class CancelGoalResponse(Envelope):
-    """Which goals are being canceled; the code is that of action_msgs/srv/CancelGoal."""
+    """The goals that are being canceled; the code is that of action_msgs/srv/CancelGoal."""
 
     return_code: int
     goals_canceling: list[GoalInfo]
 
 
 class GetResultRequest(Envelope):
-    """Whose result."""
+    """The goal whose result is requested."""
 
     goal_id: str
 
 
 class GetResultResponse(Envelope, Generic[G]):
-    """How a goal ended."""
+    """A goal's final status and result."""
 
     status: int
     result: G
 
 
 class FeedbackMessage(Envelope, Generic[G]):
-    """How a goal is doing."""
+    """A goal's feedback."""
 
     goal_id: str
     feedback: G
@@ -125,26 +124,26 @@ class GoalStatusArray(Envelope):
 
 @cache
 def around(envelope: type[BaseModel], message: type[Message]) -> TypeAdapter[Any]:
-    """Return the reader of an *envelope* that carries a *message* of this type; built when first used."""
-    return TypeAdapter(envelope[message])  # type: ignore[index]  # mypy knows no generic model by its base
+    """Return the reader of an *envelope* with a *message* of this type; built upon first use."""
+    return TypeAdapter(envelope[message])  # type: ignore[index]  # mypy does not know that the base is generic
 
 
 @cache
 def plain(envelope: type[BaseModel]) -> TypeAdapter[Any]:
-    """Return the reader of an *envelope* or message as it is."""
+    """Return the reader of an *envelope* or message without type parameters."""
     return TypeAdapter(envelope)
 
 
 def read(reader: TypeAdapter[Any], payload: bytes, *, max_payload: int = MAX_PAYLOAD) -> Any:
-    """Return the model that *payload* holds.
+    """Return the model in a *payload*.
 
     Raises:
-        UnreadableError: It is too large, not JSON, or not of the reader's type.
+        UnreadableError: The payload is too large, not JSON, or not of the reader's type.
     """
     if len(payload) > max_payload:
         raise UnreadableError(f"payload of {len(payload)} bytes; at most {max_payload} are taken")
     if not payload:
-        raise UnreadableError("empty payload; a JSON object is expected")
+        raise UnreadableError("empty payload; expected a JSON object")
     try:
         return reader.validate_json(payload)
     except ValidationError as error:
@@ -152,7 +151,7 @@ def read(reader: TypeAdapter[Any], payload: bytes, *, max_payload: int = MAX_PAY
 
 
 def unreadable(error: ValidationError) -> UnreadableError:
-    """Return a validation error in the wire's terms."""
+    """Return a validation error as an error of the wire."""
     details: list[dict[str, Any]] = [
         {
             "field": ".".join(str(part) for part in item["loc"])[:_MAX_SHOWN],
@@ -166,7 +165,7 @@ def unreadable(error: ValidationError) -> UnreadableError:
 
 
 def unreadable_at(field: str, message: str, value: object) -> UnreadableError:
-    """Return the error of one mistake."""
+    """Return the error for one field."""
     return UnreadableError(f"{field}: {message}", [{"field": field, "message": message, "value": _shown(value)}])
 
 
@@ -177,7 +176,7 @@ _MAX_SHOWN = 200
 
 
 def _shown(value: object) -> object:
-    """Return a value as JSON can hold it, cut where it is long."""
+    """Return a value that JSON can represent, shortened if it is long."""
     if value is None or isinstance(value, (bool, int)):
         return value if isinstance(value, bool) or value is None or abs(value) < 2**63 else str(value)[:_MAX_SHOWN]
     if isinstance(value, float):

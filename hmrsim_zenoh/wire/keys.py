@@ -8,7 +8,7 @@
     <prefix>/<robot>/alive, <prefix>/_world/alive                           liveliness tokens
     <prefix>/_participant/<name>                                            likewise, of lockstep's participants
     <prefix>/_planner/compute_path_to_pose                                  the queryable of an external planner
-    <prefix>/<robot>/_tree                                                  a controller's tree, as it is
+    <prefix>/<robot>/_tree                                                  the state of a controller's tree
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Keys:
     """The keys of one simulation.
 
     Attributes:
-        prefix: What all its keys begin with: one chunk or more.
+        prefix: The prefix of all its keys: one chunk or more.
         aliases: Further names of actions, ``a/b`` to ``robot/action``.
 
     Raises:
@@ -88,12 +88,12 @@ class Keys:
         return f"{self.prefix}/{robot}/{action}/{_ACTION}/{verb.value}"
 
     def names(self, robot: str, action: str) -> tuple[tuple[str, str], ...]:
-        """Return all (robot, action) pairs that a robot's action goes by, the real one first."""
+        """Return all (robot, action) names of a robot's action, the real one first."""
         return ((robot, action), *self._further.get(f"{robot}/{action}", ()))
 
     @cached_property
     def _further(self) -> dict[str, list[tuple[str, str]]]:
-        """The aliases by what they stand for, as they are asked for with every publication."""
+        """The aliases by their targets, cached as every publication needs them."""
         found: dict[str, list[tuple[str, str]]] = {}
         for alias, target in self.aliases.items():
             first, _, second = alias.partition("/")
@@ -133,15 +133,15 @@ class Keys:
         return self.world("_doorbell")
 
     def history(self) -> str:
-        """Return the wildcard on which Zenoh's advanced subscribers ask for what was published before."""
+        """Return the wildcard on which Zenoh's advanced subscribers query earlier samples."""
         return self.history_of(self.everything())
 
     def history_of(self, key: str) -> str:
-        """Return the wildcard on which they ask for what was published before on a key."""
+        """Return the wildcard on which they query earlier samples of a key."""
         return f"{key}/{_HISTORY}/**"
 
     def without_history(self, key: str) -> str:
-        """Return the key whose history an advanced subscriber asks for; any other key as it is."""
+        """Return the key whose history an advanced subscriber queries; any other key unchanged."""
         return key.partition(f"/{_HISTORY}")[0]
 
     def everything(self) -> str:
@@ -161,7 +161,7 @@ class Keys:
         return key[len(self.prefix) + 1 :].partition("/")[0]
 
     def resolve(self, robot: str, action: str) -> tuple[str, str]:
-        """Return the real names of a robot and its action, which may be called by a further name."""
+        """Return the real names of a robot and its action for a name or an alias."""
         robot, _, action = self.aliases.get(f"{robot}/{action}", f"{robot}/{action}").partition("/")
         return robot, action
 

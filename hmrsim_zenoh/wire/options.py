@@ -1,7 +1,7 @@
 """The options of every command that opens a session.
 
-On a :class:`~hmrsim.program.command_line.CommandParser` ``HMRSIM_CONNECT`` and its like stand for them, too. Zenoh
-takes longer to load than ``--help`` may, so that nothing here does.
+A :class:`~hmrsim.program.command_line.CommandParser` also reads them from ``HMRSIM_CONNECT`` and the other environment
+variables. This module does not load Zenoh, which takes longer than ``--help`` may take.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ def _seconds(text: str, what: str = "time") -> float:
     except ValueError:
         seconds = math.nan
     if not (seconds > 0 and math.isfinite(seconds)):
-        raise ValueError(f"{text!r} is no {what}; a number of seconds greater than 0 is expected")
+        raise ValueError(f"{text!r} is not a valid {what}; expected a number of seconds greater than 0")
     return seconds
 
 
 def seconds(text: str, *, what: str = "time") -> float:
-    """Return a number of seconds greater than 0, as an argument's type; *what* it is for an error."""
+    """Return a number of seconds greater than 0, for argparse; *what* names it in an error."""
     try:
         return _seconds(text, what)
     except ValueError as error:
@@ -58,24 +58,24 @@ def seconds(text: str, *, what: str = "time") -> float:
 
 @dataclass(frozen=True)
 class SessionOptions:
-    """Where to find a simulator, or where to be found.
+    """The options of a Zenoh session.
 
     Attributes:
-        connect: Endpoints to connect to, such as ``tcp/10.0.0.7:7447``, of which one has to answer; for tools
-            *default* if none.
-        listen: Endpoints to listen on; for the simulator *default* if none and it connects to none.
-        mode: Zenoh's mode; None for what fits.
-        zenoh_config: A Zenoh configuration, JSON5; what the other options say comes first.
-        prefix: What all keys begin with.
+        connect: Endpoints to connect to, such as ``tcp/10.0.0.7:7447``, of which one has to answer; by default
+            *default* for tools.
+        listen: Endpoints to listen on; by default *default* for a simulator without *connect*.
+        mode: Zenoh's mode; None to derive it from the endpoints.
+        zenoh_config: A Zenoh configuration, JSON5; the other options take precedence.
+        prefix: The prefix of all keys.
         timeout: Wall seconds to reach a simulator.
-        default: Where simulators and tools meet if nothing is said. Zenoh tries all addresses of a name, so that
-            ``tcp/localhost:7447`` finds it, too, where localhost is ``::1`` first.
+        default: The default endpoint of simulators and tools. Zenoh tries all addresses of a name, so that
+            ``tcp/localhost:7447`` works even if localhost resolves to ``::1`` first.
     """
 
     connect: Annotated[
         tuple[str, ...],
         Option(
-            "connect there, such as tcp/10.0.0.7:7447; repeatable",
+            "endpoint to connect to, such as tcp/10.0.0.7:7447; repeatable",
             "ENDPOINT",
             group="session",
             default_text=DEFAULT_ENDPOINT,
@@ -84,13 +84,18 @@ class SessionOptions:
     ] = ()
     listen: Annotated[
         tuple[str, ...],
-        Option("listen there; repeatable", "ENDPOINT", group="session", check=partial(_check_endpoints, "--listen")),
+        Option(
+            "endpoint to listen on; repeatable",
+            "ENDPOINT",
+            group="session",
+            check=partial(_check_endpoints, "--listen"),
+        ),
     ] = ()
     mode: Annotated[Mode | None, Option("Zenoh's mode", group="session")] = None
     zenoh_config: Annotated[
-        Path | None, Option("a configuration of Zenoh's; options come first", "FILE.json5", group="session")
+        Path | None, Option("Zenoh configuration; options take precedence", "FILE.json5", group="session")
     ] = None
-    prefix: Annotated[str, Option("what all keys begin with", "KEY", group="session", check=_prefix)] = DEFAULT_PREFIX
+    prefix: Annotated[str, Option("prefix of all keys", "KEY", group="session", check=_prefix)] = DEFAULT_PREFIX
     timeout: Annotated[
         float,
         Option(
@@ -101,10 +106,10 @@ class SessionOptions:
 
 
 def add_session_options(parser: argparse.ArgumentParser) -> None:
-    """Give a command the options that say where the simulator is."""
+    """Add the session options to a command."""
     add_settings(parser, SessionOptions)
 
 
 def session_options(args: argparse.Namespace) -> SessionOptions:
-    """Return what the command line and the environment say."""
+    """Return the options from the command line and the environment."""
     return read_settings(args, SessionOptions)

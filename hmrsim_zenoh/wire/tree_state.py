@@ -17,11 +17,11 @@ class TreeNode(BaseModel):
 
     depth: Annotated[int, Field(ge=0, description="0 for the root")]
     symbol: Annotated[str, Field(description="py_trees' symbol for its kind, such as {-} for a sequence with memory")]
-    kind: Annotated[str, Field(description="Its class")]
+    kind: Annotated[str, Field(description="The behaviour's class")]
     name: str
     status: Status
-    message: Annotated[str, Field(description="What it has to say; empty where it is not active")]
-    origin: Annotated[str, Field(description="File and line, where a file has it")] = ""
+    message: Annotated[str, Field(description="Its feedback message; empty while it is not active")]
+    origin: Annotated[str, Field(description="File and line, if it comes from a file")] = ""
 
 
 class TreeState(BaseModel):
@@ -30,9 +30,9 @@ class TreeState(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     robot: str
-    sim_time: Annotated[float | None, Field(description="Simulated seconds; null while no clock was heard")]
-    tick: Annotated[int, Field(ge=0, description="Which tick it was; 0 before the first")]
-    status: Annotated[Status, Field(description="The root's")]
-    ended: Annotated[bool, Field(description="Whether it is not going to be ticked again")]
+    sim_time: Annotated[float | None, Field(description="Simulated seconds; null before the first clock message")]
+    tick: Annotated[int, Field(ge=0, description="The number of ticks; 0 before the first")]
+    status: Annotated[Status, Field(description="The root's status")]
+    ended: Annotated[bool, Field(description="Whether the tree will not be ticked again")]
     nodes: Annotated[tuple[TreeNode, ...], Field(min_length=1, description="Parents before their children")]
-    blackboard: Annotated[dict[str, Any], Field(description="What is on its blackboard, as far as JSON has it")]
+    blackboard: Annotated[dict[str, Any], Field(description="The entries of its blackboard that have a JSON form")]

@@ -150,7 +150,7 @@ class TestRun:
             (
                 "HMRSIM_TIMEOUT",
                 "soon",
-                "HMRSIM_TIMEOUT: 'soon' is no time; a number of seconds greater than 0 is expected",
+                "HMRSIM_TIMEOUT: 'soon' is not a valid time; expected a number of seconds greater than 0",
             ),
             ("HMRSIM_MODE", "peerless", "HMRSIM_MODE: no mode 'peerless'; there are peer, client, router"),
         ],

@@ -66,7 +66,10 @@ def test_a_domain_of_the_environment_that_is_none(monkeypatch):
     """The text says what would do."""
     monkeypatch.setenv("ROS_DOMAIN_ID", "lab")
 
-    expected = "ROS_DOMAIN_ID: 'lab' is no domain; a whole number from 0 to 232 is; correct it, or give --ros-domain-id"
+    expected = (
+        "ROS_DOMAIN_ID: 'lab' is not a domain id; expected a whole number from 0 to 232; correct it, or give "
+        "--ros-domain-id"
+    )
     with pytest.raises(BadOptions, match=f"^{expected}$"):
         wires("--ros2")
 
@@ -76,7 +79,7 @@ def test_a_domain_that_is_none_is_2(capsys):
     code = main(["run", "scenario1", "--ros2", "--ros-domain-id", "233"])
 
     assert 2 == code
-    assert "--ros-domain-id: '233' is no domain; a whole number from 0 to 232 is" in capsys.readouterr().err
+    assert "--ros-domain-id: '233' is not a domain id; expected a whole number from 0 to 232" in capsys.readouterr().err
 
 
 def test_a_domain_of_thousands_of_digits_is_2(capsys):

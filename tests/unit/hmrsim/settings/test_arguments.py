@@ -106,7 +106,7 @@ def test_a_settings_file_of_nonsense_is_wrong_use(tmp_path, monkeypatch, capsys)
     assert 2 == main(["run", "scenario1", "--settings", "s.yaml"])
     assert [
         "s.yaml:1: seed: expected a whole number, got 'x'",
-        "s.yaml:2: listen: 'nowhere' is no endpoint; expected PROTOCOL/ADDRESS, such as tcp/127.0.0.1:7447",
+        "s.yaml:2: listen: 'nowhere' is not an endpoint; expected PROTOCOL/ADDRESS, such as tcp/127.0.0.1:7447",
     ] == capsys.readouterr().err.splitlines()
 
 

@@ -69,7 +69,7 @@ def test_a_file_of_comments_is_an_error(read):
         ("duration: -1", "s.yaml:1: duration: -1 is not greater than 0"),
         ("ros2: yes", "s.yaml:1: ros2: expected true or false, got 'yes'"),
         ("view: 70000", "s.yaml:1: view: 70000 is greater than 65535"),
-        ("connect: [here]", "s.yaml:1: connect: 'here' is no endpoint; expected PROTOCOL/ADDRESS"),
+        ("connect: [here]", "s.yaml:1: connect: 'here' is not an endpoint; expected PROTOCOL/ADDRESS"),
         ("connect: tcp/127.0.0.1:7447", "s.yaml:1: connect: expected a list, got 'tcp/127.0.0.1:7447'"),
         ("prefix: a//b", "s.yaml:1: prefix: "),
         ("participants: {a: 1}", "s.yaml:1: participants: "),
