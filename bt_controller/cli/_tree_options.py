@@ -1,17 +1,10 @@
-"""The options that select a tree, its nodes and its values."""
+"""The options that select a tree, its nodes and its values, and those that show it."""
 
 from __future__ import annotations
 
 import argparse
 import re
-import sys
-from typing import TYPE_CHECKING, Any, Final
-
-from bt_controller.core.ports import Given
-from bt_controller.loading.trees import load
-
-if TYPE_CHECKING:
-    from bt_controller.loading.trees import Plan
+from typing import Any, Final
 
 _KEY: Final = re.compile(r"[\w-]+(/[\w-]+)*")
 
@@ -43,17 +36,19 @@ def add_tree_options(parser: Any) -> None:
     )
 
 
-def tree_of(args: argparse.Namespace) -> Plan:
-    """Return the tree that the options select; its warnings go to stderr.
+def add_picture_options(parser: argparse.ArgumentParser, *, when: str = "") -> None:
+    """Give a command the options that draw trees."""
+    parser.add_argument("--dot", metavar="FILE", help=f"write a picture for Graphviz{when}; - for stdout")
+    parser.add_argument("--svg", metavar="FILE", help=f"write a picture as SVG{when}, drawn by Graphviz's dot")
 
-    Raises:
-        TreeError: There is no such tree, or it is invalid.
-    """
-    values = {key: Given(text, key) for key, text in args.values}
-    plan = load(args.tree, tree=args.tree_id, nodes=args.nodes, values=values)
-    for line in plan.doubts:
-        print(f"bt-controller: warning: {line}", file=sys.stderr)
-    return plan
+
+def add_watching_options(parser: argparse.ArgumentParser) -> None:
+    """Give a command the options that show running trees."""
+    parser.add_argument("--quiet", action="store_true", help="show no trees, only how they ended")
+    parser.add_argument(
+        "--transitions", metavar="FILE", help="write a line of JSON whenever the status of a behaviour changes"
+    )
+    add_picture_options(parser, when=" of the trees as they ended")
 
 
 def _value(text: str) -> tuple[str, str]:

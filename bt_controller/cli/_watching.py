@@ -32,21 +32,6 @@ if TYPE_CHECKING:
 _STDOUT: Final = "-"
 
 
-def add_picture_options(parser: argparse.ArgumentParser, *, when: str = "") -> None:
-    """Give a command the options that draw trees."""
-    parser.add_argument("--dot", metavar="FILE", help=f"write a picture for Graphviz{when}; - for stdout")
-    parser.add_argument("--svg", metavar="FILE", help=f"write a picture as SVG{when}, drawn by Graphviz's dot")
-
-
-def add_watching_options(parser: argparse.ArgumentParser) -> None:
-    """Give a command the options that show running trees."""
-    parser.add_argument("--quiet", action="store_true", help="show no trees, only how they ended")
-    parser.add_argument(
-        "--transitions", metavar="FILE", help="write a line of JSON whenever the status of a behaviour changes"
-    )
-    add_picture_options(parser, when=" of the trees as they ended")
-
-
 def check_pictures(args: argparse.Namespace) -> None:
     """Check that pictures can be drawn, before the trees run.
 

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from typing import TYPE_CHECKING, Final
 
-from bt_controller.cli._codes import DONE, EXIT_CODES
-from bt_controller.cli._tree_options import add_tree_options, tree_of
-from bt_controller.cli._watching import add_picture_options, draw
-from bt_controller.running.mission import Mission
+from bt_controller.cli._codes import EXIT_CODES
+from bt_controller.cli._tree_options import add_picture_options, add_tree_options
+from hmrsim.program.command_line import Later
 
 if TYPE_CHECKING:
     import argparse
@@ -32,21 +29,4 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_tree_options(parser)
     parser.add_argument("--json", action="store_true", help="print the tree as one JSON object")
     add_picture_options(parser)
-    parser.set_defaults(command=_check)
-
-
-def _check(args: argparse.Namespace) -> int:
-    plan = tree_of(args)
-    nodes = Mission("robot", plan).snapshot(None).nodes
-    for line in plan.unset:
-        print(f"bt-controller: {line}", file=sys.stderr)
-    draw(args, {args.tree: nodes}, statuses=False)
-    if args.dot == "-":
-        return DONE
-    if args.json:
-        wanted = ("depth", "symbol", "kind", "name")
-        print(json.dumps({"tree": args.tree, "nodes": [{key: getattr(node, key) for key in wanted} for node in nodes]}))
-        return DONE
-    for node in nodes:
-        print(node.line(status=False))
-    return DONE
+    parser.set_defaults(command=Later("bt_controller.cli.check_tree", "check"))

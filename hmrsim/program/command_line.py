@@ -1,6 +1,6 @@
 """The parsers of our commands; environment variables set options that the command line does not.
 
-This module loads quickly; argcomplete is only loaded when a shell asks for completions.
+This module loads quickly. A command is loaded in two steps: its options with `LazyParser`, its work with `Later`.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import os
 import re
 import sys
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from hmrsim.errors import printable
@@ -123,6 +124,28 @@ def variable_of(action: argparse.Action) -> str:
     if not names or action.nargs == 0 or not _OF_ONE_RUN.isdisjoint(names):
         return ""
     return f"HMRSIM_{names[0][2:].replace('-', '_').upper()}"
+
+
+@dataclass(frozen=True)
+class Later:
+    """A function that is imported when it is called: no ``--help`` waits for what a command needs to do its work.
+
+    Attributes:
+        module: Has the function.
+        name: Of the function.
+    """
+
+    module: str
+    name: str
+
+    def loaded(self) -> Callable[..., Any]:
+        """Return the function itself."""
+        function: Callable[..., Any] = getattr(importlib.import_module(self.module), self.name)
+        return function
+
+    def __call__(self, *args: Any) -> Any:
+        """Return what the function returns."""
+        return self.loaded()(*args)
 
 
 class LazyParser(CommandParser):

@@ -11,8 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_controller.cli import main
-from bt_controller.cli import run as run_command
+from bt_controller.cli import main, run_trees
 from hmrsim_zenoh.client.client import Client
 from tests.served_world import served_world
 
@@ -51,7 +50,7 @@ def simulator(client, monkeypatch):
             return sender
 
     client.then = lambda goal: goal.succeed()
-    monkeypatch.setattr(run_command, "Client", Connected)
+    monkeypatch.setattr(run_trees, "Client", Connected)
     return client
 
 

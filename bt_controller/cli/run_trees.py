@@ -1,0 +1,106 @@
+"""What ``bt-controller run`` does: it runs the trees, shows them and reports how they ended."""
+
+from __future__ import annotations
+
+import gc
+import json
+import os
+import sys
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from bt_controller.cli._codes import DONE, FAILED
+from bt_controller.cli._trees import tree_of
+from bt_controller.cli._watching import check_pictures, display, draw, in_words, watching, why_failed
+from bt_controller.errors import TreeError
+from bt_controller.running.clocks import clock_for
+from bt_controller.running.interruption import on_interrupt
+from bt_controller.running.mailbox import STOP, Mailbox
+from bt_controller.running.mission import missions_for, prepare
+from bt_controller.running.runner import Runner
+from bt_controller.running.selection import selected
+from bt_controller.running.snapshot import nodes_of
+from bt_controller.world.directory import Directory
+from hmrsim.program.log_options import logging_to_stderr
+from hmrsim.program.signals import exit_code_of
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.wire.options import session_options
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Mapping, Sequence
+
+    from bt_controller.loading.trees import Plan
+    from bt_controller.running.runner import Outcome
+
+_GRACE: Final = 3.0
+"""Wall seconds for which the simulator may be unreachable, and within which canceled goals have to end."""
+
+_SHOW_CURSOR: Final = b"\x1b[?25h"
+"""The live display hides it."""
+
+
+def _chosen(args: argparse.Namespace, client: Client) -> list[str]:
+    """Return the robots that are named, followed by those that are selected."""
+    found = selected(Directory.from_info(client.info()), args.robots) if args.robots else []
+    return list(dict.fromkeys([*args.robot, *found]))
+
+
+def _resumed(args: argparse.Namespace, plan: Plan) -> str | None:
+    """Return the name under which goals are resumed; None to start anew."""
+    wanted = plan.resumable if args.resume is None else args.resume is not False
+    return f"{args.name}/{args.resume or plan.name}" if wanted else None
+
+
+def run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
+    """Run the tree that the options select for each of the robots; return the exit code."""
+    if not (args.robot or args.robots):
+        parser.error("the following arguments are required: --robot or --robots")
+    check_pictures(args)
+    plan = tree_of(args)
+    if plan.unset:
+        raise TreeError("\n".join(plan.unset))
+    if args.confirm is not None:
+        plan = replace(plan, confirmed=args.confirm)
+    options = session_options(args)
+    mailbox = Mailbox()
+    with (
+        display(args) as shown,
+        logging_to_stderr(args),
+        Client(options, clock=args.clock, name=args.name) as client,
+    ):
+        client.wait_for_simulator(options.timeout)
+        missions = missions_for(_chosen(args, client), plan, resume=_resumed(args, plan))
+        prepare(missions)
+        # The trees live until the end: the garbage collector need not traverse those of a thousand robots.
+        gc.freeze()
+        clock = clock_for(client, mailbox, feedback=args.period is not None, grace=_GRACE)
+
+        def give_up() -> None:
+            if sys.stdout.isatty():
+                os.write(sys.stdout.fileno(), _SHOW_CURSOR)
+            _report(runner.give_up(), {}, as_json=args.json)
+
+        with watching(args, client, missions, clock, shown) as ticked:
+            runner = Runner(client, missions, clock, mailbox, show=ticked, period=args.period, grace=_GRACE)
+            with on_interrupt(lambda: mailbox.put(STOP), give_up) as signals:
+                outcome = runner.run()
+    code = _report(outcome, why_failed(missions), as_json=args.json)
+    draw(args, {mission.robot: nodes_of(mission.root) for mission in missions}, statuses=True)
+    return exit_code_of(signals[0]) if outcome.interrupted else code
+
+
+def _report(outcome: Outcome, why: Mapping[str, Sequence[Mapping[str, str]]], *, as_json: bool) -> int:
+    """Report the outcome, and return the exit code of a run that no signal ended."""
+    if outcome.interrupted:
+        doubt = f", but those of {', '.join(outcome.left)} have not ended yet" if outcome.left else ""
+        print(f"bt-controller: interrupted; the goals were canceled{doubt}", file=sys.stderr)
+    if outcome.gone:
+        print("bt-controller: the simulator is gone", file=sys.stderr)
+    if as_json:
+        print(json.dumps({**outcome.to_json(), "reasons": why}), flush=True)
+    elif not outcome.interrupted:
+        for robot, status in outcome.statuses.items():
+            ended = "skipped" if status.name == "INVALID" and not outcome.gone else status.value
+            print(f"{robot}: {ended}{in_words(why.get(robot, ()))}")
+    return DONE if outcome.succeeded else FAILED
