@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, get_args
 
 from hmrsim.cli import listing, names, send_goal
-from hmrsim.cli.connection import add_connection_options, connected
+from hmrsim.cli.connection import connected
+from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, yaml_flow
 from hmrsim.interfaces.message import Primitive

@@ -7,10 +7,10 @@ import time
 from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.program.log_options import add_log_options, logging_to_stderr
+from hmrsim.program.log_options import logging_to_stderr
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.errors import SimulatorGone
-from hmrsim_zenoh.wire.options import add_session_options, session_options
+from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:
     import argparse
@@ -23,12 +23,6 @@ _GRACE: Final = 3.0
 """Wall seconds that a simulator may be out of reach, as when a router is restarted."""
 
 _log = logging.getLogger(__name__)
-
-
-def add_connection_options(parser: argparse.ArgumentParser) -> None:
-    """Give a command what `connected` reads: where the simulator is, and how much to log."""
-    add_session_options(parser)
-    add_log_options(parser)
 
 
 @contextmanager

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.cli.connection import add_connection_options, connected
+from hmrsim.cli.connection import connected
+from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
 

@@ -3,26 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import errno
-import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.garbage import collect_rarely
-from hmrsim.cli.output import show, warn
-from hmrsim.cli.tracing import told_of
-from hmrsim.errors import printable, reason_of
-from hmrsim.program.log_options import add_log_options, logging_to_stderr
-from hmrsim.report import of_recording, of_trace, report_of
-from hmrsim.report.page import page_of
-from hmrsim.report.tables import tables_of
-from hmrsim_zenoh.recording import open_recording
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from hmrsim.report import Report, Told
+from hmrsim.program.command_line import Later
+from hmrsim.program.log_options import add_log_options
 
 _EXAMPLES: Final = """\
 A trace is replayed, so that each motion is known; this takes as long as `hmrsim replay`. Where this version can't
@@ -36,12 +21,6 @@ examples:
   hmrsim report shift.mcap -o report.html --csv tables
   hmrsim report run.jsonl --json | jq '.robots[] | {name, waited, waited_for}'
   python -c 'import pandas; print(pandas.read_csv("tables/goals.csv").groupby("action").duration.describe())'"""
-
-_MCAP: Final = b"\x89MCAP"
-_MAX_CHARACTERS: Final = 64 * 1024 * 1024
-"""Maximum length of a line; a world takes less, and all other lines much less."""
-
-_STDOUT: Final = "-"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -64,118 +43,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="write tables: goals.csv with one row per goal, robots.csv, waits.csv, …",
     )
     add_log_options(parser, default="error")
-    parser.set_defaults(function=_report)
-
-
-def _report(args: argparse.Namespace) -> int:
-    if args.json and args.output == _STDOUT:
-        raise WrongUse("hmrsim report: -o - and --json both write to the standard output; give -o a file")
-    if args.output not in (None, _STDOUT):
-        _check_writable(args.file, Path(args.output))
-    if args.csv is not None:
-        _check_folder(args.csv)
-    collect_rarely()
-    with logging_to_stderr(args):
-        told = _read(args.file)
-        report = report_of(told)
-    for note in report.source.notes:
-        warn(f"{args.file}: {printable(note)}")
-    if args.output is not None:
-        _write_page(args.output, report, told)
-    if args.csv is not None:
-        _write_tables(args.csv, report)
-    if args.json:
-        show(report.model_dump_json())
-    elif args.output is None and args.csv is None:
-        # Loads rich, which takes 60 ms and is needed for text output only.
-        from hmrsim.cli.report_text import show_summary  # noqa: PLC0415
-
-        show_summary(report)
-    return ExitCode.DONE
+    parser.set_defaults(function=Later("hmrsim.cli.report_output", "report"))
 
 
 def _folder(text: str) -> Path:
     if not text:
         raise argparse.ArgumentTypeError("empty; expected a folder, such as . or tables")
     return Path(text)
-
-
-def _check_folder(directory: Path) -> None:
-    """Check that a folder exists or can be created, and that files can be written in it.
-
-    Raises:
-        WrongUse: They can't.
-    """
-    nearest = next(each for each in (directory, *directory.parents) if each.exists())
-    if not nearest.is_dir():
-        raise WrongUse(_unwritable("--csv", directory, NotADirectoryError(errno.ENOTDIR, "not a directory")))
-    if not os.access(nearest, os.W_OK | os.X_OK):
-        raise WrongUse(_unwritable("--csv", directory, PermissionError(errno.EACCES, "permission denied")))
-
-
-def _check_writable(told: Path, output: Path) -> None:
-    """Check, before a long run is replayed, that a page can be written there.
-
-    Raises:
-        WrongUse: It can't, or it would overwrite the file to read.
-    """
-    there = output.exists()
-    if there and told.exists() and output.samefile(told):
-        raise WrongUse(f"hmrsim report: -o {output}: is the file to read; name another")
-    try:
-        output.open("ab").close()
-    except OSError as error:
-        raise WrongUse(_unwritable("-o", output, error)) from None
-    if not there:
-        output.unlink()
-
-
-def _read(path: Path) -> Told:
-    """Return the content of a trace or a recording.
-
-    Raises:
-        TraceError: It can't be read, or is neither a trace nor a recording.
-    """
-    with told_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
-        with path.open("rb") as file:
-            begins = file.read(len(_MCAP))
-        if begins == _MCAP:
-            return _recorded(path)
-        return of_trace(lambda: _lines(path))
-
-
-def _lines(path: Path) -> Iterator[str]:
-    with path.open(encoding="utf-8", newline="\n") as file:
-        yield from iter(lambda: file.readline(_MAX_CHARACTERS), "")
-
-
-def _recorded(path: Path) -> Told:
-    return of_recording(open_recording(path))
-
-
-def _write_page(output: str, report: Report, told: Told) -> None:
-    page = page_of(report, told.definition)
-    if output == _STDOUT:
-        show(page)
-    else:
-        _write(Path(output), page, "-o")
-
-
-def _write_tables(directory: Path, report: Report) -> None:
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise WrongUse(_unwritable("--csv", directory, error)) from None
-    for name, text in tables_of(report).items():
-        _write(directory / name, text, "--csv")
-
-
-def _write(path: Path, text: str, option: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise WrongUse(_unwritable(option, path, error)) from None
-
-
-def _unwritable(option: str, path: Path, error: OSError) -> str:
-    return f"hmrsim report: {option} {path}: can't be written: {reason_of(error)}"

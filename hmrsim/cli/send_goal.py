@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli import names
-from hmrsim.cli.connection import add_connection_options, connected
+from hmrsim.cli.connection import connected
+from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.goal_text import mistakes_in_reply, read_goal, read_yaml
 from hmrsim.cli.output import indented, show, show_json, values, warn, yaml_text

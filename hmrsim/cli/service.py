@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import registry
 from hmrsim.cli import listing, names
-from hmrsim.cli.connection import add_connection_options, connected, look_for_simulator
+from hmrsim.cli.connection import connected, look_for_simulator
+from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
 from hmrsim.cli.goal_text import mistakes_in_reply, read_yaml
 from hmrsim.cli.output import show, show_json, yaml_text

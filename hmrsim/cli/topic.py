@@ -8,7 +8,8 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli import listing, topic_hz
-from hmrsim.cli.connection import add_connection_options, connected, look_for_simulator
+from hmrsim.cli.connection import connected, look_for_simulator
+from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, yaml_text
 from hmrsim.cli.topics import find_topic, topics

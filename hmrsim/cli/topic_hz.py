@@ -10,7 +10,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli import numbers
-from hmrsim.cli.connection import add_connection_options, connected, look_for_simulator
+from hmrsim.cli.connection import connected, look_for_simulator
+from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.topics import find_topic

@@ -2,30 +2,16 @@
 
 from __future__ import annotations
 
-import queue
-import webbrowser
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.output import show, show_json
-from hmrsim.program.log_options import add_log_options, logging_to_stderr
-from hmrsim.program.signals import on_signals
-from hmrsim.settings.arguments import reader_of
-from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.recording import open_recording
-from hmrsim_zenoh.settings import ViewSettings
+from hmrsim.program.command_line import Later
+from hmrsim.program.log_options import add_log_options
 from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
-from hmrsim_zenoh.view.live import Live
-from hmrsim_zenoh.view.recorded import Recorded
-from hmrsim_zenoh.view.server import ViewServer
-from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options, session_options
+from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options
 
 if TYPE_CHECKING:
     import argparse
-
-    from hmrsim_zenoh.view.server import Source
 
 _EXAMPLES: Final = f"""\
 examples:
@@ -60,7 +46,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--port",
-        type=reader_of(ViewSettings, "view"),
+        type=Later("hmrsim.cli.view_page", "port"),
         default=DEFAULT_PORT,
         metavar="PORT",
         help="… 0 for a free one (default: %(default)s)",
@@ -69,44 +55,4 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_session_options(parser)
     add_log_options(parser)
     parser.add_argument("--json", action="store_true", help="print that it is ready as one JSON object")
-    parser.set_defaults(function=_view)
-
-
-def _view(args: argparse.Namespace) -> int:
-    # This may take long; meanwhile a signal ends the process at once.
-    recording = None if args.recording is None else _recording(args.recording)
-    signals: queue.SimpleQueue[int] = queue.SimpleQueue()
-    with on_signals(signals.put), logging_to_stderr(args), ExitStack() as stack:
-        source = recording or _simulator(args, stack)
-
-        if signals.empty():
-            server = stack.enter_context(ViewServer(source, host=args.host, port=args.port))
-            if args.json:
-                show_json({"ready": True, "url": server.url})
-            else:
-                show(f"ready {server.url}")
-            if args.open:
-                webbrowser.open(server.url)
-        signals.get()
-    return ExitCode.DONE
-
-
-def _simulator(args: argparse.Namespace, stack: ExitStack) -> Source:
-    """Return the simulator.
-
-    Raises:
-        NobodyThere: No simulator answers.
-    """
-    options = session_options(args)
-    client = stack.enter_context(Client(options, clock="realtime"))
-    client.wait_for_simulator(options.timeout)
-    return Live(client.session, client.keys)
-
-
-def _recording(path: Path) -> Source:
-    """Return a recording.
-
-    Raises:
-        RecordingError: It is not a recording.
-    """
-    return Recorded(open_recording(path))
+    parser.set_defaults(function=Later("hmrsim.cli.view_page", "serve"))

@@ -1,0 +1,17 @@
+"""The options of a command that connects to a simulator."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.program.log_options import add_log_options
+from hmrsim_zenoh.wire.options import add_session_options
+
+if TYPE_CHECKING:
+    import argparse
+
+
+def add_connection_options(parser: argparse.ArgumentParser) -> None:
+    """Give a command what `connected` reads: where the simulator is, and how much to log."""
+    add_session_options(parser)
+    add_log_options(parser)

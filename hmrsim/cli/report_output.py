@@ -1,0 +1,139 @@
+"""What ``hmrsim report`` does: it reads a trace or a recording, and writes the report."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.garbage import collect_rarely
+from hmrsim.cli.output import show, warn
+from hmrsim.cli.tracing import told_of
+from hmrsim.errors import printable, reason_of
+from hmrsim.program.log_options import logging_to_stderr
+from hmrsim.report import of_recording, of_trace, report_of
+from hmrsim.report.page import page_of
+from hmrsim.report.tables import tables_of
+from hmrsim_zenoh.recording import open_recording
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Iterator
+
+    from hmrsim.report import Report, Told
+
+_MCAP: Final = b"\x89MCAP"
+_MAX_CHARACTERS: Final = 64 * 1024 * 1024
+"""Maximum length of a line; a world takes less, and all other lines much less."""
+_STDOUT: Final = "-"
+
+
+def report(args: argparse.Namespace) -> int:
+    """Write the report of a run as the options say; return the exit code."""
+    if args.json and args.output == _STDOUT:
+        raise WrongUse("hmrsim report: -o - and --json both write to the standard output; give -o a file")
+    if args.output not in (None, _STDOUT):
+        _check_writable(args.file, Path(args.output))
+    if args.csv is not None:
+        _check_folder(args.csv)
+    collect_rarely()
+    with logging_to_stderr(args):
+        told = _read(args.file)
+        report = report_of(told)
+    for note in report.source.notes:
+        warn(f"{args.file}: {printable(note)}")
+    if args.output is not None:
+        _write_page(args.output, report, told)
+    if args.csv is not None:
+        _write_tables(args.csv, report)
+    if args.json:
+        show(report.model_dump_json())
+    elif args.output is None and args.csv is None:
+        # Loads rich, which takes 60 ms and is needed for text output only.
+        from hmrsim.cli.report_text import show_summary  # noqa: PLC0415
+
+        show_summary(report)
+    return ExitCode.DONE
+
+
+def _check_folder(directory: Path) -> None:
+    """Check that a folder exists or can be created, and that files can be written in it.
+
+    Raises:
+        WrongUse: They can't.
+    """
+    nearest = next(each for each in (directory, *directory.parents) if each.exists())
+    if not nearest.is_dir():
+        raise WrongUse(_unwritable("--csv", directory, NotADirectoryError(errno.ENOTDIR, "not a directory")))
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise WrongUse(_unwritable("--csv", directory, PermissionError(errno.EACCES, "permission denied")))
+
+
+def _check_writable(told: Path, output: Path) -> None:
+    """Check, before a long run is replayed, that a page can be written there.
+
+    Raises:
+        WrongUse: It can't, or it would overwrite the file to read.
+    """
+    there = output.exists()
+    if there and told.exists() and output.samefile(told):
+        raise WrongUse(f"hmrsim report: -o {output}: is the file to read; name another")
+    try:
+        output.open("ab").close()
+    except OSError as error:
+        raise WrongUse(_unwritable("-o", output, error)) from None
+    if not there:
+        output.unlink()
+
+
+def _read(path: Path) -> Told:
+    """Return the content of a trace or a recording.
+
+    Raises:
+        TraceError: It can't be read, or is neither a trace nor a recording.
+    """
+    with told_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
+        with path.open("rb") as file:
+            begins = file.read(len(_MCAP))
+        if begins == _MCAP:
+            return _recorded(path)
+        return of_trace(lambda: _lines(path))
+
+
+def _lines(path: Path) -> Iterator[str]:
+    with path.open(encoding="utf-8", newline="\n") as file:
+        yield from iter(lambda: file.readline(_MAX_CHARACTERS), "")
+
+
+def _recorded(path: Path) -> Told:
+    return of_recording(open_recording(path))
+
+
+def _write_page(output: str, report: Report, told: Told) -> None:
+    page = page_of(report, told.definition)
+    if output == _STDOUT:
+        show(page)
+    else:
+        _write(Path(output), page, "-o")
+
+
+def _write_tables(directory: Path, report: Report) -> None:
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WrongUse(_unwritable("--csv", directory, error)) from None
+    for name, text in tables_of(report).items():
+        _write(directory / name, text, "--csv")
+
+
+def _write(path: Path, text: str, option: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise WrongUse(_unwritable(option, path, error)) from None
+
+
+def _unwritable(option: str, path: Path, error: OSError) -> str:
+    return f"hmrsim report: {option} {path}: can't be written: {reason_of(error)}"

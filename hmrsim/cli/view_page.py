@@ -1,0 +1,62 @@
+"""What ``hmrsim view`` does: it serves the page until a signal."""
+
+from __future__ import annotations
+
+import queue
+import webbrowser
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show, show_json
+from hmrsim.program.command_line import Later
+from hmrsim.program.log_options import logging_to_stderr
+from hmrsim.program.signals import on_signals
+from hmrsim.settings.arguments import reader_of
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.settings import ViewSettings
+from hmrsim_zenoh.view.live import Live
+from hmrsim_zenoh.view.server import ViewServer
+from hmrsim_zenoh.wire.options import session_options
+
+if TYPE_CHECKING:
+    import argparse
+
+    from hmrsim_zenoh.view.server import Source
+
+port = reader_of(ViewSettings, "view")
+"""Reads the value of ``--port``."""
+
+_recording = Later("hmrsim.cli.view_recording", "recording")
+
+
+def serve(args: argparse.Namespace) -> int:
+    """Serve the page of a simulator or of a recording; return the exit code."""
+    # This may take long; meanwhile a signal ends the process at once.
+    recording = None if args.recording is None else _recording(args.recording)
+    signals: queue.SimpleQueue[int] = queue.SimpleQueue()
+    with on_signals(signals.put), logging_to_stderr(args), ExitStack() as stack:
+        source = recording or _simulator(args, stack)
+
+        if signals.empty():
+            server = stack.enter_context(ViewServer(source, host=args.host, port=args.port))
+            if args.json:
+                show_json({"ready": True, "url": server.url})
+            else:
+                show(f"ready {server.url}")
+            if args.open:
+                webbrowser.open(server.url)
+        signals.get()
+    return ExitCode.DONE
+
+
+def _simulator(args: argparse.Namespace, stack: ExitStack) -> Source:
+    """Return the simulator.
+
+    Raises:
+        NobodyThere: No simulator answers.
+    """
+    options = session_options(args)
+    client = stack.enter_context(Client(options, clock="realtime"))
+    client.wait_for_simulator(options.timeout)
+    return Live(client.session, client.keys)
