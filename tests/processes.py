@@ -97,9 +97,9 @@ def _loaded() -> dict[str, Callable[[], int]]:
     """Return the programs' main functions, when what they use is loaded and made."""
     # Only the server needs them, and loading them takes its time.
     import bt_controller.__main__  # noqa: PLC0415
-    import bt_controller.running.runner  # noqa: PLC0415
+    import bt_controller.cli.run_trees  # noqa: PLC0415
     import hmrsim.cli  # noqa: PLC0415
-    import hmrsim.cli.run  # noqa: PLC0415
+    import hmrsim.cli.run_world  # noqa: PLC0415
     import hmrsim.cli.send_goal  # noqa: PLC0415
     from hmrsim.simulation.simulator import Simulator  # noqa: PLC0415
     from hmrsim.world_checks import load_world  # noqa: PLC0415

@@ -7,7 +7,7 @@ import sys
 from typing import TYPE_CHECKING, Final
 
 from bt_controller.cli._codes import EXAMPLES, EXIT_CODES, FAILED
-from hmrsim.program.command_line import LazyParser, autocomplete, run_program
+from hmrsim.program.command_line import LazyParser, add_commands, autocomplete, run_program
 
 if TYPE_CHECKING:
     import argparse
@@ -54,10 +54,5 @@ def _parser() -> argparse.ArgumentParser:
         description="Drive robots with behaviour trees, as a client of a simulator.",
         epilog=f"{EXAMPLES}\n\n{EXIT_CODES}",
     )
-    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    words = os.environ.get("COMP_LINE", "").split() if "_ARGCOMPLETE" in os.environ else ()
-    for name, summary in _COMMANDS.items():
-        command = commands.add_parser(name, help=summary, module=f"{__name__}.{name}")
-        if name in words:
-            command.load()
+    add_commands(parser, _COMMANDS, f"{__name__}.", title="commands")
     return parser

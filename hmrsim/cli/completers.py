@@ -9,7 +9,7 @@ from argcomplete.completers import FilesCompleter
 from hmrsim.cli import names
 from hmrsim.cli.services import services
 from hmrsim.cli.topics import topics
-from hmrsim.cli.world_options import read_world
+from hmrsim.cli.worlds import read_world
 from hmrsim.errors import HmrsimError
 from hmrsim.world.files import find
 from hmrsim.world.formats import registry as formats

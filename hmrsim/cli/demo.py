@@ -2,40 +2,17 @@
 
 from __future__ import annotations
 
-import json
-import math
-import queue
-import sys
-import time
-from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-from hmrsim import events
-from hmrsim.cli.children import Child
-from hmrsim.cli.demo_screen import JsonLines, Screen
-from hmrsim.cli.demo_story import Story
-from hmrsim.cli.demo_turns import CausalOrder
-from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.output import warn
-from hmrsim.cli.run_log import LogLines
-from hmrsim.cli.tracing import check_writable
-from hmrsim.cli.view_options import check_port
-from hmrsim.errors import HmrsimError
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
-from hmrsim.program.log_options import add_log_options, log_level
-from hmrsim.program.signals import exit_code_of, on_signals
-from hmrsim.settings.arguments import add_settings, read_settings
+from hmrsim.program.command_line import Later
+from hmrsim.program.log_options import add_log_options
+from hmrsim.settings.arguments import add_settings
 from hmrsim.settings.run import DemoSettings
 from hmrsim.settings.trace import TraceSettings
-from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.settings import ViewSettings
-from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
     import argparse
-    from pathlib import Path
-
-    from hmrsim.cli.demo_screen import Audience
 
 _EXAMPLES: Final = """\
 examples:
@@ -45,30 +22,6 @@ examples:
   hmrsim demo --clock lockstep --trace run.jsonl && hmrsim replay run.jsonl
   hmrsim demo --log-level info 2>processes.log
   hmrsim demo --json | tail -n 1 | jq '.robots.eve.distance'"""
-
-_WORLD: Final = "hospital"
-_TREE: Final = "bt_controller.examples.hospital:mission"
-_START_SECONDS: Final = 15.0
-_MISSION_SECONDS: Final = 300.0
-"""Simulated seconds after which the mission is aborted; it takes about 160."""
-_FREE_SECONDS: Final = 15.0
-"""Wall seconds that it may take in addition."""
-_LOOK: Final = 0.1
-_LAST_EVENTS: Final = 0.3
-_PATIENCE: Final = 0.5
-"""Wall seconds that a line of one process waits for an earlier line of the other."""
-
-
-class DemoFailed(HmrsimError):
-    """A process of the demo failed; the text names it and has its output."""
-
-
-class _Interrupted(Exception):
-    """The user or the system has asked the demo to end."""
-
-    def __init__(self, signal: int) -> None:
-        super().__init__(signal)
-        self.signal = signal
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -85,148 +38,4 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--json", action="store_true", help="print each event, and the summary at the end, as one JSON object per line"
     )
     add_log_options(parser)
-    parser.set_defaults(function=_demo)
-
-
-def _demo(args: argparse.Namespace) -> int:
-    settings = read_settings(args, DemoSettings)
-    trace, view = read_settings(args, TraceSettings).trace, read_settings(args, ViewSettings).view
-    check_port(view)
-    check_writable(trace)
-    screen = JsonLines() if args.json else Screen(sys.stdout)
-    demo = _Demo(settings, screen, trace=trace, view=view, log_level=args.log_level)
-    log = LogLines(screen.log if sys.stderr.isatty() else None, log_level(args))
-    try:
-        with log, on_signals(lambda number: demo.news.put(_Interrupted(number))):
-            return demo.run()
-    except _Interrupted as interruption:
-        warn("interrupted; the simulator and the controller have ended")
-        return exit_code_of(interruption.signal)
-
-
-class _Demo:
-    """One run of the demo.
-
-    Args:
-        settings: How to run its world.
-        screen: Where to show it.
-        trace: Where to write its trace, if anywhere.
-        view: On which port to serve its page, if on any.
-        log_level: What its processes log.
-    """
-
-    def __init__(
-        self, settings: DemoSettings, screen: Audience, *, trace: Path | None, view: int | None, log_level: str
-    ) -> None:
-        self.news: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self._settings = settings
-        self._trace, self._view, self._log_level = trace, view, log_level
-        self._screen = screen
-        self._turns = CausalOrder(_PATIENCE)
-
-    def run(self) -> int:
-        """Start everything, follow the mission to its end, and end everything.
-
-        Raises:
-            DemoFailed: The simulator does not start, or the mission takes too long.
-            NobodyThere: The simulator can't be reached.
-        """
-        began = time.monotonic()
-        with ExitStack() as stack:
-            simulator = stack.enter_context(Child("simulator", "hmrsim.cli:main", self._run_arguments(), self._ready))
-            ready = self._await_ready(simulator)
-            options = SessionOptions(connect=(ready["endpoints"][0],))
-            client = stack.enter_context(Client(options))
-            client.wait_for_simulator(_START_SECONDS)
-            info = client.info(_START_SECONDS)
-            story = Story({robot["name"]: robot["type"] for robot in info["robots"]})
-            client.subscribe(client.keys.world("events"), lambda _key, payload: self.news.put(payload))
-            arguments = ["run", _TREE, "--robot", *story.robots, "--json", "--connect", *options.connect]
-            arguments += ["--log-level", self._log_level]
-            controller = stack.enter_context(
-                Child("controller", "bt_controller.cli:main", arguments, lambda line: self.news.put((line,)))
-            )
-            self._screen.say(f"{_WORLD}: {len(story.robots)} robots at {options.connect[0]}; the mission begins")
-            if "view" in ready:
-                self._screen.say(f"the live picture is at {ready['view']}")
-            with self._screen.opened(story):
-                self._follow(story)
-            code = controller.code(_START_SECONDS)
-        units = info["world"].get("units", "m")
-        self._screen.summary(story, time.monotonic() - began, units, succeeded=code == 0)
-        for child in (simulator, controller) if code else ():
-            if failure := child.code(_LOOK):
-                self._screen.say(f"the {child.name} ended with {failure}; it says:\n{child.complaints}")
-        return ExitCode.DONE if code == 0 else ExitCode.FAILED
-
-    def _run_arguments(self) -> list[str]:
-        arguments = ["run", _WORLD, "--listen", "tcp/127.0.0.1:0", "--json", "--feedback-rate", "2"]
-        settings = self._settings
-        arguments += ["--clock", settings.clock, "--real-time-factor", str(settings.real_time_factor)]
-        arguments += ["--log-level", self._log_level]
-        for option, value in (("--seed", settings.seed), ("--trace", self._trace), ("--view", self._view)):
-            arguments += [] if value is None else [option, str(value)]
-        return arguments
-
-    def _ready(self, line: str | None) -> None:
-        self.news.put({} if line is None else json.loads(line))
-
-    def _await_ready(self, simulator: Child) -> dict[str, Any]:
-        ready = self._next(_START_SECONDS)
-        if not ready:
-            simulator.code(_LOOK)
-            raise DemoFailed(f"the simulator does not start; it says:\n{simulator.complaints}")
-        return dict(ready)
-
-    def _follow(self, story: Story) -> None:
-        """Show the events until the controller has ended.
-
-        Raises:
-            DemoFailed: It takes too long.
-        """
-        limit = _FREE_SECONDS + _MISSION_SECONDS / self._settings.real_time_factor
-        until = time.monotonic() + limit
-        while time.monotonic() < until:
-            item = self._next(_LOOK)
-            self._screen.refresh()
-            if item == (None,):
-                # The last events may not have arrived yet.
-                while (item := self._next(_LAST_EVENTS)) is not None:
-                    self._hear(story, item)
-                self._tell(math.inf)
-                return
-            self._hear(story, item)
-            self._tell(time.monotonic())
-        raise DemoFailed(f"the mission takes longer than {limit:.0f} s; the machine may be too slow")
-
-    def _hear(self, story: Story, item: Any) -> None:
-        """Take an event of the world, or a tree of the controller."""
-        match item:
-            case bytes():
-                event = json.loads(item)
-                at = Time.model_validate(event["stamp"]).to_nanoseconds() / NANOSECONDS
-                lines = story.on_event(at, events.from_json(event))
-            case (str() as tree,):
-                lines = story.ticked(json.loads(tree))
-            case _:
-                return
-        for line in lines:
-            self._turns.add(line, time.monotonic())
-
-    def _tell(self, now: float) -> None:
-        for line in self._turns.ready(now):
-            self._screen.tell(line)
-
-    def _next(self, timeout: float) -> Any:
-        """Return the next message; None when there is none within *timeout* wall seconds.
-
-        Raises:
-            _Interrupted: A signal arrived.
-        """
-        try:
-            item = self.news.get(timeout=timeout)
-        except queue.Empty:
-            return None
-        if isinstance(item, _Interrupted):
-            raise item
-        return item
+    parser.set_defaults(function=Later("hmrsim.cli.demo_processes", "demo"))

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from typing import TYPE_CHECKING, Final
 
 from hmrsim import __version__
 from hmrsim.errors import HmrsimError
-from hmrsim.program.command_line import ENVIRONMENT, LazyParser, autocomplete, run_program
+from hmrsim.program.command_line import ENVIRONMENT, LazyParser, add_commands, autocomplete, run_program
 
 if TYPE_CHECKING:
     import argparse
@@ -55,12 +54,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="hmrsim", description="A mission-level simulator of robots, driven over Zenoh.", epilog=_EPILOG
     )
     parser.add_argument("--version", action="version", version=f"hmrsim {__version__}")
-    commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    words = os.environ.get("COMP_LINE", "").split() if "_ARGCOMPLETE" in os.environ else ()
-    for name, summary in _COMMANDS.items():
-        command = commands.add_parser(name, help=summary, module=f"{__package__}.{name}")
-        if name in words:
-            command.load()
+    add_commands(parser, _COMMANDS, f"{__package__}.")
     return parser
 
 

@@ -11,7 +11,8 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.targets import check_target, write_whole
-from hmrsim.cli.world_options import add_world_options, read_world
+from hmrsim.cli.world_options import add_world_options
+from hmrsim.cli.worlds import read_world
 from hmrsim.program.command_line import ENVIRONMENT
 from hmrsim.world import World
 from hmrsim.world.formats import choose

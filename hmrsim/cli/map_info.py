@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.map_network_text import lines
 from hmrsim.cli.output import show, show_json
-from hmrsim.cli.world_options import add_world_options, read_world
+from hmrsim.cli.world_options import add_world_options
+from hmrsim.cli.worlds import read_world
 from hmrsim.drawing import extent
 from hmrsim.errors import printable
 from hmrsim.geometry import distance

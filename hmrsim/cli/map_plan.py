@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli import numbers
 from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
 from hmrsim.cli.output import show, show_json
-from hmrsim.cli.world_options import add_world_options, read_world
+from hmrsim.cli.world_options import add_world_options
+from hmrsim.cli.worlds import read_world
 from hmrsim.diagnostics import instead
 from hmrsim.errors import HmrsimError, NoRoute
 from hmrsim.geometry import Pose, heading

@@ -10,7 +10,8 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, warn
 from hmrsim.cli.problems import line_of
 from hmrsim.cli.targets import check_target, write_whole
-from hmrsim.cli.world_options import add_world_options, read_world
+from hmrsim.cli.world_options import add_world_options
+from hmrsim.cli.worlds import read_world
 from hmrsim.drawing import THEMES, Drawing
 from hmrsim.program.command_line import ENVIRONMENT
 

@@ -2,42 +2,17 @@
 
 from __future__ import annotations
 
-import math
-import shlex
-import sys
-import traceback
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.garbage import collect_rarely
-from hmrsim.cli.output import show, show_json, warn
-from hmrsim.cli.problems import line_of
-from hmrsim.cli.recording import recording
-from hmrsim.cli.ros2_options import ros2_wires
-from hmrsim.cli.run_display import display
-from hmrsim.cli.tracing import TraceFile
-from hmrsim.cli.view_options import check_port, viewed
-from hmrsim.cli.world_options import add_world_argument, read_world
-from hmrsim.errors import HmrsimError, printable
-from hmrsim.program.log_options import ServerLogOptions
-from hmrsim.program.signals import on_signals
-from hmrsim.protocol.time import REALTIME
-from hmrsim.settings.arguments import add_settings, read_settings
-from hmrsim.settings.file import read_file
-from hmrsim.settings.run import TIME_STANDS, RunSettings
-from hmrsim.settings.trace import TraceSettings
-from hmrsim_zenoh.host import Host
-from hmrsim_zenoh.settings import SERVED, RecordSettings, Ros2Settings, ViewSettings
-from hmrsim_zenoh.wire.options import ENVIRONMENT, SessionOptions
+from hmrsim.cli.world_options import add_world_argument
+from hmrsim.program.command_line import Later
+from hmrsim.settings.arguments import add_settings
+from hmrsim_zenoh.settings import SERVED
+from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Callable
-
-    from hmrsim.cli.view_options import View
-    from hmrsim.world_checks import LoadedWorld
 
 _EXAMPLES: Final = f"""\
 examples:
@@ -52,9 +27,6 @@ examples:
   hmrsim run hospital --ros2 --ros-domain-id 7 --ros-distro jazzy --ros-distro kilted
 
 {ENVIRONMENT}"""
-
-_LOOK: Final = 0.1
-"""Wall seconds of one wait: Python handles a signal only between waits."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -74,80 +46,4 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="a settings file, YAML or JSON; options and environment variables override it",
     )
     parser.add_argument("--json", action="store_true", help="print that it is ready as one JSON object")
-    parser.set_defaults(function=_run)
-
-
-class _Asked:
-    """The settings of a run: from options and variables, else from the settings file, else the defaults."""
-
-    def __init__(self, args: argparse.Namespace) -> None:
-        self.below = read_file(args.settings, SERVED) if args.settings else {}
-        read = partial(read_settings, args, below=self.below)
-        self.run = read(RunSettings)
-        self.session = read(SessionOptions)
-        self.ros2 = read(Ros2Settings)
-        self.trace = read(TraceSettings).trace
-        self.record = read(RecordSettings).record
-        self.view = read(ViewSettings).view
-        self.log_level = read(ServerLogOptions).number
-
-
-def _run(args: argparse.Namespace) -> int:
-    asked = _Asked(args)
-    run, wires = asked.run, ros2_wires(asked.ros2)
-    check_port(asked.view)
-    if asked.trace and asked.record and asked.trace.resolve() == asked.record.resolve():
-        raise WrongUse(f"--trace and --record are both {asked.record}; name two files")
-    loaded = read_world(args, below=asked.below)
-    for problem in loaded.warnings:
-        warn(line_of(problem))
-    if run.clock == REALTIME and run.real_time_factor == 0 and run.duration < math.inf:
-        warn(f"--duration {run.duration:g}: as fast as possible, {TIME_STANDS}")
-    trace = TraceFile(asked.trace, loaded.world, run)
-    screen = display(loaded.world.name, asked.log_level, on_terminal=sys.stderr.isatty())
-    with recording(asked.record, run) as watchers:
-        host = Host(
-            loaded,
-            asked.session,
-            run,
-            wires=wires,
-            sinks=[*trace.sinks, *screen.sinks],
-            watchers=watchers,
-            on_wait=[trace.flush, *screen.on_wait],
-            preparations=screen.preparations,
-        )
-        with host, trace.opened(host.simulator), screen.shown(host) as refresh:
-            with viewed(asked.view, host.endpoints or asked.session.connect, asked.session.prefix) as view:
-                _serve(host, refresh, lambda: _tell_ready(loaded, host, asked.session, view, as_json=args.json))
-            if isinstance(host.error, HmrsimError):
-                raise host.error
-    if host.error is not None:
-        traceback.print_exception(host.error)
-        return ExitCode.FAILED
-    return ExitCode.DONE
-
-
-def _serve(host: Host, refresh: Callable[[], None], tell_ready: Callable[[], None]) -> None:
-    """Run the simulation until its end or a signal."""
-    signals: list[int] = []
-    with on_signals(signals.append):
-        collect_rarely()
-        host.start()
-        tell_ready()
-        while not signals and not host.wait(_LOOK):
-            refresh()
-        host.stop()
-
-
-def _tell_ready(loaded: LoadedWorld, host: Host, options: SessionOptions, view: View | None, *, as_json: bool) -> None:
-    world = loaded.world
-    url = view.url() if view else None
-    if as_json:
-        ready: dict[str, Any] = {"ready": True, "endpoints": list(host.endpoints), "prefix": options.prefix}
-        ready |= {"world": {"name": world.name, "hash": loaded.hash}, "robots": list(world.robots)}
-        show_json(ready | ({"view": url} if url else {}))
-        return
-    where = host.endpoints or options.connect
-    shown = (f"view={url}",) if url else ()
-    name = shlex.quote(printable(world.name))
-    show(" ".join(("ready", *where, f"world={name}", f"robots={len(world.robots)}", *shown)))
+    parser.set_defaults(function=Later("hmrsim.cli.run_world", "run"))

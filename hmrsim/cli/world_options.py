@@ -1,20 +1,14 @@
-"""The options of every command that takes a WORLD: what to add to the file, and how to read it."""
+"""The options of every command that takes a WORLD."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from hmrsim.settings.arguments import add_settings, read_settings
+from hmrsim.settings.arguments import add_settings
 from hmrsim.settings.world import WorldSettings
-from hmrsim.world import ReadOptions
-from hmrsim.world.options import renames
-from hmrsim.world_checks import load_world
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Mapping
-
-    from hmrsim.world_checks import LoadedWorld
 
 
 def add_world_options(parser: argparse.ArgumentParser, *, argument: str = "world") -> None:
@@ -33,21 +27,3 @@ def add_world_argument(parser: argparse.ArgumentParser, *, argument: str = "worl
     parser.add_argument(
         argument, metavar=argument.upper(), help="a world file of any format, or the name of a shipped world"
     )
-
-
-def read_world(
-    args: argparse.Namespace, *, argument: str = "world", below: Mapping[str, Any] | None = None
-) -> LoadedWorld:
-    """Read the world that a command line names, with what it adds.
-
-    Args:
-        args: The command line.
-        argument: What the world is called there.
-        below: The settings of a file.
-
-    Raises:
-        WorldError: Something is wrong with it.
-    """
-    settings = read_settings(args, WorldSettings, below)
-    options = ReadOptions(settings.page, renames(settings.rename), settings.lenient, settings.neighbours)
-    return load_world(getattr(args, argument), add_robots=settings.robot, add_items=settings.item, options=options)

@@ -182,6 +182,23 @@ class LazyParser(CommandParser):
             super()._print_message(message, file)
 
 
+def add_commands(parser: LazyParser, commands: Mapping[str, str], modules: str, **options: Any) -> None:
+    """Give a parser commands, each of which has its arguments from a module that is loaded when it is asked for.
+
+    Args:
+        parser: Of the program, or of a command.
+        commands: What ``--help`` says of each, by name.
+        modules: What the names of their modules begin with, before the commands' names.
+        **options: As of `argparse.ArgumentParser.add_subparsers`.
+    """
+    parsers = parser.add_subparsers(metavar="COMMAND", required=True, **options)
+    words = os.environ.get("COMP_LINE", "").split() if "_ARGCOMPLETE" in os.environ else ()
+    for name, summary in commands.items():
+        command = parsers.add_parser(name, help=summary, module=f"{modules}{name}")
+        if name in words:
+            command.load()
+
+
 def run_program(program: str, run: Callable[[], int]) -> int:
     """Return a program's exit code, also when its output can't be written or Ctrl-C ends it."""
     if sys.stdout is None:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from hmrsim.cli import demo, main
+from hmrsim.cli import demo_processes, main
 
 PATIENCE = 30.0
 
@@ -85,7 +85,7 @@ def test_demo_for_people(capsys):
 
 def test_demo_whose_simulator_does_not_start(monkeypatch, capsys):
     """What the simulator says is told."""
-    monkeypatch.setattr(demo, "_WORLD", "nosuch")
+    monkeypatch.setattr(demo_processes, "_WORLD", "nosuch")
     code = main(["demo"])
 
     assert 1 == code
@@ -102,7 +102,7 @@ def test_demo_whose_page_has_no_port(capsys):
 
 def test_demo_whose_mission_fails(monkeypatch, capsys):
     """The demo ends with 1 and tells what the controller says, which is where the fault is."""
-    monkeypatch.setattr(demo, "_TREE", "bt_controller.examples.hospital:nosuch")
+    monkeypatch.setattr(demo_processes, "_TREE", "bt_controller.examples.hospital:nosuch")
     code = main(["demo"])
 
     out = capsys.readouterr().out

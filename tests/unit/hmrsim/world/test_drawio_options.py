@@ -6,7 +6,8 @@ import argparse
 
 import pytest
 
-from hmrsim.cli.world_options import add_world_options, read_world
+from hmrsim.cli.world_options import add_world_options
+from hmrsim.cli.worlds import read_world
 from hmrsim.errors import WorldError
 from hmrsim.world import ReadOptions
 from hmrsim.world_checks import load_world

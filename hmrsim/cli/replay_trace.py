@@ -1,0 +1,77 @@
+"""What ``hmrsim replay`` does: it runs a trace again, and compares."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim import __version__
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.garbage import collect_rarely
+from hmrsim.cli.output import show, show_json, warn
+from hmrsim.cli.tracing import told_of
+from hmrsim.errors import printable
+from hmrsim.program.log_options import logging_to_stderr
+from hmrsim.trace.replay import Difference, Outcome, replay
+
+if TYPE_CHECKING:
+    import argparse
+    from pathlib import Path
+
+_MAX_BYTES: Final = 64 * 1024 * 1024
+"""Maximum length of a line; a world takes less, and all other lines much less."""
+
+
+def run_again(args: argparse.Namespace) -> int:
+    """Run a trace again, and report whether the result is the same; return the exit code."""
+    collect_rarely()
+    with (
+        told_of(args.trace, no_text="is not a trace: it is not text"),
+        args.trace.open(encoding="utf-8", newline="\n") as lines,
+        logging_to_stderr(args),
+    ):
+        outcome = replay(iter(lambda: lines.readline(_MAX_BYTES), ""))
+    if outcome.header.version != __version__:
+        warn(f"{args.trace} was written by hmrsim {outcome.header.version}; this is {__version__}")
+    if args.json:
+        show_json(_described(outcome))
+    else:
+        _show(args.trace, outcome)
+    return ExitCode.DONE if outcome.difference is None else ExitCode.FAILED
+
+
+def _described(outcome: Outcome) -> dict[str, Any]:
+    return {
+        "identical": outcome.difference is None,
+        "complete": outcome.complete,
+        "lines": outcome.lines,
+        "commands": outcome.commands,
+        "sim_time": outcome.sim_time,
+        "world": {"name": outcome.header.name, "hash": outcome.header.hash},
+        "seed": outcome.header.seed,
+        "difference": None if outcome.difference is None else asdict(outcome.difference),
+    }
+
+
+def _show(path: Path, outcome: Outcome) -> None:
+    if outcome.difference is not None:
+        _show_difference(path, outcome.difference)
+        return
+    cut = "" if outcome.complete else "; the trace is truncated there"
+    show(
+        f"identical: {outcome.lines} lines, {outcome.commands} commands, {outcome.sim_time:.3f} simulated seconds{cut}"
+    )
+
+
+def _show_difference(path: Path, difference: Difference) -> None:
+    """Print both lines, and those around them."""
+    number = difference.line
+    show(f"{path}:{number}: the replay differs here")
+    rows = [(number - len(difference.before) + i, " ", line) for i, line in enumerate(difference.before)]
+    rows.append((number, "-", difference.trace))
+    rows.append((number, "+", difference.replay or "(nothing happens any more)"))
+    rows += [(number + 1 + i, " ", line) for i, line in enumerate(difference.after)]
+    width = len(str(rows[-1][0]))
+    for at, sign, line in rows:
+        show(f"{sign} {at:{width}}  {printable(line)}")
+    show("- the trace, + the replay")

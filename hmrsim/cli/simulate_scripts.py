@@ -1,0 +1,85 @@
+"""What ``hmrsim simulate`` does: it runs the robots' own scripts to their end."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.garbage import collect_rarely
+from hmrsim.cli.output import show_json, warn
+from hmrsim.cli.problems import line_of
+from hmrsim.cli.run_log import EventLog
+from hmrsim.cli.tracing import TraceFile
+from hmrsim.cli.worlds import read_world
+from hmrsim.program.log_options import log_level, logging_to_stderr
+from hmrsim.protocol.outputs import GoalChanged
+from hmrsim.settings.arguments import read_settings
+from hmrsim.settings.run import SimulateSettings
+from hmrsim.settings.trace import TraceSettings
+from hmrsim.simulation.scripts import ScriptState
+from hmrsim.simulation.simulator import Simulator
+
+if TYPE_CHECKING:
+    import argparse
+
+    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.topics import Topic
+    from hmrsim.world_checks import LoadedWorld
+
+
+class _Tally:
+    """A sink that counts how goals ended."""
+
+    def __init__(self) -> None:
+        self.statuses: Counter[str] = Counter()
+
+    def wants(self, _topic: Topic) -> bool:
+        """Return False: goals' ends come unasked."""
+        return False
+
+    def emit(self, event: Event) -> None:
+        """Count a goal that has ended."""
+        if isinstance(event, GoalChanged) and event.status.terminal:
+            self.statuses[event.status.name] += 1
+
+
+def simulate(args: argparse.Namespace) -> int:
+    """Run the scripts and print how they went; return the exit code."""
+    loaded = read_world(args)
+    for problem in loaded.warnings:
+        warn(line_of(problem))
+    settings = read_settings(args, SimulateSettings)
+    trace = TraceFile(read_settings(args, TraceSettings).trace, loaded.world, settings)
+    tally = _Tally()
+    logs = [EventLog()] if log_level(args) <= logging.INFO else []
+    simulator = Simulator(loaded.world, settings, [tally, *logs, *trace.sinks])
+    collect_rarely()
+    began = time.perf_counter()
+    with logging_to_stderr(args), trace.opened(simulator):
+        simulator.run_scripts(settings.duration)
+    wall_time = time.perf_counter() - began
+    scripts = simulator.scripts.all.values()
+    if not scripts:
+        warn(f"{loaded.path}: no robot has a script, so nothing was done; see `script` in a world file")
+    summary = {
+        **_header(loaded, simulator),
+        "sim_time": simulator.now,
+        "wall_time": wall_time,
+        "goals": dict(sorted(tally.statuses.items())),
+        "robots": [{**script.event().to_json(), "ended": script.ended} for script in scripts],
+    }
+    if args.json:
+        show_json(summary)
+    else:
+        # Loads rich, which takes 60 ms and is needed for text output only.
+        from hmrsim.cli.simulate_text import show_summary  # noqa: PLC0415
+
+        show_summary(summary, list(scripts))
+    return ExitCode.DONE if all(script.state is ScriptState.DONE for script in scripts) else ExitCode.FAILED
+
+
+def _header(loaded: LoadedWorld, simulator: Simulator) -> dict[str, Any]:
+    return {"world": {"name": loaded.world.name, "hash": loaded.hash}, "seed": simulator.seed}
