@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 from hmrsim.program.log_options import ServerLogOptions
-from hmrsim.settings.file import together
-from hmrsim.settings.option import Option, settings_of
-from hmrsim.settings.run import RunSettings, Settings
+from hmrsim.settings.model import Settings, together
+from hmrsim.settings.option import Option
+from hmrsim.settings.run import RunSettings
 from hmrsim.settings.trace import TraceSettings
 from hmrsim.settings.world import WorldSettings
 from hmrsim_zenoh.ros2.keys import DOMAINS, MAX_DOMAIN
 from hmrsim_zenoh.view import DEFAULT_PORT
 from hmrsim_zenoh.wire.options import SessionOptions
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 ROS_DOMAIN_ID: Final = "ROS_DOMAIN_ID"
 """ROS's own variable, which sets the domain of all its nodes."""
@@ -127,8 +124,3 @@ def settings_schema() -> dict[str, Any]:
         if part.get("default") == math.inf:
             del part["default"]
     return {**schema, "title": "hmrsim settings"}
-
-
-def all_settings() -> Mapping[str, str]:
-    """Return the options of all settings that a file may have, by their names there."""
-    return {name: setting.flag for model in SERVED for name, setting in settings_of(model).items()}

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 _COMMANDS: Final = {
     "validate": "list everything that is wrong with a world file",
-    "info": "tell what is in a world file",
+    "info": "show the contents of a world file",
     "plan": "print the route between two points, and its travel time",
     "convert": "write a world in another format",
     "render": "draw a world as SVG or PNG",

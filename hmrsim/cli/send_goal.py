@@ -15,7 +15,8 @@ from hmrsim.cli.output import indented, show, show_json, values, warn, yaml_text
 from hmrsim.cli.plain import plain
 from hmrsim.errors import HmrsimError
 from hmrsim.program.signals import exit_code_of, on_signals
-from hmrsim.protocol.goal import GoalStatus, parse_goal_id
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.time import LOCKSTEP
 from hmrsim_zenoh.errors import GoalRejectedError, RequestError
 from hmrsim_zenoh.wire.options import ENVIRONMENT

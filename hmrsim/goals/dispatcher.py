@@ -18,7 +18,8 @@ from hmrsim.goals.connectivity import CutOff, no_connection
 from hmrsim.goals.servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
-from hmrsim.protocol.goal import ZERO_ID, GoalEvent, GoalStatus, next_status
+from hmrsim.protocol.goal import GoalEvent, GoalStatus, next_status
+from hmrsim.protocol.goal_ids import ZERO_ID
 from hmrsim.protocol.outputs import Answered, FeedbackSent, GoalChanged, RosterChanged, StatusChanged
 from hmrsim.protocol.topics import Topic
 

@@ -14,7 +14,8 @@ from hmrsim.actions import FRAMES
 from hmrsim.errors import GoalRejected
 from hmrsim.events.goals import GoalAccepted
 from hmrsim.protocol.answers import GoalEntry
-from hmrsim.protocol.goal import WORLD, ZERO_ID, GoalStatus, made_goal_id, parse_goal_id
+from hmrsim.protocol.goal import WORLD, GoalStatus
+from hmrsim.protocol.goal_ids import ZERO_ID, made_goal_id, parse_goal_id
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping

@@ -17,21 +17,12 @@ A rejected goal never enters the machine.
 
 from __future__ import annotations
 
-import hashlib
-import re
 from enum import Enum, IntEnum
 from types import MappingProxyType
 from typing import Final
 
-ZERO_ID: Final = "0" * 32
-"""The goal id that stands for "all goals" in a cancel request."""
-
 WORLD: Final = "_world"
 """The name under which the world serves actions, as a robot does under its own."""
-
-_GOAL_ID = re.compile(r"[0-9a-f]{32}")
-_MAX_SHOWN = 200
-
 
 _FIRST_TERMINAL: Final = 4
 """Looked up much faster than the member that it stands for."""
@@ -98,24 +89,3 @@ def next_status(status: GoalStatus, event: GoalEvent) -> GoalStatus:
         return TRANSITIONS[status, event]
     except KeyError:
         raise IllegalTransition(f"a goal that is {status.name} can't {event.value}") from None
-
-
-def parse_goal_id(text: str) -> str:
-    """Return a goal id as 32 lower-case hex digits; hyphens are dropped.
-
-    Any 16 bytes are an id: rclcpp's are not valid version-4 UUIDs either.
-
-    Raises:
-        ValueError: *text* has another form.
-    """
-    if _GOAL_ID.fullmatch(text):
-        return text
-    goal_id = text.replace("-", "").lower()
-    if not _GOAL_ID.fullmatch(goal_id):
-        raise ValueError(f"goal id {text[:_MAX_SHOWN]!r} is not a UUID of 32 hex digits")
-    return goal_id
-
-
-def made_goal_id(owner: str, number: int) -> str:
-    """Return the id of the goal with this number, from 1, that *owner* sends: the same in every run."""
-    return hashlib.blake2b(f"{owner}/{number}".encode(), digest_size=16).hexdigest()

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from pydantic import ConfigDict, ValidationError, create_model
+from pydantic import ValidationError
 
 from hmrsim.diagnostics import Finding, dotted, shown
 from hmrsim.errors import Problem, SettingsError, WorldError
-from hmrsim.settings.option import hints, settings_of
+from hmrsim.settings.model import together
 from hmrsim.world.files import read_text
 from hmrsim.world.formats._json_text import as_yaml
 from hmrsim.world.yaml_text import Unreadable, line_of, read
@@ -63,15 +62,3 @@ def _validated(data: dict[str, Any], model: type[BaseModel]) -> tuple[dict[str, 
 
 def _problem(file: str, finding: Finding, line: int) -> Problem:
     return Problem(file, dotted(finding.path), finding.message, line, finding.value)
-
-
-@cache
-def together(models: tuple[type, ...]) -> type[BaseModel]:
-    """Return one model of the settings of several."""
-    # Built here, as two of its parts are not pydantic models, so that tools need not load pydantic.
-    fields: dict[str, Any] = {}
-    for model in models:
-        for name, setting in settings_of(model).items():
-            fields[name] = (hints(model)[name], setting.default)
-    config = ConfigDict(strict=True, extra="forbid", frozen=True)
-    return create_model("Settings", __config__=config, __doc__="Settings of `hmrsim run`.", **fields)

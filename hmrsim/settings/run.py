@@ -6,12 +6,9 @@ import math
 import re
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import BaseModel, ConfigDict
-
+from hmrsim.settings.model import Settings
 from hmrsim.settings.option import Option
-
-MAX_PAYLOAD: Final = 1024 * 1024
-"""Default maximum size of a payload, in bytes."""
+from hmrsim.settings.payload import MAX_PAYLOAD
 
 TIME_STANDS: Final = "time advances only while robots are active"
 
@@ -44,12 +41,6 @@ def _check_step(value: float) -> float:
     if value < _NANOSECOND:
         raise ValueError(f"{value:g} s is less than a nanosecond")
     return value
-
-
-class Settings(BaseModel):
-    """The base of models of settings."""
-
-    model_config = ConfigDict(frozen=True, strict=True, extra="forbid")
 
 
 class RunSettings(Settings):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+from hmrsim.settings.model import Settings
 from hmrsim.settings.option import Option
-from hmrsim.settings.run import Settings
 
 
 class TraceSettings(Settings):

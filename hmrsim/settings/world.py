@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
+from hmrsim.settings.model import Settings
 from hmrsim.settings.option import Option
-from hmrsim.settings.run import Settings
 
 
 class WorldSettings(Settings):

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import Advance, InterestChanged, SendGoal
-from hmrsim.protocol.goal import made_goal_id
+from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim.protocol.outputs import Answered, FeedbackSent, GoalChanged, Granted, PlanWanted, RosterChanged
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
 from hmrsim.protocol.topics import Topic

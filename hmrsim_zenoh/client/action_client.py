@@ -7,7 +7,7 @@ import threading
 from typing import TYPE_CHECKING, Generic
 
 from hmrsim.actions import F, G, R
-from hmrsim.protocol.goal import parse_goal_id
+from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim_zenoh.client.goal_exchange import ActionPorts, GoalExchange
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
 from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, FeedbackMessage, UnreadableError, around, read

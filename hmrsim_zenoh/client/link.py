@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import zenoh
 
-from hmrsim.protocol.goal import made_goal_id
+from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.liveliness import Presence
 from hmrsim_zenoh.client.worker import Worker
 from hmrsim_zenoh.errors import ClientClosed, NobodyThere, RequestError, SimulatorGone

@@ -18,7 +18,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError
-from hmrsim.protocol.goal import made_goal_id
+from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.participant import Participant, Wish
 from hmrsim_zenoh.client.single_flight import SingleFlight
 from hmrsim_zenoh.errors import Dropped, Idle, NobodyThere, RequestError, SimulatorGone

@@ -16,7 +16,8 @@ from pydantic import TypeAdapter
 
 from hmrsim.protocol.answers import GoalResponse
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, Read, SendGoal
-from hmrsim.protocol.goal import WORLD, parse_goal_id
+from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.time import ReadTime
 from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.server.decode_time import ReadRequest, TimeRequests

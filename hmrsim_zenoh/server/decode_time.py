@@ -12,7 +12,7 @@ from pydantic_core import to_json
 from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
 from hmrsim.protocol.answers import CancelResponse, GoalResponse
 from hmrsim.protocol.commands import Advance, CancelGoal, SendGoal
-from hmrsim.protocol.goal import parse_goal_id
+from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
 from hmrsim_zenoh.wire import encoding

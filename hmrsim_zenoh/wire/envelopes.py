@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Time
-from hmrsim.settings.run import MAX_PAYLOAD
+from hmrsim.settings.payload import MAX_PAYLOAD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -12,7 +12,8 @@ import pytest
 from hmrsim.actions import registry
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.goal import GoalStatus, made_goal_id
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.commander import Commander
 from hmrsim_zenoh.errors import ClientClosed, Dropped, GoalRejectedError, GoalTimeout, Idle, RequestError
