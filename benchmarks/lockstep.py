@@ -45,6 +45,7 @@ def run(
     controllers: Sequence[int] = (1, 2, 3),
     runs: int = 50,
     side: int = SIDE,
+    scripts: str = "warehouse",
 ) -> list[Row]:
     """Return speeds, what a trace adds, and how many different traces equal runs have."""
     rows: list[Row] = []
@@ -53,7 +54,7 @@ def run(
             rows += _null_controller(grid_world(robots, side=side), rounds, Path(folder))
         rows += _hospital(missions, factor, rows[0].value / 1e6)
         # Each takes as long as hundreds of round trips.
-        rows += _simulate(load_world("warehouse").world, rounds // 10, Path(folder))
+        rows += _simulate(load_world(scripts).world, rounds // 10, Path(folder))
         for number in controllers:
             found = _perturbed.distinct_traces(number, runs, Path(folder))
             name = f"{number} controller{'s' * (number > 1)}, {runs} perturbed runs"

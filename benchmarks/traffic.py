@@ -51,21 +51,23 @@ class _Lanes:
         return topic is Topic.MOTION
 
 
-def run(rounds: int = 5, seconds: float = 1000.0, robots: int = 100, side: int = SIDE) -> list[Row]:
+def run(
+    rounds: int = 5, seconds: float = 1000.0, robots: int = 100, side: int = SIDE, scripts: str = "warehouse"
+) -> list[Row]:
     """Measure both crowds under each policy."""
-    return [*_warehouse(rounds), *_grid(rounds, seconds, robots, side)]
+    return [*_scripts(scripts, rounds), *_grid(rounds, seconds, robots, side)]
 
 
-def _warehouse(rounds: int) -> list[Row]:
-    world = load_world("warehouse").world
-    rows = _compared("warehouse", world, rounds, _run_scripts)
+def _scripts(name: str, rounds: int) -> list[Row]:
+    world = load_world(name).world
+    rows = _compared(name, world, rounds, _run_scripts)
     simulator, spent = Simulator(world), float("inf")
     for _ in range(rounds):
         simulator = Simulator(world)
         began = time.perf_counter()
         simulator.run_scripts(_MAX_SECONDS)
         spent = min(spent, time.perf_counter() - began)
-    title = f"warehouse as it is shipped, {len(world.robots)} robots with batteries, under {world.traffic.policy}"
+    title = f"{name} as it is shipped, {len(world.robots)} robots with batteries, under {world.traffic.policy}"
     return [*rows, Row(title, simulator.now / spent, "times real time", at_least=_MIN_FACTOR)]
 
 

@@ -27,6 +27,7 @@ TINY = {
         "controllers": (2,),
         "runs": 1,
         "side": 4,
+        "scripts": "zoo/crossing",
     },
     "memory": {"sizes": (2, 4), "side": 3},
     "realtime": {"factors": (10.0,), "robots": 2, "window": 1.0},
@@ -35,7 +36,7 @@ TINY = {
     "scale": {"sizes": (1, 10), "window": 0.02, "side": 4},
     "scenario2": {"rounds": 2, "crowd": 3, "side": 4},
     "start_up": {"rounds": 1},
-    "traffic": {"rounds": 1, "seconds": 50.0, "robots": 4, "side": 4},
+    "traffic": {"rounds": 1, "seconds": 50.0, "robots": 4, "side": 4, "scripts": "zoo/crossing"},
     "view": {"sizes": (3,), "window": 0.5, "side": 4},
 }
 
@@ -55,6 +56,7 @@ def test_a_benchmark_gives_rows(name, monkeypatch):
     monkeypatch.setattr("benchmarks.listeners._EVENTS_A_ROUND", 100)
     monkeypatch.setattr("benchmarks.listeners._SETTLING", 0.1)
     monkeypatch.setattr("benchmarks.ros2._AT_ONCE", 10)
+    monkeypatch.setattr("benchmarks.ros2._SPAN", 10.0)
     monkeypatch.setattr("benchmarks.traffic._MAX_SECONDS", 300.0)
     if name == "view" and not any(map(shutil.which, _browser.NAMES)):
         pytest.skip("it needs a browser")

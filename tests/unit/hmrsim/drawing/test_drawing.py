@@ -10,10 +10,10 @@ import pytest
 
 from hmrsim.drawing import PALETTE, THEMES, Drawing, type_looks
 from hmrsim.world import World
-from hmrsim.world_checks import load_world
-from tests.paths import ROOT
+from hmrsim.world.shipped import shipped_maps
+from tests.shipped import shipped
 
-MAPS = sorted(ROOT.joinpath("maps").rglob("*.yaml"))
+MAPS = sorted(shipped_maps())
 SVG = "{http://www.w3.org/2000/svg}"
 HOSTILE = "<img src=x onerror=alert(1)> & \"'\x00\x1b]]>"
 
@@ -74,10 +74,10 @@ def test_everything_is_drawn_once(name, number):
 
 
 @pytest.mark.parametrize("theme", THEMES)
-@pytest.mark.parametrize("path", MAPS, ids=lambda path: path.stem)
-def test_shipped_worlds(path, theme):
+@pytest.mark.parametrize("name", MAPS)
+def test_shipped_worlds(name, theme):
     """Every shipped world is well-formed SVG with all its lanes and robots."""
-    world = load_world(path).world
+    world = shipped(name).world
     picture = drawn(world, theme)
 
     assert len(world.robots) == len(layer(picture, "robots"))
@@ -173,13 +173,13 @@ def test_the_legend_has_what_there_is():
     assert ["0.5 m", "world", "1 lane", "lane"] == [text for text in texts(drawn(world)) if text not in "ab"]
 
 
-@pytest.mark.parametrize("path", MAPS, ids=lambda path: path.stem)
-def test_names_do_not_overlap(path):
+@pytest.mark.parametrize("name", MAPS)
+def test_names_do_not_overlap(name):
     """No name is on another one, as far as the widths of a wide font tell."""
     boxes = []
-    for name in drawn(load_world(path).world).findall(f"{SVG}g[@class='names']/{SVG}text"):
-        size, x, y = (float(name.get(key)) for key in ("font-size", "x", "y"))
-        half = len(name.text) * size * 0.3
+    for text in drawn(shipped(name).world).findall(f"{SVG}g[@class='names']/{SVG}text"):
+        size, x, y = (float(text.get(key)) for key in ("font-size", "x", "y"))
+        half = len(text.text) * size * 0.3
         boxes.append((x - half, y - size * 0.8, x + half, y + size * 0.2))
 
     assert [] == [
@@ -201,7 +201,7 @@ def test_hostile_names_are_text():
 
 def test_a_picture_loads_nothing():
     """A picture has no script, no style and no link, to be put into any page."""
-    kinds = {element.tag.removeprefix(SVG) for element in drawn(load_world("hospital").world).iter()}
+    kinds = {element.tag.removeprefix(SVG) for element in drawn(shipped("hospital").world).iter()}
 
     assert {"svg", "title", "rect", "circle", "path", "g", "text"} == kinds
 

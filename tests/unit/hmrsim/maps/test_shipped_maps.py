@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import json
-
-import jsonschema
 import pytest
-import yaml
 
 from hmrsim.actions import registry
 from hmrsim.navigation.graph import WaypointGraph
@@ -14,7 +10,7 @@ from hmrsim.protocol.commands import SendGoal
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import Traffic
 from hmrsim.world.shipped import folder, shipped_maps
-from hmrsim.world_checks import load_world
+from tests.shipped import shipped
 from tests.simulation import Log
 
 NAVIGATE = registry()["navigate_to_pose"]
@@ -29,7 +25,7 @@ def name(request):
 @pytest.fixture(scope="module")
 def loaded(name):
     """Return a shipped world."""
-    return load_world(name)
+    return shipped(name)
 
 
 def places(world):
@@ -57,18 +53,12 @@ def test_what_is_shipped():
     ] == list(shipped_maps())
 
 
-def test_nothing_is_odd(loaded):
-    """A shipped world has no warnings."""
-    assert () == loaded.warnings
-
-
 def test_files_are_completed_by_editors(loaded):
-    """The first line names the schema, and the file is valid by it."""
-    text = loaded.path.read_text(encoding="utf-8")
-    schema = json.loads((folder("schemas") / "world.schema.json").read_text(encoding="utf-8"))
+    """The first line names the schema."""
+    first, _, _ = loaded.path.read_text(encoding="utf-8").partition("\n")
 
-    jsonschema.validate(yaml.safe_load(text), schema)
-    assert text.splitlines()[0] == "# yaml-language-server: $schema=../schemas/world.schema.json"
+    assert first == "# yaml-language-server: $schema=../schemas/world.schema.json"
+    assert (folder("maps") / "../schemas/world.schema.json").is_file()
 
 
 def test_everything_is_reached_from_everywhere(loaded):

@@ -13,8 +13,8 @@ from hmrsim.protocol.outputs import EventStamped
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.scripts import ScriptState
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.world_checks import load_world
 from tests.paths import ROOT
+from tests.shipped import shipped
 from tests.simulation import Log
 
 GENERATOR = ROOT / "tools" / "generate_warehouse.py"
@@ -23,7 +23,7 @@ GENERATOR = ROOT / "tools" / "generate_warehouse.py"
 @pytest.fixture(scope="module")
 def world():
     """Return the warehouse."""
-    return load_world("warehouse").world
+    return shipped("warehouse").world
 
 
 def orders(robot):

@@ -14,6 +14,7 @@ from hmrsim.world.shipped import shipped_maps
 from hmrsim.world_checks import load_world
 from hmrsim.world_checks.schema import world_schema
 from tests.paths import ROOT
+from tests.shipped import shipped
 
 MANY = """\
 name: many
@@ -90,7 +91,7 @@ def test_error_is_in_our_words(write, text, error):
 @pytest.mark.parametrize("name", sorted(shipped_maps()))
 def test_shipped_world_is_fine(name):
     """Every shipped world loads by its bare name, without a warning, and is valid by the schema."""
-    loaded = load_world(name)
+    loaded = shipped(name)
 
     assert loaded.warnings == ()
     jsonschema.validate(yaml.safe_load(loaded.path.read_text(encoding="utf-8")), world_schema())
@@ -256,7 +257,7 @@ def test_robot_that_cannot_be_added_is_refused(write, robot, message):
 
 def test_scenario_1_can_be_driven():
     """Both goals of scenario 1 are reached by lanes, and its medicine is within the claw's reach."""
-    world = load_world("scenario1").world
+    world = shipped("scenario1").world
     graph = WaypointGraph(world)
 
     there = graph.plan((515.0, 80.0), (512.0, 215.0), 300.0)
@@ -269,7 +270,7 @@ def test_scenario_1_can_be_driven():
 
 def test_scenario_2_can_be_driven():
     """The goal of scenario 2 is reached by lanes."""
-    world = load_world("scenario2").world
+    world = shipped("scenario2").world
 
     route = WaypointGraph(world).plan((78.0, 86.0), (450.0, 330.0), 300.0)
 
@@ -278,7 +279,7 @@ def test_scenario_2_can_be_driven():
 
 def test_hospital_can_be_driven():
     """Each place of the hospital is reached from each other and from the chargers, and each item from a place."""
-    world = load_world("hospital").world
+    world = shipped("hospital").world
     graph = WaypointGraph(world)
     places = [place.at for place in world.places.values()]
 
