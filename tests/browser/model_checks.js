@@ -248,6 +248,12 @@ async ([base, VIEW, prefix = '']) => {
       equal(['status', 'reset', 'goal', 'status', 'status'], model.events.map(({ kind }) => kind.slice(prefix.length)));
       equal([['one', { a: 1 }, 4, 1, 2]], [...model.goals.values()].map((one) => [one.id, one.goal, one.status, one.accepted, one.ended]));
     },
+    'how long a goal took is not known if it was accepted before the log begins'() {
+      const model = new Model();
+      model.loadView(VIEW);
+      model.loadLog([status(2, 4)], 5);
+      equal([[null, 2]], [...model.goals.values()].map(({ accepted, ended }) => [accepted, ended]));
+    },
     'listeners are told once a flush'() {
       const model = modelOf();
       model.flush();

@@ -7,12 +7,15 @@ import { Room } from './room.js';
 const FONT = '11px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 const HEIGHT = 13;
 const BOLD = `600 ${FONT}`;
+const MAX_LANES = 500; // up to which names keep off lanes
+const NUDGE = 10; // css pixels by which a dock's name may be off its middle
 const CLOSE = 14; // css pixels a metre from which a name may lie on a wall rather than be left out
 
 export class Signs {
   constructor() {
     this.room = new Room();
     this.walls = new Room();
+    this.lanes = new Room();
     /** Where the corner of what is drawn is on the screen. */
     this.left = this.top = 0;
     /** From where to where names of what is in sight have to be. */
@@ -26,6 +29,7 @@ export class Signs {
     const { camera, world, measures, colours, layers } = frame;
     this.room.reset(camera.width, camera.height);
     this.walls.reset(camera.width, camera.height);
+    this.lanes.reset(camera.width, camera.height);
     for (const place of world.places.values()) drawPin(c, frame, place.at);
     if (!layers.names) return;
     const dock = dockSize(frame);
@@ -33,7 +37,7 @@ export class Signs {
     const close = camera.scale * measures.metre;
     this.named.clear();
     this.kind(c, frame, world.places, colours.place, 9, true, BOLD);
-    this.kind(c, frame, world.docks, colours.muted, dock + 3, close > (world.docks.size > 20 ? 26 : 14));
+    this.kind(c, frame, world.docks, colours.muted, dock + 3, close > (world.docks.size > 20 ? 26 : 14), FONT, true);
     this.kind(c, frame, world.doors, colours.door, 7, close > (world.doors.size > 20 ? 40 : 22));
     this.kind(c, frame, world.lifts, colours.lift, dock + 5, close > 14);
     this.kind(c, frame, world.waypoints, colours.muted, 7, close > 38);
@@ -49,7 +53,8 @@ export class Signs {
     const { camera, world, measures, layers, model, clock } = frame;
     const { insets } = camera;
     this.seen = [insets.left, camera.width - insets.right];
-    if (layers.walls) for (const { points, solid } of world.walls) this.wall(camera, points, solid);
+    if (layers.walls) for (const { points, solid } of world.walls) this.line(this.walls, camera, points, solid);
+    if (layers.lanes && world.lanes.length < MAX_LANES) for (const { a, b } of world.lanes) this.line(this.lanes, camera, [a, b]);
     for (const { at } of world.places.values()) this.spot(camera, at, 0.5);
     for (const { at } of world.docks.values()) this.spot(camera, at, Math.max(1, dock - 6));
     const now = clock.now();
@@ -62,8 +67,8 @@ export class Signs {
     this.walls.take(camera.screenX(x) - radius, camera.screenY(y) - radius, 2 * radius, 2 * radius);
   }
 
-  /** Know of a wall, on which names are hard to read. */
-  wall(camera, points, closed) {
+  /** Know of a wall or a lane, on which names are hard to read. */
+  line(room, camera, points, closed = false) {
     for (let i = closed ? 0 : 1; i < points.length; i++) {
       const [ax, ay] = points[(i || points.length) - 1];
       const [bx, by] = points[i];
@@ -72,12 +77,16 @@ export class Signs {
       const steps = Math.ceil(Math.hypot(dx, dy) / 6) || 1;
       // What is far out of sight takes no steps.
       if (steps > 2000) continue;
-      for (let k = 0; k <= steps; k++) this.walls.take(px + (dx * k) / steps - 1, py + (dy * k) / steps - 1, 2, 2);
+      for (let k = 0; k <= steps; k++) room.take(px + (dx * k) / steps - 1, py + (dy * k) / steps - 1, 2, 2);
     }
   }
 
-  /** Write names below their spots, or above, or beside them. */
-  kind(c, { camera, measures, colours }, things, colour, gap, shown, font = FONT) {
+  /**
+   * Write names below their spots, or above, or beside them; best off walls and lanes.
+   *
+   * Things in a *row* have theirs so close that each is clearly of its own, or none.
+   */
+  kind(c, { camera, measures, colours }, things, colour, gap, shown, font = FONT, row = false) {
     if (!shown) return;
     c.font = font;
     c.textAlign = 'center';
@@ -98,13 +107,15 @@ export class Signs {
       const width = this.width(c, font, name);
       const beside = gap + width / 2 + 1;
       const below = gap + HEIGHT / 2;
-      const spots = [[0, below], [0, -below], [beside, 0], [-beside, 0], [beside, below], [-beside, below],
-        [beside, -below], [-beside, -below], ...(close ? [[0, below + HEIGHT], [0, -below - HEIGHT]] : [])];
+      const spots = [[0, below], [0, -below], [beside, 0], [-beside, 0], ...(row
+        ? [[NUDGE, below], [-NUDGE, below], [NUDGE, -below], [-NUDGE, -below]]
+        : [[beside, below], [-beside, below], [beside, -below], [-beside, -below]]),
+      ...(close && !row ? [[0, below + HEIGHT], [0, -below - HEIGHT]] : [])];
       const [left, right] = this.seen;
       const sight = px >= left && px <= right;
       const near = spots.filter(([dx]) => !sight || (px + dx - width / 2 >= left && px + dx + width / 2 <= right));
-      const spot = near.find(([dx, dy]) => this.fits(px + dx, py + dy, width, true)) ??
-        (close && near.find(([dx, dy]) => this.fits(px + dx, py + dy, width, false)));
+      const found = (...rooms) => near.find(([dx, dy]) => this.fits(px + dx, py + dy, width, rooms));
+      const spot = found(this.walls, this.lanes) ?? found(this.walls) ?? (close && !row && found());
       if (!spot) continue;
       const [x0, y0] = [px + spot[0], py + spot[1]];
       this.room.take(x0 - width / 2 - 2, y0 - HEIGHT / 2, width + 4, HEIGHT);
@@ -114,10 +125,10 @@ export class Signs {
     }
   }
 
-  /** Return whether a name about a point lies on no other, and on no wall. */
-  fits(px, py, width, clear) {
+  /** Return whether a name about a point lies on no other, and on nothing in some rooms. */
+  fits(px, py, width, rooms) {
     const at = [px - width / 2 - 2, py - HEIGHT / 2, width + 4, HEIGHT];
-    return this.room.free(...at) && (!clear || this.walls.free(...at));
+    return this.room.free(...at) && rooms.every((room) => room.free(...at));
   }
 
   width(c, font, name) {

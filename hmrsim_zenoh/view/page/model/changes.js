@@ -145,7 +145,7 @@ function changeGoal(model, { robot: name, action, goal_id: id, goal, status, res
   }
   const known = model.goalList.find(name, action, id);
   const more = { status };
-  if (status === ACCEPTED || !known) more.accepted = time;
+  if (status === ACCEPTED) more.accepted = time;
   if (!isActive(status)) {
     const [errorCode, errorMsg] = errorOf(result);
     Object.assign(more, { ended: time, result, errorCode, errorMsg });
