@@ -19,15 +19,24 @@ _ABANDONED: Final[list[Callable[[simpy.Event], None]]] = []
 """The callbacks of a timeout that was abandoned, which is known by them."""
 
 
-class Environment(simpy.Environment):
+class _Clock(simpy.Environment):
+    """Simpy's environment, with its time in a slot."""
+
+    __slots__ = ("_now",)
+
+
+class Environment(_Clock):
     """The clock and the events of a simulation.
 
     ``run(until=…)`` would let time pass, too, but leaves a stale event behind, so that the schedule never looks empty.
 
     Attributes:
+        now: The simulated time, in seconds; to be read only.
         horizon: The last instant of which `process_events` takes events.
     """
 
+    # Simpy's property is a function call, and time is read several times an event.
+    now: float = _Clock._now  # type: ignore[misc]  # noqa: SLF001 - the slot's descriptor
     horizon = math.inf
     _abandoned = 0
     """The number of scheduled events that no process waits for any more."""
@@ -82,7 +91,7 @@ class Environment(simpy.Environment):
         """Return when the next event is due that is not abandoned; infinite when there is none."""
         if self._abandoned:
             self._clear()
-        return super().peek()
+        return self._queue[0][0] if self._queue else math.inf
 
     def abandon(self, timeout: simpy.Timeout) -> None:
         """Abandon a timeout that no process waits for any more: time does not advance for it."""

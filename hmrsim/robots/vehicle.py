@@ -365,7 +365,8 @@ class MobileBase:
 
     def begin_work(self) -> None:
         """Stand still until `finish_work`, and yield to no other vehicle."""
-        self.halt()
+        if not self._state.stands:
+            self.halt()
         self._enter(VehicleEvent.WORK)
 
     def finish_work(self) -> None:
