@@ -59,7 +59,7 @@ def goal_schema(goal: type[BaseModel], inputs: Mapping[str, Input] | None) -> di
             kind = kind.model_fields[parent].annotation  # type: ignore[assignment]  # a message, as the path says
             part = part["properties"].setdefault(parent, {"type": "object", "properties": {}})
         field = kind.model_fields[name]
-        part["properties"][name] = {"title": given.title, **_typed(field), **dict(_said(given, field))}
+        part["properties"][name] = {"title": given.title, **_typed(field), **dict(_keywords(given, field))}
         if given.required:
             part.setdefault("required", []).append(name)
     return root
@@ -92,7 +92,7 @@ def _format(kind: Any) -> str:
     return _FORMATS.get(getattr(kind, "ros_type", ""), "")
 
 
-def _said(given: Input, field: FieldInfo) -> Iterator[tuple[str, Any]]:
+def _keywords(given: Input, field: FieldInfo) -> Iterator[tuple[str, Any]]:
     default = given.default
     if default is None and isinstance(field.default, (bool, int, float, str)) and not given.required:
         default = field.default

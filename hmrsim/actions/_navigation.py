@@ -98,7 +98,7 @@ def navigation_of(robot: Robot, ahead: Callable[[], tuple[float, float]] = _noth
     """
     began, recoveries = robot.now, robot.recoveries
 
-    def told() -> dict[str, Any]:
+    def feedback() -> dict[str, Any]:
         pose, left, seconds = robot.progress()
         more_left, more_seconds = ahead()
         return {
@@ -109,4 +109,4 @@ def navigation_of(robot: Robot, ahead: Callable[[], tuple[float, float]] = _noth
             "distance_remaining": left + more_left,
         }
 
-    return told
+    return feedback

@@ -38,14 +38,14 @@ class _Docking:
         self._robot, self._report = robot, report
         self._began = robot.now
         self._stage = _STAGE.NONE
-        report.sample(self._told)
+        report.sample(self._feedback)
 
     def enter(self, stage: int) -> None:
         """Tell that a stage begins."""
         self._stage = stage
-        self._report.send(DockRobot.Feedback.model_validate(self._told()))
+        self._report.send(DockRobot.Feedback.model_validate(self._feedback()))
 
-    def _told(self) -> dict[str, Any]:
+    def _feedback(self) -> dict[str, Any]:
         time = values_of((self._robot.now - self._began) * NANOSECONDS)
         return {"state": self._stage, "docking_time": time, "num_retries": 0}
 

@@ -58,7 +58,7 @@ class _Tour:
 
     def statuses(self, code: int = 0, message: str = "") -> list[dict[str, Any]]:
         """Return how each pose fared; with a code, at which of them it went wrong."""
-        told: list[dict[str, Any]] = [
+        statuses: list[dict[str, Any]] = [
             {
                 "waypoint_status": WaypointStatus.COMPLETED if i < self._done else WaypointStatus.PENDING,
                 "waypoint_index": i,
@@ -68,9 +68,9 @@ class _Tour:
             }
             for i, pose in enumerate(self._plain)
         ]
-        if code and self._next < len(told):
-            told[self._next] |= {"waypoint_status": WaypointStatus.FAILED, "error_code": code, "error_msg": message}
-        return told
+        if code and self._next < len(statuses):
+            statuses[self._next] |= {"waypoint_status": WaypointStatus.FAILED, "error_code": code, "error_msg": message}
+        return statuses
 
     def feedback(self) -> dict[str, Any]:
         """Return the feedback on the way: how much of it is left."""

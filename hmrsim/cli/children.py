@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
 _PATIENCE: Final = 3.0
-_LAST_WORDS: Final = 1.0
+_DRAIN_TIMEOUT: Final = 1.0
 _KEPT_LINES: Final = 50
 
 _log = logging.getLogger(__name__)
@@ -73,7 +73,7 @@ class Child:
         except subprocess.TimeoutExpired:
             self.stop()
         for reader in self._readers:
-            reader.join(_LAST_WORDS)
+            reader.join(_DRAIN_TIMEOUT)
         return self._process.returncode
 
     def stop(self) -> None:
@@ -86,7 +86,7 @@ class Child:
                 self._signal(signal.SIGKILL)
                 self._process.wait(_PATIENCE)
         for stream, reader in zip((self._process.stdout, self._process.stderr), self._readers, strict=True):
-            reader.join(_LAST_WORDS)
+            reader.join(_DRAIN_TIMEOUT)
             if stream is not None and not reader.is_alive():
                 stream.close()
 

@@ -9,7 +9,7 @@ from hmrsim import __version__
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, show_json, warn
-from hmrsim.cli.tracing import told_of
+from hmrsim.cli.tracing import errors_of
 from hmrsim.errors import printable
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim.trace.replay import Difference, Outcome, replay
@@ -26,7 +26,7 @@ def run_again(args: argparse.Namespace) -> int:
     """Run a trace again, and report whether the result is the same; return the exit code."""
     collect_rarely()
     with (
-        told_of(args.trace, no_text="is not a trace: it is not text"),
+        errors_of(args.trace, no_text="is not a trace: it is not text"),
         args.trace.open(encoding="utf-8", newline="\n") as lines,
         logging_to_stderr(args),
     ):

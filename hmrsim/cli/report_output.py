@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, warn
-from hmrsim.cli.tracing import told_of
+from hmrsim.cli.tracing import errors_of
 from hmrsim.errors import printable, reason_of
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim.report import of_recording, of_trace, report_of
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Iterator
 
-    from hmrsim.report import Report, Told
+    from hmrsim.report import Report, ReportInput
 
 _MCAP: Final = b"\x89MCAP"
 _MAX_CHARACTERS: Final = 64 * 1024 * 1024
@@ -40,12 +40,12 @@ def report(args: argparse.Namespace) -> int:
         _check_folder(args.csv)
     collect_rarely()
     with logging_to_stderr(args):
-        told = _read(args.file)
-        report = report_of(told)
+        source = _read(args.file)
+        report = report_of(source)
     for note in report.source.notes:
         warn(f"{args.file}: {printable(note)}")
     if args.output is not None:
-        _write_page(args.output, report, told)
+        _write_page(args.output, report, source)
     if args.csv is not None:
         _write_tables(args.csv, report)
     if args.json:
@@ -71,14 +71,14 @@ def _check_folder(directory: Path) -> None:
         raise WrongUse(_unwritable("--csv", directory, PermissionError(errno.EACCES, "permission denied")))
 
 
-def _check_writable(told: Path, output: Path) -> None:
+def _check_writable(source: Path, output: Path) -> None:
     """Check, before a long run is replayed, that a page can be written there.
 
     Raises:
         WrongUse: It can't, or it would overwrite the file to read.
     """
     there = output.exists()
-    if there and told.exists() and output.samefile(told):
+    if there and source.exists() and output.samefile(source):
         raise WrongUse(f"hmrsim report: -o {output}: is the file to read; name another")
     try:
         output.open("ab").close()
@@ -88,13 +88,13 @@ def _check_writable(told: Path, output: Path) -> None:
         output.unlink()
 
 
-def _read(path: Path) -> Told:
+def _read(path: Path) -> ReportInput:
     """Return the content of a trace or a recording.
 
     Raises:
         TraceError: It can't be read, or is neither a trace nor a recording.
     """
-    with told_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
+    with errors_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
         with path.open("rb") as file:
             begins = file.read(len(_MCAP))
         if begins == _MCAP:
@@ -107,12 +107,12 @@ def _lines(path: Path) -> Iterator[str]:
         yield from iter(lambda: file.readline(_MAX_CHARACTERS), "")
 
 
-def _recorded(path: Path) -> Told:
+def _recorded(path: Path) -> ReportInput:
     return of_recording(open_recording(path))
 
 
-def _write_page(output: str, report: Report, told: Told) -> None:
-    page = page_of(report, told.definition)
+def _write_page(output: str, report: Report, source: ReportInput) -> None:
+    page = page_of(report, source.definition)
     if output == _STDOUT:
         show(page)
     else:

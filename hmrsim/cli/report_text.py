@@ -37,10 +37,10 @@ def show_summary(report: Report) -> None:
     for error in report.errors[:_MAX_ERRORS]:
         code = error.error_name if error.error_code is None else f"{error.error_code} {error.error_name}".strip()
         while_waiting = f"; it waited for {error.waited_for}" if error.waited_for else ""
-        said = (
+        line = (
             f"{error.at:.1f} s  {error.robot} {error.action} {error.status}: {error.error_msg} ({code}){while_waiting}"
         )
-        show(printable(said))
+        show(printable(line))
     if len(report.errors) > _MAX_ERRORS:
         show(f"… and {len(report.errors) - _MAX_ERRORS} more errors; see --json or --csv")
 

@@ -30,7 +30,7 @@ _TIME_FORMAT: Final = "%H:%M:%S"
 
 _MAX_WAITING: Final = 10_000
 _MAX_LATER: Final = 1_000
-_LAST_WORDS: Final = 0.5
+_FLUSH_TIMEOUT: Final = 0.5
 
 _LEVELS: Final = {
     Severity.DEBUG: logging.DEBUG,
@@ -145,7 +145,7 @@ class LogLines(logging.Handler):
         for logger, level in self._levels:
             logger.setLevel(level)
         self._lines.put(None)
-        self._thread.join(_LAST_WORDS)
+        self._thread.join(_FLUSH_TIMEOUT)
 
     def emit(self, record: logging.LogRecord) -> None:
         """Put a line in the queue."""

@@ -37,7 +37,7 @@ examples:
 {ENVIRONMENT}"""
 
 _LOOK: Final = 1.0
-_LAST_WORDS: Final = 0.05
+_DRAIN_TIMEOUT: Final = 0.05
 _CANCEL_WAIT: Final = 2.0
 
 
@@ -159,7 +159,7 @@ def _follow(client: Client, name: names.ActionName, goal: Message, *, goal_id: s
         )
         while True:
             try:
-                item = news.get(timeout=_LAST_WORDS if handle.done else _LOOK)
+                item = news.get(timeout=_DRAIN_TIMEOUT if handle.done else _LOOK)
             except queue.Empty:
                 if handle.done:
                     return _ended(handle, report)

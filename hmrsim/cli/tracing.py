@@ -35,7 +35,7 @@ def _opened(path: Path) -> IO[str]:
 
 
 @contextmanager
-def told_of(path: Path, *, no_text: str) -> Iterator[None]:
+def errors_of(path: Path, *, no_text: str) -> Iterator[None]:
     """Raise errors of the file that is read in this context with its path.
 
     Args:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
 _START_SECONDS: Final = 30.0
-_LAST_WORDS: Final = 1.0
+_EXIT_TIMEOUT: Final = 1.0
 
 _log = logging.getLogger(__name__)
 
@@ -55,7 +55,7 @@ class View:
         except queue.Empty:
             line = None
         if line is None:
-            self._child.code(_LAST_WORDS)
+            self._child.code(_EXIT_TIMEOUT)
             # Its options are not those of the run.
             why = self._child.complaints.rpartition("\n")[2].removeprefix("hmrsim: ").replace("--port", "--view")
             raise BadOptions(f"--view: {why or 'the server of the page does not start'}")

@@ -5,6 +5,6 @@ The command `hmrsim report` uses it.
 
 from hmrsim.report.compile import report_of
 from hmrsim.report.model import Report
-from hmrsim.report.reading import Told, of_recording, of_trace
+from hmrsim.report.reading import ReportInput, of_recording, of_trace
 
-__all__ = ["Report", "Told", "of_recording", "of_trace", "report_of"]
+__all__ = ["Report", "ReportInput", "of_recording", "of_trace", "report_of"]

@@ -66,12 +66,12 @@ def error_in(result: Any) -> tuple[int | None, str]:
     if not isinstance(result, dict):
         return None, ""
     code, outcome = result.get("error_code", 0), result.get("result")
-    said = result.get("error_msg") or ""
+    message = result.get("error_msg") or ""
     if isinstance(code, dict):
-        code, said = code.get("val", 0), said or code.get("message", "")
+        code, message = code.get("val", 0), message or code.get("message", "")
     elif isinstance(outcome, dict):
-        code, said = outcome.get("result", 0), said or outcome.get("error_message", "")
-    return (code if isinstance(code, int) else None), said if isinstance(said, str) else ""
+        code, message = outcome.get("result", 0), message or outcome.get("error_message", "")
+    return (code if isinstance(code, int) else None), message if isinstance(message, str) else ""
 
 
 @cache
@@ -98,8 +98,10 @@ def target_of(asked: Any) -> tuple[str, Point | None]:
     """Return what a goal asks for in a few words, and the first point that it names."""
     points = list(_points(asked, 0))
     words = [f"({x:g}, {y:g})" for x, y in points[:3]] + list(_words(asked, 0))[:3]
-    said = ", ".join(words) + (f" and {len(points) - 3} more" if len(points) > 3 else "")  # noqa: PLR2004 - as above
-    return (said if len(said) <= _MAX_CHARACTERS else f"{said[:_MAX_CHARACTERS]}…"), points[0] if points else None
+    summary = ", ".join(words) + (f" and {len(points) - 3} more" if len(points) > 3 else "")  # noqa: PLR2004 - as above
+    if len(summary) > _MAX_CHARACTERS:
+        summary = f"{summary[:_MAX_CHARACTERS]}…"
+    return summary, points[0] if points else None
 
 
 _MAX_DEPTH: Final = 8

@@ -35,7 +35,7 @@ def throughput_chart(buckets: Sequence[Bucket]) -> tuple[str, int]:
     width = _WIDTH / len(buckets)
     parts = []
     for i, bucket in enumerate(buckets):
-        y, said = _HEIGHT, f"{bucket.began:g} to {bucket.ended:g} s"
+        y, span = _HEIGHT, f"{bucket.began:g} to {bucket.ended:g} s"
         for status, count in (
             ("succeeded", bucket.succeeded),
             ("canceled", bucket.canceled),
@@ -45,7 +45,7 @@ def throughput_chart(buckets: Sequence[Bucket]) -> tuple[str, int]:
                 height = count / most * (_HEIGHT - 10)
                 y -= height
                 at = {"x": i * width + width * 0.08, "y": y, "width": width * 0.84, "height": height}
-                parts.append(element("rect", titled(f"{said}: {count} {status}"), class_=f"g {status}", **at))
+                parts.append(element("rect", titled(f"{span}: {count} {status}"), class_=f"g {status}", **at))
     view, label = f"0 0 {number(_WIDTH)} {number(_HEIGHT)}", "Goals that ended, over time"
     return element("svg", *parts, viewBox=view, preserveAspectRatio="none", role="img", aria_label=label), most
 

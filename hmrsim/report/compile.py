@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from hmrsim.report.pursuit import Pursuit, Standing
-    from hmrsim.report.reading import Told
+    from hmrsim.report.reading import ReportInput
     from hmrsim.report.story import Story
     from hmrsim.report.track import Track
     from hmrsim.report.troubles import Trouble
@@ -26,15 +26,15 @@ _MAX_POINTS: Final = 300
 """Of a battery's curve."""
 
 
-def report_of(told: Told) -> model.Report:
+def report_of(inputs: ReportInput) -> model.Report:
     """Return the report of what was read; the story must have ended."""
-    story, source = told.story, told.source
+    story, source = inputs.story, inputs.source
     goals = [goal_of(goal, exact=source.exact) for goal in story.book.goals]
     robots = _robots(story, exact=source.exact)
     waits = [_wait(standing) for standing in story.waiting.standings]
     return model.Report(
         source=source,
-        world=_world(told),
+        world=_world(inputs),
         summary=_summary(story, robots, waits, exact=source.exact),
         robots=tuple(robots),
         goals=tuple(goals),
@@ -56,8 +56,8 @@ def report_of(told: Told) -> model.Report:
     )
 
 
-def _world(told: Told) -> model.World:
-    header, definition = told.header, told.definition
+def _world(inputs: ReportInput) -> model.World:
+    header, definition = inputs.header, inputs.definition
     said = header.get("world")
     named: Mapping[str, Any] = said if isinstance(said, dict) else {}
     units = definition.get("units", "m")

@@ -66,7 +66,7 @@ class Crew:
                 track.catch_up(at)
                 track.stand_no_more(at, event.kind)
                 track.halt(at)
-                track.ailments, track.cut_off, track.charging, track.charge = set(), set(), False, None
+                track.disabled_reasons, track.cut_off, track.charging, track.charge = set(), set(), False, None
                 track.settle(at)
 
     def keep(self, names: set[str], at: int) -> None:

@@ -104,14 +104,14 @@ def _templates() -> Environment:
 
 def _colours() -> str:
     """Return the palette as CSS, for both themes."""
-    said = {}
+    themes = {}
     for theme in THEMES:
         colours = {name.replace("_", "-"): colour for name, colour in PALETTE[theme].items()}
         colours |= {f"heat-{i}": colour for i, colour in enumerate(PALETTE["heat"][theme], 1)}
-        said[theme] = "".join(f"--{name}:{colour};" for name, colour in colours.items())
+        themes[theme] = "".join(f"--{name}:{colour};" for name, colour in colours.items())
     states = "".join(f"--{state}:{colour};" for state, colour in PALETTE["states"].items())
     return (
-        f":root{{color-scheme:light dark;{said['light']}{states}}}\n"
-        f"@media (prefers-color-scheme:dark){{:root{{{said['dark']}}}}}\n"
-        f"@media print{{:root{{color-scheme:light;{said['light']}}}}}\n"
+        f":root{{color-scheme:light dark;{themes['light']}{states}}}\n"
+        f"@media (prefers-color-scheme:dark){{:root{{{themes['dark']}}}}}\n"
+        f"@media print{{:root{{color-scheme:light;{themes['light']}}}}}\n"
     )

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
 
 
-class Told(NamedTuple):
+class ReportInput(NamedTuple):
     """What was read.
 
     Attributes:
@@ -52,7 +52,7 @@ class Told(NamedTuple):
     definition: Mapping[str, Any]
 
 
-def of_trace(lines: Callable[[], Iterable[str]]) -> Told:
+def of_trace(lines: Callable[[], Iterable[str]]) -> ReportInput:
     """Return what a trace tells, by running it again; if that comes out differently, what it says itself.
 
     Args:
@@ -82,7 +82,7 @@ def of_trace(lines: Callable[[], Iterable[str]]) -> Told:
     story.end(stamp(outcome.sim_time))
     notes = () if outcome.complete else ("The trace was cut short: what came later is not known.",)
     source = Source(kind="trace", exact=True, complete=outcome.complete, notes=(*notes, *_misfits(story)))
-    return Told(story, source, header, header["world"]["definition"])
+    return ReportInput(story, source, header, header["world"]["definition"])
 
 
 _MISSING: Final = (
@@ -92,7 +92,7 @@ _MISSING: Final = (
 )
 
 
-def _as_written(lines: Iterable[str], header: Mapping[str, Any], why: str) -> Told:
+def _as_written(lines: Iterable[str], header: Mapping[str, Any], why: str) -> ReportInput:
     """Return what the lines of a trace say themselves."""
     story, last = Story(crew=Crew(began=0)), ""
     for name, robot in _robots(header):
@@ -114,7 +114,7 @@ def _as_written(lines: Iterable[str], header: Mapping[str, Any], why: str) -> To
     if last != "end":
         notes.append("The trace was cut short: what came later is not known.")
     source = Source(kind="trace", exact=False, complete=last == "end", notes=(*notes, *_misfits(story)))
-    return Told(story, source, header, header["world"]["definition"])
+    return ReportInput(story, source, header, header["world"]["definition"])
 
 
 class Recorded(Protocol):
@@ -130,7 +130,7 @@ class Recorded(Protocol):
         """Yield time, key below the prefix and payload, in order."""
 
 
-def of_recording(recording: Recorded) -> Told:
+def of_recording(recording: Recorded) -> ReportInput:
     """Return what a recording tells."""
     story = Story()
     for _, key, payload in recording.samples():
@@ -153,7 +153,7 @@ def of_recording(recording: Recorded) -> Told:
     source = Source(kind="recording", exact=story.seen, complete=complete, notes=(*notes, *_misfits(story)))
     seed = recording.about.get("seed", "")
     header = {**recording.info, "seed": int(seed)} if _SEED.fullmatch(seed) else recording.info
-    return Told(story, source, header, recording.world)
+    return ReportInput(story, source, header, recording.world)
 
 
 _SEED: Final = re.compile(r"[0-9]{1,20}")

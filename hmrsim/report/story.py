@@ -91,7 +91,7 @@ class Story:
             Docked: self.waiting.dock,
             Deadlock: self.waiting.lock,
             BatterySeen: self._battery,
-            **dict.fromkeys(BATTERIES.events, self._told_battery),
+            **dict.fromkeys(BATTERIES.events, self._on_battery),
             FaultBegan: self._fault_began,
             FaultEnded: self._fault_ended,
             Spawned: crew.spawned,
@@ -177,7 +177,7 @@ class Story:
         track.type = text(robot, "type", "")
         # What else ails it are faults, of which the scene tells by itself.
         ailments, battery = robot.get("ailments"), robot.get("battery")
-        track.ailments = {_EMPTY} if isinstance(ailments, dict) and _EMPTY in ailments else set()
+        track.disabled_reasons = {_EMPTY} if isinstance(ailments, dict) and _EMPTY in ailments else set()
         if isinstance(battery, dict):
             track.measure(at, number(battery, "percentage"))
             track.charging = bool(battery.get("charging"))
@@ -242,14 +242,14 @@ class Story:
         else:
             track.weigh(at, battery.charge, battery.percentage)
 
-    def _told_battery(self, at: int, event: BatteryEvent) -> None:
+    def _on_battery(self, at: int, event: BatteryEvent) -> None:
         track = self.crew.track(event.robot, at)
         track.measure(at, event.percentage)
         match event:
             case BatteryEmpty():
-                track.ailments.add(_EMPTY)
+                track.disabled_reasons.add(_EMPTY)
             case BatteryRevived():
-                track.ailments.discard(_EMPTY)
+                track.disabled_reasons.discard(_EMPTY)
             case ChargingBegan() | ChargingEnded():
                 track.charging = isinstance(event, ChargingBegan)
         track.settle(at)

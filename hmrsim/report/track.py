@@ -94,7 +94,7 @@ class Track:
     standing: Standing | None = None
     queued: Standing | None = None
     stood: list[Standing] = field(default_factory=list)
-    ailments: set[str] = field(default_factory=set)
+    disabled_reasons: set[str] = field(default_factory=set)
     cut_off: set[str] = field(default_factory=set)
     charging: bool = False
     running: dict[str, Pursuit] = field(default_factory=dict)
@@ -219,7 +219,7 @@ class Track:
     def _now(self) -> State:
         if self.cut_off:
             return "offline"
-        if self.ailments:
+        if self.disabled_reasons:
             return "stopped"
         if self.standing is not None:
             return "waiting"
@@ -243,10 +243,10 @@ class Track:
             self.curve.append((at, share))
 
 
-def _profile(said: tuple[float, float, float, float] | None) -> tuple[Trapezoid | None, float]:
-    if said is None:
+def _profile(profile: tuple[float, float, float, float] | None) -> tuple[Trapezoid | None, float]:
+    if profile is None:
         return None, 0.0
-    length, speed, acceleration, behind = said
+    length, speed, acceleration, behind = profile
     if length < 0 or speed <= 0 or acceleration <= 0:
         raise Misfit("no profile")
     return Trapezoid(length, speed, acceleration), behind

@@ -52,6 +52,6 @@ class Troubles:
 
 def hit(trouble: Trouble, track: Track, *, begins: bool) -> None:
     """Take note of what a fault does to its robot, as far as that is another state."""
-    hurt = {"breakdown": track.ailments, "messages_lost": track.cut_off}.get(trouble.fault)
+    hurt = {"breakdown": track.disabled_reasons, "messages_lost": track.cut_off}.get(trouble.fault)
     if hurt is not None:
         (hurt.add if begins else hurt.discard)(trouble.name)

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 def _serve(simulator: Simulator, _request: GetFaults.Request) -> GetFaults.Response:
-    faults = [_told(injected) for _, injected in sorted(simulator.fault_injector.known.items())]
+    faults = [_message_of(injected) for _, injected in sorted(simulator.fault_injector.known.items())]
     return GetFaults.Response(result=OK, faults=faults)
 
 
-def _told(injected: InjectedFault) -> Fault:
+def _message_of(injected: InjectedFault) -> Fault:
     active = injected.end is not None
     return Fault(
         name=injected.name,

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def _serve(simulator: Simulator, request: InjectFault.Request) -> InjectFault.Response:
-    values = _said(request)
+    values = _settings_of(request)
     if values is None:
         why = f"settings: expected the text of a JSON object, got {shown(request.settings)}"
         return InjectFault.Response(result=failed(why))
@@ -29,17 +29,17 @@ def _serve(simulator: Simulator, request: InjectFault.Request) -> InjectFault.Re
     return InjectFault.Response(result=_wrong(name))
 
 
-def _said(request: InjectFault.Request) -> dict[str, Any] | None:
+def _settings_of(request: InjectFault.Request) -> dict[str, Any] | None:
     """Return the keys of a world file that a request has; None if the further ones can't be read."""
     default = InjectFault.Request()
-    said = {key: value for key, value in request if value != getattr(default, key)}
-    said.pop("type", None)
-    text = said.pop("settings", "{}")
+    fields = {key: value for key, value in request if value != getattr(default, key)}
+    fields.pop("type", None)
+    text = fields.pop("settings", "{}")
     try:
         further = json.loads(text)
     except (ValueError, RecursionError):
         return None
-    return {**said, **further} if isinstance(further, dict) else None
+    return {**fields, **further} if isinstance(further, dict) else None
 
 
 def _wrong(found: list[Finding]) -> Result:

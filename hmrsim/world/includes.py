@@ -109,7 +109,7 @@ class _Includes:
                 try:
                     part = self._read(target, str(Path(source.file).parent / name))
                 except WorldError as error:
-                    self.merged.problems += (_told_by(source, i, problem) for problem in error.problems)
+                    self.merged.problems += (_reported_by(source, i, problem) for problem in error.problems)
                     self.merged.complete = False
                 else:
                     self.add(part, (*above, target))
@@ -122,7 +122,7 @@ class _Includes:
         return part
 
 
-def _told_by(source: Source, number: int, problem: Problem) -> Problem:
+def _reported_by(source: Source, number: int, problem: Problem) -> Problem:
     """Return why an include can't be read, with the line that asks for it where the problem has none of its own."""
     if problem.line is not None:
         return problem

@@ -30,8 +30,8 @@ def native_data(world: World) -> dict[str, Any]:
     data |= world.model_dump(mode="json", by_alias=True, exclude_defaults=True)
     for name, robot in world.robots.items():
         # A setting of a robot's base overrides its type's, even with the default value.
-        if said := robot.base.model_dump(mode="json", exclude_unset=True):
-            data["robots"][name]["base"] = said
+        if base := robot.base.model_dump(mode="json", exclude_unset=True):
+            data["robots"][name]["base"] = base
     for key, field in (("robots", "yaw"), ("items", "weight")):
         for name, thing in getattr(world, key).items():
             # It counts as the default, and yet has a hash of its own.

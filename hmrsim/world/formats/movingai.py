@@ -61,19 +61,19 @@ def _header(lines: list[str], file: str) -> tuple[int, int, int]:
     Raises:
         WorldError: The header is not as expected.
     """
-    said: dict[str, str] = {}
+    header: dict[str, str] = {}
     for i, line in enumerate(lines[: 2 * len(_HEADER)]):
         key, _, value = line.strip().partition(" ")
         if key and key not in _HEADER:
             break
-        said[key] = value.strip()
-        if key == "map" and said.get("type") == "octile":
-            return i + 1, _size(said, "width", file), _size(said, "height", file)
+        header[key] = value.strip()
+        if key == "map" and header.get("type") == "octile":
+            return i + 1, _size(header, "width", file), _size(header, "height", file)
     raise WorldError([Problem(file, "", "expected the lines `type octile`, `height …`, `width …` and `map`", 1)])
 
 
-def _size(said: dict[str, str], key: str, file: str) -> int:
-    text = said.get(key, "")
+def _size(header: dict[str, str], key: str, file: str) -> int:
+    text = header.get(key, "")
     if not (text.isdecimal() and text.isascii() and len(text) <= _MAX_DIGITS and int(text) > 0):
         raise WorldError([Problem(file, key, f"expected a whole number above 0, got {shown(text)}", 1)])
     return int(text)

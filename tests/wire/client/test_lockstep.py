@@ -425,11 +425,11 @@ def test_an_interrupt_in_a_callback_loses_nothing(client, wait):
 
 
 def test_who_took_part_before_the_clock_was_set_may_do_so_again(client, wait):
-    """To real time and back: it is told once that it was let go, and then takes part anew."""
+    """To real time and back: it is told once that it was removed, and then takes part again."""
     wait.send_goal(seconds(3)).result(SOON)
     for clock in ("realtime", "lockstep"):
         client.get(client.keys.world("time/set"), payload=b'{"clock":"%b"}' % clock.encode())
-    with pytest.raises(Dropped, match="was let go: the clock was set to realtime; join again"):
+    with pytest.raises(Dropped, match="was removed: the clock was set to realtime; join again"):
         client.sleep(1.0)
 
     assert wait.send_goal(seconds(3000)).result(SOON).total_elapsed_time == Duration(sec=3000)
