@@ -16,7 +16,7 @@ _LAST = EventPriority(2)
 """Priority of an event that comes after all others that are due at the same time."""
 
 _ABANDONED: Final[list[Callable[[simpy.Event], None]]] = []
-"""The callbacks of a timeout that was abandoned, which is known by them."""
+"""The callbacks of an abandoned timeout, by which it is recognized."""
 
 
 class _Clock(simpy.Environment):
@@ -28,11 +28,11 @@ class _Clock(simpy.Environment):
 class Environment(_Clock):
     """The clock and the events of a simulation.
 
-    ``run(until=…)`` would let time pass, too, but leaves a stale event behind, so that the schedule never looks empty.
+    ``run(until=…)`` would advance time, too, but leaves a stale event behind, so that the schedule is never empty.
 
     Attributes:
         now: The simulated time, in seconds; to be read only.
-        horizon: The last instant of which `process_events` takes events.
+        horizon: The last instant whose events `process_events` processes.
     """
 
     # Simpy's property is a function call, and time is read several times an event.
@@ -67,13 +67,13 @@ class Environment(_Clock):
             self._abandoned += 1
 
     def advance_clock(self, to: float) -> None:
-        """Let it be *to*; nothing may be due before."""
+        """Set the time to *to*; no event may be due before."""
         self._now = to
 
     def process_events(self, most: int, *, idle: bool = True) -> int:
-        """Take at most so many events that are due at the horizon or before; return how many there were.
+        """Process at most *most* events that are due at the horizon or before; return their number.
 
-        Unless *idle*, none is taken once nothing is scheduled any more for whose sake time goes on.
+        Unless *idle*, none is processed once only alarms and abandoned events are scheduled.
         """
         queue, step = self._queue, self.step
         for taken in range(most):
@@ -113,12 +113,12 @@ class Environment(_Clock):
             self._abandoned -= 1
 
     def take_urgent(self) -> None:
-        """Let the processes begin that are to begin now, and stop those that are interrupted."""
+        """Start the processes that are due to start now, and interrupt those that are to be interrupted."""
         while self._queue and self._queue[0][0] <= self._now and self._queue[0][1] == URGENT:
             self.step()
 
     def schedule_last(self, event: simpy.Event, at: float) -> None:
-        """Let an event happen at this time, after all else of that instant."""
+        """Schedule an event at this time, after all others of that instant."""
         heapq.heappush(self._queue, (at, _LAST, next(self._eid), event))
 
     def restart(self) -> None:
@@ -133,7 +133,7 @@ class Environment(_Clock):
 
 
 class Tick(simpy.Event):
-    """Something that happens at a time, after all else of that instant."""
+    """An event at a time, after all others of that instant."""
 
     def __init__(self, env: Environment, at: float) -> None:
         super().__init__(env)
@@ -142,7 +142,7 @@ class Tick(simpy.Event):
 
 
 class Alarm(simpy.Event):
-    """Something that happens at a time if time goes on until then, but for whose sake it does not go on."""
+    """An event at a time that does not keep the simulation running until then."""
 
     def __init__(self, env: Environment, ring: Callable[[], None]) -> None:
         super().__init__(env)

@@ -67,17 +67,17 @@ class Telemetry:
             self._push(sampler, sampler.due_after(max(begin, now)))
 
     def __contains__(self, key: object) -> bool:
-        """Return whether there is a sampler of this key."""
+        """Return whether a sampler has this key."""
         return key in self._samplers
 
     def stop(self, key: Hashable) -> None:
-        """End a sampler; nothing happens if there is none of that key."""
+        """Remove the sampler of a key, if there is one."""
         sampler = self._samplers.pop(key, None)
         if sampler:
             sampler.stopped = True
 
     def refresh(self, now: float) -> None:
-        """Start to sample topics that have subscribers now, and stop to sample those that have none any more."""
+        """Start sampling topics that have subscribers now, and stop sampling those that no longer have any."""
         # A sampler that runs already may be due at this very instant.
         due = {sampler: time for time, _, sampler in self._heap}
         self._heap.clear()
@@ -86,7 +86,7 @@ class Telemetry:
                 self._push(sampler, min(sampler.due_after(now), due.get(sampler, math.inf)))
 
     def sample(self, let_it_be: Callable[[float], None]) -> None:
-        """Take the sample that is due next, of which there must be one; *let_it_be* is called with its time first."""
+        """Take the sample that is due next, which must exist; *let_it_be* is called with its time first."""
         due, _, sampler = self._heap[0]
         self._order += 1
         heapq.heapreplace(self._heap, (sampler.due_after(due), self._order, sampler))

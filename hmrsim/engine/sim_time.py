@@ -14,7 +14,7 @@ def nanoseconds(seconds: float) -> int:
 
 
 def stamp(seconds: float) -> int:
-    """Return the stamp of what happens at this time: its nanoseconds, but never zero, which ROS reads as "unset"."""
+    """Return the stamp of an event at this time: its nanoseconds, but never zero, which ROS reads as "unset"."""
     return max(1, nanoseconds(seconds))
 
 

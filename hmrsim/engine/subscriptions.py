@@ -1,4 +1,4 @@
-"""The topics that have subscribers, so that no other is computed, and the publisher of the world's events."""
+"""The topics that have subscribers, as no others are computed, and the publisher of the world's events."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 
 class Interest:
-    """The topics that any sink wants; asked many times an event, so the sinks themselves are asked in `refresh` only.
+    """The topics that a sink wants; cached, as they are read many times per event, and updated by `refresh` only.
 
     Args:
-        sinks: All sinks; more may be added, which takes effect with the next `refresh`.
+        sinks: All sinks; sinks that are added take effect with the next `refresh`.
 
     Attributes:
         status: Whether a sink wants `Topic.STATUS`.
@@ -50,7 +50,7 @@ class Interest:
         self.refresh()
 
     def refresh(self) -> None:
-        """Ask all sinks again."""
+        """Query all sinks again."""
         for topic in Topic:
             setattr(self, topic.name.lower(), any(sink.wants(topic) for sink in self._sinks))
 
@@ -66,15 +66,15 @@ class Interest:
 
 
 class EventPublisher:
-    """Publishes what happens in the world, if a sink wants to know.
+    """Publishes the events of the world, if a sink wants them.
 
     Args:
         env: The simulation's clock.
-        interest: Who listens.
+        interest: The topics with subscribers.
         emit: Where events go.
 
     Attributes:
-        interest: Who listens; to be asked first by what happens often.
+        interest: Likewise; check it before publishing frequent events.
     """
 
     def __init__(self, env: simpy.Environment, interest: Interest, emit: Callable[[Event], None]) -> None:
@@ -83,16 +83,16 @@ class EventPublisher:
         self._emit = emit
 
     def publish(self, make: Callable[[], WorldEvent]) -> None:
-        """Publish an event of this instant; it is made only if it is wanted."""
+        """Publish an event of this instant; it is built only if a sink wants it."""
         if self.interest.events:
             self._emit(EventStamped(stamp(self._env.now), make()))
 
     def publish_untraced(self, make: Callable[[], WorldEvent]) -> None:
-        """Likewise one that no trace has."""
+        """Publish an event that is not in traces, likewise."""
         if self.interest.motion:
             self._emit(EventStamped(stamp(self._env.now), make()))
 
     def sampled(self, topic: Topic, robot: str, message: Callable[[], Message]) -> None:
-        """Publish what a topic of a robot is now, since it has changed, if it is wanted."""
+        """Publish the current message of a robot's topic, as it has changed, if a sink wants it."""
         if self.interest.in_(topic):
             self._emit(Sampled(topic, robot, message()))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hmrsim.events._text import Format
 
 WORLD: Final = "_world"
-"""The name under which the world itself serves actions."""
+"""The name under which the world serves actions."""
 
 
 _ENVELOPE: Final = ("kind", "stamp")
@@ -27,7 +27,7 @@ _ENVELOPE: Final = ("kind", "stamp")
 
 
 class Severity(StrEnum):
-    """How much an event matters to people; `DEBUG` is of what happens too often for a log."""
+    """The severity of an event for users; `DEBUG` is for events that are too frequent for a log."""
 
     DEBUG = "debug"
     INFO = "info"
@@ -40,8 +40,8 @@ class Presentation(NamedTuple):
 
     Attributes:
         severity: A template (`hmrsim.events._text`) for one of `Severity`; for most kinds it has no fields.
-        subject: The fields of which the first one given names whom or what it is about; none for the whole world.
-        text: A template for what it says of its subject.
+        subject: Fields, of which the first one given names the subject; none for the whole world.
+        text: A template for what happens to the subject.
     """
 
     severity: str
@@ -68,23 +68,23 @@ class _EventType(type):
 
 
 _TAKEN: Final = ("__new__", "__match_args__", "__repr__", "__getnewargs__", "_fields", "_field_defaults")
-"""What a class takes over from a named tuple, besides its fields."""
+"""The members that a class takes from a named tuple, besides its fields."""
 
 
 class Event(tuple[Any, ...], metaclass=_EventType):
-    """Something that happened in the world, without when.
+    """An event of the world, without its time.
 
     A subclass lists its fields, each annotated with its type and a `pydantic.Field` with a description. A field that
     has a default is left out of JSON while it has that value. In JSON a trailing underscore of a name is left out, as
     Python has keywords that fields are named by. A subclass without a `kind` is a base for others.
 
-    It is a tuple, since one is made for each lane that a robot drives: a frozen dataclass takes three times as long.
+    It is a tuple, as one is made for each lane that a robot drives, and a frozen dataclass takes three times as long.
 
     Attributes:
-        kind: What happened, in traces, on the wire and in schemas.
+        kind: Its name in traces, on the wire and in schemas.
         presentation: How it is shown.
         change: What it changes in a picture of the world; None for nothing.
-        traced: Whether traces have it. They leave out what a replay gives back: how robots move from lane to lane.
+        traced: Whether traces have it. They omit what a replay reproduces: how robots move from lane to lane.
         rest: The field, a mapping, whose entries are fields of their own in JSON; empty for none.
     """
 
@@ -141,7 +141,7 @@ class Event(tuple[Any, ...], metaclass=_EventType):
         return not self == other
 
     def __hash__(self) -> int:
-        """Return what equal events have in common."""
+        """Return the hash, which equal events share."""
         return tuple.__hash__(self)
 
     # --- JSON -----------------------------------------------------------------------------------------------------
@@ -186,19 +186,19 @@ class Event(tuple[Any, ...], metaclass=_EventType):
 
     @property
     def severity(self) -> Severity:
-        """How much it matters."""
+        """Its severity."""
         template = self.presentation.severity
         return Severity(render(template, self.as_dict()) if "{" in template else template)
 
     @property
     def subject(self) -> str:
-        """Whom or what it is about; empty for the whole world."""
+        """The subject's name; empty for the whole world."""
         fields = self.as_dict()
         found = next((fields[name] for name in self.presentation.subject if fields.get(name) is not None), "")
         return "-".join(found) if isinstance(found, (list, tuple)) else "" if found == WORLD else str(found)
 
     def text(self, formats: Mapping[str, Format] | None = None) -> str:
-        """Return what it says of its subject; *formats* are further ones for its template."""
+        """Return what happens to its subject, as text; *formats* are further ones for its template."""
         return render(self.presentation.text, self.as_dict(), formats)
 
     def describe(self) -> str:
@@ -231,7 +231,7 @@ def model_of(event: type[Event]) -> type[BaseModel]:
 
 
 def description_of(event: type[Event], field: str) -> str:
-    """Return what a field is said to be; empty if nothing."""
+    """Return the description of a field; empty if there is none."""
     hint = get_type_hints(event, include_extras=True)[field]
     said = (each.description for each in getattr(hint, "__metadata__", ()) if isinstance(each, FieldInfo))
     return next(filter(None, said), None) or ""

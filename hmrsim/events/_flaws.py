@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from hmrsim.events._parts import Change
 
 _FORMATS = {*FORMATS, "goal"}
-"""Those that a template may name; what a goal asks for is for the reader to say."""
+"""Formats that a template may name; that of a goal is the caller's."""
 
 _OURS = "hmrsim"
-"""What the names of our own modules begin with: others load theirs as they like."""
+"""The prefix of hmrsim's own modules; plug-ins may load theirs in other ways."""
 
 
 def flaws() -> Iterator[str]:

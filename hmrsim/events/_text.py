@@ -102,8 +102,8 @@ def _error(value: Any) -> str:
     """Return what a result says of an error, in Nav2's field, MoveIt's or that of the simulation's services."""
     code, result = value.get("error_code"), value.get("result")
     nested = code.get("message") if isinstance(code, dict) else ""
-    said = value.get("error_msg") or nested or (result.get("error_message") if isinstance(result, dict) else "")
-    return str(said or "")
+    message = value.get("error_msg") or nested or (result.get("error_message") if isinstance(result, dict) else "")
+    return str(message or "")
 
 
 FORMATS: Final[Mapping[str, Format]] = {

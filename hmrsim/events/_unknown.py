@@ -22,7 +22,7 @@ class UnknownEvent(Event, severity=Severity.INFO, subject=_SUBJECTS):
 
     @property
     def kind(self) -> str:  # type: ignore[override]  # of each, not of the class
-        """What happened."""
+        """The event's kind."""
         return self.name
 
     def as_dict(self) -> dict[str, Any]:

@@ -10,16 +10,16 @@ if TYPE_CHECKING:
 
 
 class GoalResponse(NamedTuple):
-    """What became of a `SendGoal`.
+    """The answer to a `SendGoal`.
 
     Attributes:
-        accepted: Whether the robot pursues the goal.
+        accepted: Whether the goal is accepted.
         goal_id: The goal's id, as given or made; the text that was sent if it is not an id.
         stamp: When it was accepted; of a duplicate, when the first one was.
-        reason: Why not, for programs.
-        error_code: Why not, as the action's result would say it.
-        error_msg: Why not, for people.
-        status: What the goal of that id is now, for a duplicate.
+        reason: Why not, as an identifier.
+        error_code: Why not, as a code of the action's result.
+        error_msg: Why not, as text.
+        status: The status of the goal with that id, for a duplicate.
     """
 
     accepted: bool
@@ -40,7 +40,7 @@ class GoalEntry(NamedTuple):
 
 
 class CancelResponse(NamedTuple):
-    """What became of a `CancelGoal`; *return_code* is that of action_msgs/srv/CancelGoal."""
+    """The answer to a `CancelGoal`; *return_code* is that of action_msgs/srv/CancelGoal."""
 
     return_code: int
     goals_canceling: tuple[GoalEntry, ...] = ()
@@ -54,7 +54,7 @@ class ResultResponse(NamedTuple):
 
 
 class Refused(NamedTuple):
-    """The request can't be served at all, because the robot or action that it names isn't there."""
+    """The request can't be served at all, because the robot or action that it names does not exist."""
 
     field: str
     value: object

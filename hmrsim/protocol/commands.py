@@ -66,14 +66,14 @@ class GetResult(NamedTuple):
 
 
 class StopWaiting(NamedTuple):
-    """Let some wait no longer who asked with `GetResult`; nothing happens to those who were answered already.
+    """Stop waiting for a result that was asked for with `GetResult`; ignored for requests that were answered already.
 
     Attributes:
         robot: Its name.
         action: The action's name.
         goal_id: Whose result was asked for.
-        reply_tos: What the requests had.
-        tell: Whether they are answered with the status that the goal has now; those who have gone need no answer.
+        reply_tos: The *reply_to* of the requests.
+        tell: Whether they are answered with the goal's current status; clients that have gone need no answer.
     """
 
     robot: str
@@ -84,7 +84,7 @@ class StopWaiting(NamedTuple):
 
 
 class ForgetResult(NamedTuple):
-    """Drop the result of a goal that ended long ago."""
+    """Drop the result of a goal after its timeout."""
 
     robot: str
     action: str
@@ -92,7 +92,7 @@ class ForgetResult(NamedTuple):
 
 
 class Read(NamedTuple):
-    """Ask for the latest of a topic; answered by the event that would be published now.
+    """Ask for the latest message of a topic; answered by the event that would be published now.
 
     Attributes:
         topic: Which.
@@ -109,7 +109,7 @@ class Read(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class InterestChanged:
-    """A topic may have got its first subscriber, or lost its last one."""
+    """A topic may have gained its first subscriber, or lost its last one."""
 
 
 class CallService(NamedTuple):
@@ -127,12 +127,12 @@ class CallService(NamedTuple):
 
 
 class Participation(NamedTuple):
-    """A controller takes part in lockstep, or does so no longer; told as the event ``participant_<change>``.
+    """A controller takes part in lockstep, or no longer does; published as the event ``participant_<change>``.
 
     Attributes:
         participant: Its name.
         change: ``joined``, ``left`` or ``dropped``.
-        why: Why it was dropped, or had to leave; empty if of its own accord.
+        why: Why it was dropped, or had to leave; empty if it left by itself.
     """
 
     participant: str
@@ -181,14 +181,14 @@ Command = (
 
 
 class Advance(NamedTuple):
-    """Let time move; answered by `Granted` when it has.
+    """Ask for time to advance; answered by `Granted` when it has.
 
     Attributes:
-        participant: Who.
+        participant: The participant's name.
         epoch: The epoch for which this is.
-        until: As far as time may move; infinite for as far as anything is scheduled.
-        wake: What to be granted at once for, of `participation.KINDS`.
-        report: What to be told of besides when time is granted; feedback once a goal.
+        until: How far time may advance; infinite for as far as anything is scheduled.
+        wake: The kinds of events that end the grant, of `hmrsim.protocol.time.KINDS`.
+        report: Further kinds to include in the grant; feedback once per goal.
         commands: To be applied first, in this order.
         reply_to: Handed back with the answer.
     """
@@ -206,4 +206,4 @@ TimeCommand = Join | Advance | Leave | TokenSeen | SetClock | ReadTime | CheckWa
 
 
 AnyCommand = Command | TimeCommand
-"""What comes in: about the world, or about its time."""
+"""All commands: about the world, or about its time."""

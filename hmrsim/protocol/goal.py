@@ -51,7 +51,7 @@ class GoalStatus(IntEnum):
 
 
 class GoalEvent(Enum):
-    """What can happen to a goal."""
+    """The transitions of a goal."""
 
     EXECUTE = "execute"
     CANCEL = "cancel"

@@ -58,14 +58,14 @@ class StatusChanged(NamedTuple):
 
 
 class FeedbackSent(NamedTuple):
-    """How a goal is doing.
+    """Feedback of a goal.
 
     Attributes:
         robot: Its name.
         action: The action's name.
         goal_id: Whose feedback it is.
         feedback: The action's feedback message, or the same in plain values.
-        last: Whether the goal ends right after it, so that it must not be thinned out.
+        last: Whether the goal ends right after it, so that rate limits must not drop it.
     """
 
     robot: str
@@ -76,7 +76,7 @@ class FeedbackSent(NamedTuple):
 
 
 class Sampled(NamedTuple):
-    """The latest of a topic that has one ROS message; *robot* is empty for the world's."""
+    """The latest message of a topic; *robot* is empty for the world's topics."""
 
     topic: Topic
     robot: str
@@ -85,16 +85,16 @@ class Sampled(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class RosterChanged:
-    """Robots have come or gone, or all of the world is another."""
+    """Robots were added or removed, or another world was loaded."""
 
 
 class PlanWanted(NamedTuple):
     """A robot needs a path from the external planner; answered by `PlanAnswered`.
 
     Attributes:
-        request: Its number, which no other has.
+        request: Its unique number.
         robot: The robot's name.
-        goal: From where to where.
+        goal: The start and the goal of the path.
     """
 
     request: int
@@ -125,13 +125,13 @@ class EventStamped(NamedTuple):
 
 
 class Granted(NamedTuple):
-    """Time has moved.
+    """Time has advanced.
 
     Attributes:
         epoch: The next one.
         now: The simulated time.
         reason: ``event``, ``until``, ``idle`` or ``end``.
-        accepted: What came of each command, in order.
+        accepted: The answer to each command, in order.
         events: The events of the requested kinds, in order, each with its kind and its stamp.
     """
 

@@ -11,10 +11,10 @@ if TYPE_CHECKING:
 
 
 class Moment(NamedTuple):
-    """When a command came, as exactly as a replay needs it.
+    """When a command arrived, as precisely as a replay needs it.
 
     Attributes:
-        processed: The events that had been taken.
+        processed: The number of events that had been processed.
         now: The simulated time, in seconds.
     """
 
@@ -23,7 +23,7 @@ class Moment(NamedTuple):
 
 
 class Sink(Protocol):
-    """Where events go; called in the simulation's thread, which it must not block."""
+    """Receives the outputs; called in the simulation's thread, which it must not block."""
 
     def emit(self, event: Event) -> None:
         """Take an event."""

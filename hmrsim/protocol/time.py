@@ -11,21 +11,21 @@ from typing import Any, NamedTuple
 REALTIME = "realtime"
 LOCKSTEP = "lockstep"
 CLOCKS = (REALTIME, LOCKSTEP)
-"""How time may move."""
+"""The clocks."""
 
 KINDS = ("status", "feedback", "result")
-"""What a participant can be woken for."""
+"""The kinds of events that can wake a participant."""
 
 
 class Join(NamedTuple):
-    """Take part; answered by `Joined`."""
+    """Join lockstep; answered by `Joined`."""
 
     name: str
     reply_to: Any = None
 
 
 class Leave(NamedTuple):
-    """Take part no longer; answered by `HasLeft`."""
+    """Leave lockstep; answered by `HasLeft`."""
 
     participant: str
     reply_to: Any = None
@@ -39,11 +39,11 @@ class TokenSeen(NamedTuple):
 
 
 class SetClock(NamedTuple):
-    """Let time move in another way; answered by `TimeState`.
+    """Change the clock; answered by `TimeState`.
 
     Attributes:
         clock: One of `CLOCKS`; None to keep it.
-        real_time_factor: Simulated seconds a wall second, 0 for as fast as possible; None to keep it.
+        real_time_factor: Simulated seconds per wall second, 0 for as fast as possible; None to keep it.
         reply_to: Handed back with the answer.
     """
 
@@ -53,7 +53,7 @@ class SetClock(NamedTuple):
 
 
 class ReadTime(NamedTuple):
-    """Ask how time moves; answered by `TimeState`."""
+    """Ask for the state of time; answered by `TimeState`."""
 
     reply_to: Any = None
 
@@ -85,7 +85,7 @@ class HasLeft(NamedTuple):
 
 
 class TimeState(NamedTuple):
-    """How time moves.
+    """The state of time.
 
     Attributes:
         now: The simulated time.
@@ -96,7 +96,7 @@ class TimeState(NamedTuple):
         participants: The names of the participants.
         waiting_for: The participants that have yet to ask to advance, or to join for the first time; a number in
             place of names that are not known. ``_planner`` while an external planner has yet to answer.
-        lag: Wall seconds that simulated time lags behind in all, because the machine could not keep up.
+        lag: Total wall seconds that simulated time lags behind, as the machine could not keep up.
     """
 
     now: float

@@ -16,6 +16,6 @@ class Topic(Enum):
     CLOCK = "clock"
     EVENTS = "events"
     MOTION = "motion"
-    """Those of the events that no trace has (`hmrsim.events.Event.traced`)."""
+    """The topic of the events that are not in traces (`hmrsim.events.Event.traced`)."""
     TIME = "time/state"
-    """How time moves, and whom it waits for."""
+    """The state of time, and the participants that it waits for."""

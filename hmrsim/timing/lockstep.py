@@ -2,7 +2,7 @@
 
 Time is granted in epochs. A grant begins when every participant has asked to advance. First its commands are
 applied in order of (participant's name, index), then events are taken up to the least time that was asked for, or
-through all of the first instant at which something happened that a participant wants to be woken for. So neither
+to the end of the first instant with an event that a participant wants to be woken for. So neither
 the order of messages on the network nor a participant's thinking time affects the run.
 
 This module uses neither network nor wall clock: `hmrsim.timing.pacing` passes requests to it and calls `proceed`.
@@ -59,7 +59,7 @@ class LockstepCoordinator:
         self._participants = Participants(awaited)
         self._granting = False
         self._horizon = math.inf
-        self._wake = self._told = _NO_KINDS
+        self._wake = self._reported = _NO_KINDS
         self._woken = False
         self._events: list[tuple[str, int, GoalChanged | FeedbackSent]] = []
         self._withheld: list[GoalChanged] = []
@@ -117,22 +117,22 @@ class LockstepCoordinator:
         """Drop a participant; its goals continue to execute."""
         _log.warning("sim %.3f | participant %s is dropped: %s", self._simulator.now, name, why)
         self.lost = True
-        told = f"participant {name!r} was dropped at {self._simulator.now:.3f} s: {why}; join again"
+        error = f"participant {name!r} was dropped at {self._simulator.now:.3f} s: {why}; join again"
         participant = self._participants.get(name)
         if participant and participant.open is not None:
             for reply_to in participant.askers:
-                self._refuse(reply_to, "participant", name, told)
+                self._refuse(reply_to, "participant", name, error)
             participant.open = None
-        self._remove(name, "dropped", why, told=told)
+        self._remove(name, "dropped", why, error=error)
 
     def dismiss(self, why: str) -> None:
         """Remove all participants: the run is over, or the clock is no longer lockstep."""
         self._granting = False
         for name in self.participants:
-            self._remove(name, "left", why, told=f"participant {name!r} was let go: {why}; join again")
+            self._remove(name, "left", why, error=f"participant {name!r} was removed: {why}; join again")
         self._apply_changes()
         self._submit_plans(self._simulator.plans.take_kept())
-        self._told = _NO_KINDS
+        self._reported = _NO_KINDS
         self._events.clear()
         self._simulator.submit(InterestChanged())
 
@@ -146,11 +146,11 @@ class LockstepCoordinator:
         if not thinking:
             self._events.clear()
 
-    def _remove(self, name: str, change: str, why: str = "", *, told: str = "") -> None:
+    def _remove(self, name: str, change: str, why: str = "", *, error: str = "") -> None:
         participant = self._participants.get(name)
         if participant and participant.open is not None:
             self._grant(participant, "end")
-        self._participants.remove(name, change, why, told=told)
+        self._participants.remove(name, change, why, error=error)
         if not self._participants:
             self._granting = False
             if not self._participants.missing:
@@ -214,11 +214,11 @@ class LockstepCoordinator:
         asked = self._participants.asking
         self._horizon = min(max(advance.until, self._simulator.now) for _, advance in asked)
         self._wake = frozenset().union(*(advance.wake for _, advance in asked))
-        told = frozenset().union(self._wake, *(advance.report - {"feedback"} for _, advance in asked))
-        if (told ^ self._told) & {"feedback"}:
-            self._told = told
+        reported = frozenset().union(self._wake, *(advance.report - {"feedback"} for _, advance in asked))
+        if (reported ^ self._reported) & {"feedback"}:
+            self._reported = reported
             self._simulator.submit(InterestChanged())
-        self._told = told
+        self._reported = reported
         if any(kind in self._wake for kind, _, _ in self._events):
             # A client that does not take part has caused an event meanwhile.
             self._halt()
@@ -273,7 +273,7 @@ class LockstepCoordinator:
     def _finish(self, reason: str, wall: float) -> None:
         asked = [pair for pair in self._participants.asking if pair[1].epoch == self.epoch]
         if self.over:
-            # Told now, as a participant's next request may come after the end.
+            # Answered now, as a participant's next request may come after the end.
             reason = "end"
         self._granting = False
         self.epoch += 1
@@ -322,7 +322,7 @@ class LockstepCoordinator:
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a participant wants to be woken for feedback; other events are emitted anyway."""
-        return topic is Topic.FEEDBACK and "feedback" in self._told
+        return topic is Topic.FEEDBACK and "feedback" in self._reported
 
     def emit(self, event: Event) -> None:
         """Record an event that a participant waits for."""
@@ -330,7 +330,7 @@ class LockstepCoordinator:
         if kind is GoalChanged:
             self._note_change(event)  # type: ignore[arg-type]  # by its exact type, as this is asked for each event
         elif kind is FeedbackSent:
-            if "feedback" in self._told:
+            if "feedback" in self._reported:
                 self._note("feedback", stamp(self._simulator.now), event)  # type: ignore[arg-type]
         elif kind is RosterChanged:
             self._note_withheld()
@@ -353,9 +353,9 @@ class LockstepCoordinator:
         if event.robot in self._simulator.dispatcher.cut_off:
             self._withheld.append(event)
             return
-        if "status" in self._told:
+        if "status" in self._reported:
             self._note("status", event.stamp, event)
-        if event.result is not None and "result" in self._told:
+        if event.result is not None and "result" in self._reported:
             self._note("result", event.stamp, event)
 
     def _note(self, kind: str, at: int, event: GoalChanged | FeedbackSent) -> None:
@@ -378,7 +378,7 @@ def _accepted(answer: Any) -> bool:
 def _in_order(
     events: list[tuple[str, int, GoalChanged | FeedbackSent]],
 ) -> list[tuple[str, int, GoalChanged | FeedbackSent]]:
-    """Return what happened, with samples of one instant in the order of robots: who else listens could change that."""
+    """Return the events, with samples of one instant in the order of robots, as other subscribers could change it."""
     ordered = []
     for (kind, _), group in itertools.groupby(events, key=lambda event: event[:2]):
         found = list(group)

@@ -36,39 +36,39 @@ PLANNER: Final = "_planner"
 """Listed among the participants that time waits for, in lockstep, while an external planner has not answered."""
 
 _EVENTS_BETWEEN_POLLS = 16
-"""Events that are taken between two looks into the inbox: a look costs little, an event a microsecond or more."""
+"""Events that are processed between two polls of the inbox: a poll costs little, an event a microsecond or more."""
 
 _EVENTS_OF_A_GRANT = 64
-"""Likewise while time is granted: all who could be kept waiting wait for the grant."""
+"""Likewise while time is granted, when all participants wait for the grant anyway."""
 
 _BETWEEN_WARNINGS = 5.0
-"""Wall seconds from one word about lag to the next."""
+"""Wall seconds between two reports of lag."""
 
 _QUANTUM = 0.005
 """Wall seconds from one round of events to the next, where they are many: to wake, and to send a message that goes
 alone, costs more than to do the work. What is due in between comes as much late, a command never."""
 
 _MAX_WAIT = 3600.0
-"""Wall seconds that are waited at once: there is no end to what a wait of simulated seconds may take."""
+"""Maximum wall seconds of one wait, as a wait in simulated seconds may be arbitrarily long."""
 
 _MAX_LATENESS = 0.1
-"""Wall seconds that an event may be late before time gives up catching up."""
+"""Wall seconds that an event may be late before simulated time stops catching up."""
 
 _LOOKS = 5
-"""Looks for a participant that stalls, in the time that it is given."""
+"""Checks for a stalled participant within its timeout."""
 
 
 class Pacing:
-    """Lets a simulator's time move until its inbox is closed.
+    """Advances a simulator's time until its inbox is closed.
 
     Args:
         simulator: What to run.
         inbox: Where commands come from.
         retention: Drops old results.
         settings: How time moves, at first.
-        on_lag: Told how many wall seconds time has lost in all, when it loses some; not more often than every 5 s.
+        on_lag: Called with the total lag in wall seconds when it grows; at most every 5 s.
         on_wait: Callbacks for the moments before the thread waits.
-        preparations: Work that can be done ahead; done bit by bit, in lockstep, while time stands.
+        preparations: Work that can be done in advance; done step by step, in lockstep, while time stands.
 
     Attributes:
         lockstep: Grants time to participants; to be one of the simulator's sinks.
@@ -108,14 +108,14 @@ class Pacing:
         self._last_state: TimeState | None = None
 
     def run(self) -> None:
-        """Run until the inbox is closed or the duration is over; goals that run then are left to `Simulator.stop`."""
+        """Run until the inbox is closed or the duration is over; `Simulator.stop` ends goals that still execute."""
         try:
             with self._watching():
                 while not (self._inbox.closed or self._over):
                     self._round()
             self._reach_the_end()
         finally:
-            # Also after an error, participants that wait for a grant are answered.
+            # Participants that wait for a grant are answered, even after an error.
             self._over = True
             self.lockstep.dismiss("the simulator was stopped")
 
@@ -130,7 +130,7 @@ class Pacing:
 
     @property
     def state(self) -> TimeState:
-        """How time moves just now."""
+        """The current state of time."""
         lockstep = self.clock == LOCKSTEP
         planner = (PLANNER,) if self._simulator.plans.awaited else ()
         return TimeState(
@@ -146,7 +146,7 @@ class Pacing:
 
     @property
     def hindrance(self) -> str:
-        """Why time can't move, even if the simulator is asked to; empty if it can."""
+        """Why time can't advance, even if a client requests it; empty if it can."""
         if self.clock == LOCKSTEP and not self.lockstep.participants:
             return "time stands, as lockstep has no participant; let a controller join, or set the clock to realtime"
         return ""
@@ -164,7 +164,7 @@ class Pacing:
             self._anchor = None
             self._stand()
         elif self.real_time_factor == 0 or simulator.limit < math.inf:
-            # Steps are made as fast as possible, too.
+            # Steps run as fast as possible, too.
             self._anchor = None
             self._free_round()
         else:
@@ -189,7 +189,7 @@ class Pacing:
 
     def _free_round(self) -> None:
         simulator = self._simulator
-        # Neither keeps the other waiting: so many commands at most, then so many events.
+        # A bounded number of commands, then of events, so that neither delays the other for long.
         taken = self._take_commands()
         if not taken and simulator.next_event == math.inf:
             self._stand()
@@ -211,7 +211,7 @@ class Pacing:
             target -= late * factor
             self._lose(late)
         if simulator.next_due <= target:
-            # Some of it: commands are looked for in between.
+            # Only a part, as commands are polled in between.
             simulator.process_events(target, _EVENTS_BETWEEN_POLLS)
         elif target >= self._duration:
             simulator.advance(self._duration)
@@ -236,10 +236,10 @@ class Pacing:
         self._inbox.wait(timeout)
 
     def _reach_the_end(self) -> None:
-        """Let it be the time at which the run ends."""
+        """Set the time to the end of the run."""
         simulator = self._simulator
         if self._anchor is not None and not simulator.paused:
-            # A goal that ends now ends at this time, not at that of the event before.
+            # A goal that ends now ends at this time, not at that of the preceding event.
             target = min((wall_time() - self._anchor) * self.real_time_factor, self._duration)
             if simulator.next_due > target:
                 simulator.advance(max(target, simulator.now))
@@ -249,7 +249,7 @@ class Pacing:
     def _take_command(self) -> bool:
         """Submit the next command in the inbox; return whether there was one.
 
-        Only one: the next may come of its answer, and is later than this one.
+        Only one: the next may be caused by its answer, and is later.
         """
         command = self._inbox.poll()
         if command is None:
@@ -268,7 +268,7 @@ class Pacing:
     def _take_waiting(self, target: float) -> None:
         """Submit the next command at the time of its arrival; when time lags, some commands at the time that it is.
 
-        What is overdue does not come before them all, as there may be no end to it.
+        Overdue events do not all come first, as there may be arbitrarily many.
         """
         if self._simulator.next_due > target:
             self._simulator.advance(max(target, self._simulator.now))
@@ -347,7 +347,7 @@ class Pacing:
 
 
 class _Watchdog:
-    """Looks again and again in a thread of its own: who waits for a command has no other alarm."""
+    """Calls a function periodically in its own thread, as the simulation's thread waits for commands."""
 
     def __init__(self, look: Callable[[], None], interval: float) -> None:
         self._look = look

@@ -92,18 +92,18 @@ class Participants:
         self._gone.pop(name, None)
         self._changes.append(Participation(name, "joined"))
 
-    def remove(self, name: str, change: str, why: str = "", *, told: str = "") -> None:
+    def remove(self, name: str, change: str, why: str = "", *, error: str = "") -> None:
         """Remove a participant.
 
         Args:
             name: Its name.
             change: How it left, as in `Participation`.
             why: The reason.
-            told: The error for its later requests; empty for the one that says to join first.
+            error: The error for its later requests; empty for the one that says to join first.
         """
         del self._here[name]
-        if told:
-            self._gone[name] = told
+        if error:
+            self._gone[name] = error
         if change == "left":
             # The loss of its token may be reported after it has joined again with another token.
             self._tokens.pop(name, None)

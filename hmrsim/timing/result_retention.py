@@ -27,13 +27,13 @@ class Retention:
         self._ended: deque[tuple[float, ForgetResult]] = deque()
 
     def emit(self, event: Event) -> None:
-        """Take note of a goal that has ended."""
+        """Record a goal that has ended."""
         if self._timeout >= 0 and isinstance(event, GoalChanged) and event.status.terminal:
             forget = ForgetResult(event.robot, event.action, event.goal_id)
             self._ended.append((wall_time() + self._timeout, forget))
 
     def wants(self, _topic: Topic) -> bool:
-        """Return False: goals' ends come unasked."""
+        """Return False: ends of goals are delivered without it."""
         return False
 
     def apply(self, simulator: Simulator) -> None:

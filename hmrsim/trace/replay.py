@@ -1,4 +1,4 @@
-"""Replaying a trace, without a network or a controller, to check that the run is reproduced.
+"""Replay of a trace, without a network or a controller, to check that the run is reproduced.
 
 The commands of the trace are submitted to a new simulation after the same number of events and at the same time; the
 trace of that simulation is compared line by line. A truncated trace is compared up to its last line.
@@ -48,14 +48,14 @@ _CONTEXT: Final = 3
 
 @dataclass(frozen=True)
 class Difference:
-    """Where trace and replay part.
+    """The first difference between trace and replay.
 
     Attributes:
         line: Its number in the trace, from 1.
-        trace: What the trace has there.
-        replay: What came in its place; None when nothing happens any more.
+        trace: The line of the trace.
+        replay: The line of the replay; None when it has ended.
         before: The last lines that they have in common.
-        after: How the trace goes on.
+        after: The next lines of the trace.
     """
 
     line: int
@@ -67,15 +67,15 @@ class Difference:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a replay showed.
+    """The outcome of a replay.
 
     Attributes:
         header: The trace's first line.
-        lines: How many lines are the same.
-        commands: How many of them came from outside.
+        lines: The number of identical lines.
+        commands: How many of them are commands.
         sim_time: How far the replay went, in simulated seconds.
-        complete: Whether the trace was read to its last line; one that was cut off has none.
-        difference: Where they part; None when they are identical.
+        complete: Whether the trace has its last line; a truncated trace does not.
+        difference: The first difference; None when they are identical.
     """
 
     header: Header
@@ -107,7 +107,7 @@ class _HeaderLine(BaseModel):
 
 
 class _Line(BaseModel):
-    """What a replay has to know of any line but the first."""
+    """The fields that a replay needs of every line but the first."""
 
     model_config = ConfigDict(strict=True, extra="allow")
 
@@ -119,11 +119,11 @@ class _Line(BaseModel):
 
 
 def replay(lines: Iterable[str], watchers: Callable[[Simulator], Sequence[Sink]] = lambda _simulator: ()) -> Outcome:
-    """Run a trace again and compare.
+    """Replay a trace and compare.
 
     Args:
-        lines: Those of the trace, with their ends. A last one without an end is half a line, and is left out.
-        watchers: Makes sinks, of the simulation before it begins.
+        lines: Those of the trace, with their ends. A last line without an end is incomplete, and is left out.
+        watchers: Makes sinks for the simulation before it begins.
 
     Raises:
         TraceError: It is not a trace, or one of another version.
@@ -136,7 +136,7 @@ class _Replay:
 
     Args:
         lines: Its lines, without their ends.
-        watchers: Makes sinks, of the simulation before it begins.
+        watchers: Makes sinks for the simulation before it begins.
     """
 
     def __init__(self, lines: Iterator[str], watchers: Callable[[Simulator], Sequence[Sink]]) -> None:
@@ -185,7 +185,7 @@ class _Replay:
         return self._made.popleft() if self._made else None
 
     def _let_it_be(self, line: _Line) -> None:
-        """Take events until the moment at which a command came, or until one of them has something to say."""
+        """Process events until the moment at which a command arrived, or until one of them is traced."""
         simulator = self._simulator
         until = end_of_instant(line.stamp.to_nanoseconds() / NANOSECONDS)
         while not self._made and simulator.processed < line.after and simulator.process_events(until, 1):

@@ -1,6 +1,6 @@
-"""A run as lines of JSON: the commands from outside and the events, in order.
+"""A run as lines of JSON: the external commands and the events, in order.
 
-A trace says enough to run it again (`hmrsim.trace.replay`), and the same run has the same trace, byte for byte::
+A trace can be replayed (`hmrsim.trace.replay`), and the same run has the same trace, byte for byte::
 
     {"contract":1,"hmrsim":"…","kind":"header","seed":7,…,"world":{"definition":{…},"hash":"…","name":"…"}}
     {"after":0,"by":"nurses","command":"send_goal","goal":{…},…,"kind":"command","stamp":{"nanosec":1,"sec":0}}
@@ -83,9 +83,9 @@ class Header:
     @classmethod
     def of(cls, world: World, settings: RunSettings) -> Header:
         """Return the header of a run of a world."""
-        said = (world.name, world_hash(world), native_data(world))
+        content = (world.name, world_hash(world), native_data(world))
         seed = world.seed if settings.seed is None else settings.seed
-        return cls(__version__, seed, settings.seed is not None, *said, settings.step_size)
+        return cls(__version__, seed, settings.seed is not None, *content, settings.step_size)
 
     def line(self) -> str:
         """Return the line, without its end."""
@@ -221,7 +221,7 @@ def _event_fields(event: EventStamped) -> dict[str, Any]:
 
 
 def _as_it_came(message: Message) -> Any:
-    """Return a message in plain values, exactly: it has to do the same once more."""
+    """Return a message in plain values, exactly, as it is submitted again."""
     return message.model_dump(mode="json", exclude_unset=True)
 
 
