@@ -1,6 +1,6 @@
-"""The command ``hmrsim``: one file a command.
+"""The command ``hmrsim``: one file per command.
 
-Commands turn options into settings, and give these to a host, a simulator or a client; nothing imports them.
+Commands convert options to settings, and pass these to a host, a simulator or a client; no package imports them.
 """
 
 from hmrsim.cli.start import main

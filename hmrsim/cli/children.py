@@ -22,12 +22,12 @@ _log = logging.getLogger(__name__)
 
 
 class Child:
-    """One process, in a group of its own, so that Ctrl-C on the terminal is ours to handle.
+    """A process in a group of its own, so that the parent handles Ctrl-C on the terminal.
 
-    What it writes to its stderr is kept, and logged.
+    Its stderr is kept, and logged.
 
     Args:
-        name: What it is, for threads and errors.
+        name: Its name in threads and errors.
         target: Its main function, ``module:function``.
         arguments: Of its command line.
         on_line: Called with each line of its output, and with None at the end of it, in a thread of its own.
@@ -63,11 +63,11 @@ class Child:
 
     @property
     def complaints(self) -> str:
-        """The last of what it wrote to its stderr."""
+        """The last lines of its stderr."""
         return "\n".join(self._complaints)
 
     def code(self, timeout: float) -> int:
-        """Return its exit code; it is ended if it does not end by itself within *timeout* wall seconds."""
+        """Return its exit code; terminate it if it does not end by itself within *timeout* wall seconds."""
         try:
             self._process.wait(timeout)
         except subprocess.TimeoutExpired:
@@ -77,7 +77,7 @@ class Child:
         return self._process.returncode
 
     def stop(self) -> None:
-        """End it and whatever it started: kindly first."""
+        """Terminate it and its own children, by SIGTERM first."""
         if self._process.poll() is None:
             self._signal(signal.SIGTERM)
             try:
@@ -108,5 +108,5 @@ class Child:
 
 
 def _environment() -> dict[str, str]:
-    """Return our environment without what would change where a child connects or listens."""
+    """Return this process's environment without the variables that change where a child connects or listens."""
     return {name: value for name, value in os.environ.items() if not name.startswith("HMRSIM_")}

@@ -34,7 +34,7 @@ def _worlds(prefix: str, **_unused: object) -> Iterable[str]:
 
 
 def _points(parsed_args: argparse.Namespace, **_unused: object) -> Iterable[str]:
-    """Return what has a name and a place in the world that is on the line already."""
+    """Return the names of points in the world that is on the command line."""
     try:
         world = read_world(parsed_args, argument="file").world
     except (HmrsimError, AttributeError):
@@ -50,7 +50,7 @@ def _robots_of_file(parsed_args: argparse.Namespace, **_unused: object) -> Itera
 
 
 def _pages(parsed_args: argparse.Namespace, **_unused: object) -> Iterable[str]:
-    """Return the pages of the drawing that is on the line already, whatever it is called there."""
+    """Return the pages of the drawing that is on the command line, whatever its argument is called."""
     name = next((getattr(parsed_args, key) for key in ("world", "file", "in") if hasattr(parsed_args, key)), None)
     try:
         return read_document(find(name or ""), name or "").pages
@@ -73,7 +73,7 @@ def _services(prefix: str, parsed_args: argparse.Namespace, **_unused: object) -
 
 
 def _as_typed(prefix: str, found: Iterable[str]) -> Iterable[str]:
-    """Return names without their first slash when it was not typed."""
+    """Return names without their first slash if it was not typed."""
     return found if prefix.startswith("/") or not prefix else [name.removeprefix("/") for name in found]
 
 

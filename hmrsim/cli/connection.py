@@ -27,10 +27,10 @@ _log = logging.getLogger(__name__)
 
 @contextmanager
 def connected(args: argparse.Namespace) -> Iterator[tuple[Client, Info]]:
-    """Connect to a simulator and ask what it has; all within ``--timeout``.
+    """Connect to a simulator and get its description, within ``--timeout``.
 
     Raises:
-        NobodyThere: None answers.
+        NobodyThere: No simulator answers.
     """
     options = session_options(args)
     begin = time.monotonic()
@@ -51,7 +51,7 @@ def connected(args: argparse.Namespace) -> Iterator[tuple[Client, Info]]:
 
 
 def look_for_simulator(client: Client) -> Callable[[], None]:
-    """Return what to call now and then: it raises `SimulatorGone` once the simulator has been away for too long."""
+    """Return a function to call periodically; it raises `SimulatorGone` if the simulator has been away for too long."""
     seen = time.monotonic()
 
     def look() -> None:

@@ -12,6 +12,6 @@ if TYPE_CHECKING:
 
 
 def add_connection_options(parser: argparse.ArgumentParser) -> None:
-    """Give a command what `connected` reads: where the simulator is, and how much to log."""
+    """Add the options that `connected` reads: the simulator's endpoint, and the log level."""
     add_session_options(parser)
     add_log_options(parser)

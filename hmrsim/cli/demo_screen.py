@@ -29,36 +29,36 @@ _COLUMNS: Final = (
 
 
 class Audience(Protocol):
-    """Whom a demo tells what happens."""
+    """The output of a demo."""
 
     def opened(self, story: Story) -> AbstractContextManager[object]:
-        """Return what has to be entered while the mission goes on."""
+        """Return a context to enter for the duration of the mission."""
 
     def say(self, text: str) -> None:
-        """Show a line that is not a part of the mission."""
+        """Show a line that is not part of the mission."""
 
     def log(self, text: str) -> None:
         """Show a line of the log; from any thread."""
 
     def tell(self, line: Line) -> None:
-        """Show what happened."""
+        """Show a line of the story."""
 
     def refresh(self) -> None:
-        """Show how things stand now."""
+        """Show the current state."""
 
     def summary(self, story: Story, wall_seconds: float, units: str, *, succeeded: bool) -> None:
-        """Show the sum."""
+        """Show the summary."""
 
 
 class JsonLines:
-    """Writes what happens as one JSON object a line, the sum as the last; all else goes to stderr."""
+    """Writes each line as a JSON object, the summary as the last; everything else goes to stderr."""
 
     def opened(self, _story: Story) -> AbstractContextManager[object]:
-        """Return what does nothing."""
+        """Return a context that does nothing."""
         return nullcontext()
 
     def say(self, text: str) -> None:
-        """Show a line that is not a part of the mission."""
+        """Show a line that is not part of the mission."""
         warn(text)
 
     def log(self, text: str) -> None:
@@ -66,39 +66,39 @@ class JsonLines:
         warn(text)
 
     def tell(self, line: Line) -> None:
-        """Write what happened."""
+        """Write a line of the story."""
         show_json(line.to_json())
 
     def refresh(self) -> None:
-        """Do nothing: programs want to know what happens, not how things stand."""
+        """Do nothing: JSON output has no live state."""
 
     def summary(self, story: Story, wall_seconds: float, _units: str, *, succeeded: bool) -> None:
-        """Write the sum."""
+        """Write the summary."""
         times = {"simulated_seconds": round(story.sim_time, 3), "wall_seconds": round(wall_seconds, 3)}
         show_json({"succeeded": succeeded, **times, "robots": story.to_json()})
 
 
 class MissionTable(RobotTable[RobotSum]):
-    """Shows what each robot of a mission does; it disappears at the end, where the sum is shown."""
+    """Shows the state of each robot of a mission; it disappears at the end, when the summary is shown."""
 
     def __init__(self, console: Console, story: Story) -> None:
         super().__init__(console, story.robots, _COLUMNS, transient=True)
         self._story = story
 
     def title(self) -> str:
-        """Return where it is, and the time."""
+        """Return the world's name and the time."""
         return f"hospital   {self._story.sim_time:.1f} s"
 
     def row(self, name: str, robot: RobotSum) -> Sequence[str]:
-        """Return what a robot does."""
+        """Return the activity of a robot."""
         return name, robot.type, robot.does, f"{robot.distance:.1f}", robot.carries
 
 
 class Screen:
-    """Shows lines as they come, and on a terminal what each robot does.
+    """Shows lines as they arrive, and on a terminal the state of each robot.
 
     Args:
-        out: Where to.
+        out: The output stream.
     """
 
     def __init__(self, out: IO[str]) -> None:
@@ -117,7 +117,7 @@ class Screen:
         self._table = None
 
     def say(self, text: str) -> None:
-        """Show a line that is not a part of the mission."""
+        """Show a line that is not part of the mission."""
         if self._table is None:
             print(text, file=self._out, flush=True)
         else:
@@ -131,19 +131,19 @@ class Screen:
             self._table.print(text)
 
     def tell(self, line: Line) -> None:
-        """Show what happened."""
+        """Show a line of the story."""
         if self._table is None:
             print(line, file=self._out, flush=True)
         else:
             self._table.print(Text(str(line), style=_STYLES[line.source]))
 
     def refresh(self) -> None:
-        """Show what is new in the table."""
+        """Refresh the table."""
         if self._table is not None:
             self._table.refresh()
 
     def summary(self, story: Story, wall_seconds: float, units: str, *, succeeded: bool) -> None:
-        """Show the sum."""
+        """Show the summary."""
         table = Table(title="What the fleet did", title_justify="left")
         for heading in ("robot", "type"):
             table.add_column(heading)

@@ -21,14 +21,14 @@ _MARKS: Final = {"SUCCESS": "done", "FAILURE": "failed", "RUNNING": "begun"}
 
 
 class Line(NamedTuple):
-    """One thing that happened.
+    """One line of the story.
 
     Attributes:
-        sim_time: When, in simulated seconds; None where it is not known.
-        source: ``world`` for what the simulator says, ``tree`` for what the controller does.
-        robot: Whose.
-        text: What.
-        hands_over: Whether what comes next of this robot comes from the other source.
+        sim_time: In simulated seconds; None where it is not known.
+        source: ``world`` for the simulator, ``tree`` for the controller.
+        robot: The robot's name.
+        text: The event.
+        hands_over: Whether the robot's next line comes from the other source.
     """
 
     sim_time: float | None
@@ -38,29 +38,29 @@ class Line(NamedTuple):
     hands_over: bool = False
 
     def to_json(self) -> dict[str, Any]:
-        """Return it for programs, the time in whole milliseconds."""
+        """Return it as JSON values, the time in whole milliseconds."""
         time = None if self.sim_time is None else round(self.sim_time, 3)
         return {"sim_time": time, "source": self.source, "robot": self.robot, "text": self.text}
 
     def __str__(self) -> str:
-        """Return it as one line of a log."""
+        """Return it as one line of text."""
         time = "" if self.sim_time is None else f"{self.sim_time:.3f}"
         return f"{time:>9} | {self.source:<5} | {self.robot:<8} | {self.text}"
 
 
 @dataclass
 class RobotSum:
-    """What one robot has done.
+    """The account of one robot.
 
     Attributes:
         type: Its type.
         succeeded: Goals that succeeded.
         failed: Goals that ended otherwise.
         distance: Driven, in the world's unit.
-        moved: The items that it has put down somewhere.
+        moved: The items that it has put down.
         carries: The item that it holds.
-        does: The behaviour of its tree that runs, or the last that did.
-        target: Where the piece that it drives ends.
+        does: The running behaviour of its tree, or the last one.
+        target: The end of the segment that it drives.
     """
 
     type: str
@@ -86,20 +86,20 @@ class Story:
         self._trees: dict[str, dict[str, str]] = {name: {} for name in robots}
 
     def on_event(self, at: float, event: Event) -> Iterator[Line]:
-        """Take an event of the simulation, and when it happened; yield what people want to know."""
+        """Process an event of the simulation and its time; yield the lines to show."""
         self.sim_time = at
         name = event.subject
         ended = False
         if (robot := self.robots.get(name)) is not None:
             ended = _follow(robot, event)
         elif getattr(event, "robot", ""):
-            # It is about a robot that is not in the mission.
+            # The robot is not part of the mission.
             return
         if text := text_of(event):
             yield Line(at, "world", name, text, hands_over=ended)
 
     def ticked(self, tree: dict[str, Any]) -> Iterator[Line]:
-        """Take a tree as the controller shows it; yield which behaviours began and ended."""
+        """Process a tree of the controller; yield a line for each behaviour that began or ended."""
         robot = self.robots.get(tree.get("robot", ""))
         if robot is None:
             return
@@ -118,7 +118,7 @@ class Story:
             robot.does = f"mission {_MARKS[tree['status']]}"
 
     def to_json(self) -> dict[str, Any]:
-        """Return the sum by robot."""
+        """Return the summary by robot."""
         return {
             name: {
                 "type": robot.type,
@@ -132,7 +132,7 @@ class Story:
 
 
 def _follow(robot: RobotSum, event: Event) -> bool:
-    """Take note of what a robot does; return whether a goal has ended."""
+    """Record what a robot does; return whether a goal has ended."""
     match event:
         case GoalStatusChanged():
             status = GoalStatus(event.status)
@@ -153,7 +153,7 @@ def _follow(robot: RobotSum, event: Event) -> bool:
 
 
 def _leaves(nodes: Sequence[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Yield the behaviours that have no children, which are those that do something."""
+    """Yield the behaviours without children, which are the active ones."""
     for node, after in zip(nodes, (*nodes[1:], {"depth": 0}), strict=True):
         if after["depth"] <= node["depth"]:
             yield node

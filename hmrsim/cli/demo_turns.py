@@ -15,12 +15,12 @@ _OTHER: Final = {"tree": "world", "world": "tree"}
 class CausalOrder:
     """Puts the lines of the world and of the trees in the order of cause and effect.
 
-    They come by different ways, and the controller reads the time off a clock that ticks, so neither arrival nor
-    time tells. But a robot's behaviour begins, the world pursues its goal, and then the behaviour is done: a line
+    They arrive by different ways, and the controller reads the time from a clock that ticks, so neither arrival nor
+    time gives the order. But a robot's behaviour begins, its goal executes, and then the behaviour ends: a line
     waits for its source's turn.
 
     Args:
-        patience: Wall seconds that a line waits at most.
+        patience: Maximum wall seconds that a line waits.
     """
 
     def __init__(self, patience: float) -> None:
@@ -30,7 +30,7 @@ class CausalOrder:
         self._times: dict[str, float] = {}
 
     def add(self, line: Line, now: float) -> None:
-        """Take a line that came *now*, in wall seconds."""
+        """Add a line that arrived *now*, in wall seconds."""
         self._waiting.append((now + self._patience, line))
 
     def ready(self, now: float) -> Iterator[Line]:
@@ -45,7 +45,7 @@ class CausalOrder:
     def _next(self, now: float) -> int | None:
         """Return the first line that may be printed; None if all have to wait."""
         for i, (until, line) in enumerate(self._waiting):
-            # A line that concerns no robot does not wait.
+            # A line without a robot does not wait.
             if not line.robot or line.source == self._turns.get(line.robot, "tree") or until <= now:
                 return i
         return None

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class ExitCode(IntEnum):
-    """What a command tells the shell."""
+    """The exit codes of commands."""
 
     DONE = 0
     FAILED = 1
@@ -31,11 +31,11 @@ class ExitCode(IntEnum):
 
 
 class WrongUse(HmrsimError):
-    """What was typed can't be read; the text says what was expected."""
+    """The command line is invalid; the text says what was expected."""
 
 
 class UnknownName(HmrsimError):
-    """There is no such robot, action or topic; the text says what there is."""
+    """There is no such robot, action or topic; the text lists those that exist."""
 
 
 _CODES: Final[Mapping[type[HmrsimError], ExitCode]] = {
@@ -55,7 +55,7 @@ _CODES: Final[Mapping[type[HmrsimError], ExitCode]] = {
 
 
 def code_of(error: HmrsimError) -> ExitCode:
-    """Return the exit code of a command that ended with *error*; 1 for all that have none of their own."""
+    """Return the exit code of a command that ended with *error*; 1 for errors without a code of their own."""
     return next((code for kind, code in _CODES.items() if isinstance(error, kind)), ExitCode.FAILED)
 
 

@@ -9,10 +9,10 @@ _THRESHOLDS: Final = (50_000, 20, 50)
 
 
 def collect_rarely() -> None:
-    """Spare the collector what is there now, and let it look at the rest less often.
+    """Exclude existing objects from garbage collection, and collect the others less often.
 
     A simulation makes few cycles and many objects that live for a lane or a goal; with a thousand robots the
-    defaults spend a fifth of the time on looking through them.
+    defaults spend a fifth of the time on traversing them.
     """
     gc.freeze()
     gc.set_threshold(*_THRESHOLDS)

@@ -15,14 +15,14 @@ _MAX_PARTS: Final = 3
 
 
 def summary(goal: Message) -> str:
-    """Return what a goal asks for: points, names, durations, and numbers that are not their default."""
+    """Return a summary of a goal: points, names, durations, and numbers other than their default."""
     words = list(_words(goal))
     rest = [f"and {len(words) - _MAX_PARTS} more"] if len(words) > _MAX_PARTS else []
     return ", ".join([*words[:_MAX_PARTS], *rest])
 
 
 def error_in(result: Mapping[str, Any]) -> str:
-    """Return what a result's plain values say of an error, in Nav2's field or in MoveIt's; empty if nothing."""
+    """Return the error message in a result's plain values, in Nav2's field or in MoveIt's; empty if there is none."""
     code = result.get("error_code")
     return str(result.get("error_msg") or (code.get("message", "") if isinstance(code, dict) else ""))
 
@@ -40,7 +40,7 @@ def _words(value: object) -> Iterator[str]:
     elif isinstance(value, Message) and not isinstance(value, Time):
         for name, field in type(value).model_fields.items():
             part = getattr(value, name)
-            # Clients send every field, so most are ROS's defaults, which the user has not set.
+            # Clients send every field, so most have ROS's defaults, which the user has not set.
             if isinstance(part, (Pose, PoseStamped)) or part != field.get_default(call_default_factory=True):
                 yield from _words(part)
     elif isinstance(value, (str, int, float)) and value:

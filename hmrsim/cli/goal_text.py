@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.errors import RequestError
 
-# By pydantic's texts: they are what the simulator's error replies have, too.
+# By pydantic's texts, which the simulator's error replies have, too.
 _WANTED: Final = {
     "Field required": "required field is missing",
     "Input should be a valid number": "expected a number",
@@ -41,7 +41,7 @@ def read_yaml(text: str, noun: str = "goal") -> object:
 
     Args:
         text: As typed.
-        noun: What it is, for errors.
+        noun: Its name in errors.
 
     Raises:
         WrongUse: It is not YAML, or has a key twice.
@@ -59,7 +59,7 @@ def read_goal(data: object, kind: type[Message]) -> Message:
     """Return the goal that plain values stand for; integers will do for floats.
 
     Raises:
-        WrongUse: They are not of this *kind*; one line a mistake.
+        WrongUse: They are not of this *kind*; one line per error.
     """
     try:
         return kind.model_validate(data)
@@ -69,14 +69,14 @@ def read_goal(data: object, kind: type[Message]) -> Message:
 
 
 def mistake(noun: str, path: Path, message: str, value: object, kind: type[BaseModel] | None = None) -> str:
-    """Return one line about a mistake that pydantic found, here or in the simulator.
+    """Return one line about an error that pydantic found, here or in the simulator.
 
     Args:
-        noun: What has the mistake, such as ``goal``.
+        noun: The part with the error, such as ``goal``.
         path: Where.
         message: Pydantic's text.
-        value: What was found there.
-        kind: What was to be read, to tell which fields it has.
+        value: The value there.
+        kind: The expected type, for the list of its fields.
     """
     where = ": ".join(part for part in (noun, dotted(path)) if part)
     if message == _UNKNOWN:
@@ -92,13 +92,13 @@ def mistake(noun: str, path: Path, message: str, value: object, kind: type[BaseM
 def mistakes_in_reply(
     noun: str, error: RequestError, data: object = None, kind: type[BaseModel] | None = None
 ) -> WrongUse:
-    """Return the error that a simulator's error reply means, a line a mistake.
+    """Return the error of a simulator's error reply, one line per problem.
 
     Args:
-        noun: What has the mistakes; where a field begins with it, it is not said twice.
+        noun: The part with the errors; it is not repeated where a field begins with it.
         error: The reply.
         data: The plain values that were sent, where they are at hand: a reply has lists and mappings as text only.
-        kind: What was to be read.
+        kind: The expected type.
     """
     lines = []
     for item in error.details:

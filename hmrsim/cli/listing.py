@@ -23,9 +23,9 @@ def configure(
 
     Args:
         parser: Of the command.
-        find: Gives what to list of a running simulator, each as what ``--json`` tells: ``name``, ``type`` and more.
+        find: Returns the entries of a running simulator, each as in ``--json``: ``name``, ``type`` and more.
     """
-    parser.add_argument("-t", "--show-types", action="store_true", help="show the ROS type behind each name")
+    parser.add_argument("-t", "--show-types", action="store_true", help="show the ROS type after each name")
     parser.add_argument("--json", action="store_true", help="print one JSON list")
     parser.set_defaults(function=lambda args: _list(args, find))
     add_connection_options(parser)

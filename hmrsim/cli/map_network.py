@@ -23,7 +23,7 @@ _MAX_TRIPS: Final = 5
 
 
 def facts(world: World) -> dict[str, Any]:
-    """Return what planners ask of a map, as plain values; no list is longer than `MAX_LISTED`."""
+    """Return the analysis of a map as plain values; no list is longer than `MAX_LISTED`."""
     graph, speeds = world.graph, speeds_of(world)
     speed = next(iter(speeds))
     found, reached, traffic = bottlenecks(graph), reach(graph), concentration(graph, speed)
@@ -108,7 +108,7 @@ def _trips(world: World, driven: Trips, speeds: Sequence[float]) -> dict[str, An
 
 
 def _one_way_each(ranked: Iterable[Trip], both: dict[tuple[str, str], Trip]) -> Iterator[tuple[Trip, bool]]:
-    """Yield trips and whether the way back is as long; such a one comes once."""
+    """Yield trips and whether the way back is as long; such a pair is yielded once."""
     for trip in ranked:
         back = both.get((trip.goal, trip.start))
         same = (

@@ -13,7 +13,7 @@ _MAX_NAMES: Final = 4
 
 
 def lines(values: dict[str, Any], units: str) -> Iterator[str]:
-    """Return what planners ask of a map in lines for people."""
+    """Return the analysis of a map as lines of text."""
     yield from _bottleneck_lines(values["bottlenecks"])
     yield from _reach_lines(values)
     yield from _trip_lines(values, units)
@@ -117,7 +117,7 @@ def _traffic_lines(values: dict[str, Any], units: str) -> Iterator[str]:
 
 
 def _table(rows: Sequence[tuple[str, ...]], *, right: int = 99) -> Iterator[str]:
-    """Return rows as lines of aligned columns; those from *right* on are numbers."""
+    """Return rows as lines of aligned columns; those from *right* on are right-aligned."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)] if rows else []
     for row in rows:
         cells = [

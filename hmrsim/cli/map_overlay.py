@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def overlay_of(world: World, theme: Literal["light", "dark"]) -> Overlay:
-    """Return the traffic and the bottlenecks of a world to be drawn; warn of what is left out as it is too large."""
+    """Return the traffic and the bottlenecks of a world to draw; warn of what is omitted in a large map."""
     traffic = concentration(world.graph, next(iter(speeds_of(world))))
     found = bottlenecks(world.graph)
     if note := _limits(traffic, found):
@@ -25,7 +25,7 @@ def overlay_of(world: World, theme: Literal["light", "dark"]) -> Overlay:
 
 
 def _limits(traffic: Concentration | None, found: Bottlenecks) -> str:
-    """Return what is not drawn, or not exact, as the map is large."""
+    """Return what is omitted or inexact, as the map is large."""
     notes = []
     if traffic is None:
         notes.append("traffic is not drawn: there are too many lanes")

@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
 
 Info = dict[str, Any]
-"""What ``_world/info`` says."""
+"""The message of ``_world/info``."""
 
 
 @dataclass(frozen=True)
 class ActionName:
-    """One action of one robot, and the name by which it was asked for.
+    """An action of a robot, and the name by which it was requested.
 
     Attributes:
         name: Such as ``/wall_e/pickup``, or an alias such as ``/wall_e/grab``.

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
 
 _DIGITS: Final = 9
-"""People are shown so many of a number: what binary arithmetic adds is no news."""
+"""Significant digits of numbers in text output, without the errors of binary arithmetic."""
 
 
 def values(message: Message) -> dict[str, Any]:
@@ -22,7 +22,7 @@ def values(message: Message) -> dict[str, Any]:
 
 
 def yaml_text(data: object) -> str:
-    """Return plain values as YAML, a field a line, with a line break at the end."""
+    """Return plain values as YAML, one field per line, with a line break at the end."""
     text: str = yaml.dump(
         data, Dumper=_Dumper, sort_keys=False, default_flow_style=False, allow_unicode=True, width=120
     )
@@ -53,7 +53,7 @@ def show(text: str) -> None:
 
 
 def warn(text: str) -> None:
-    """Print what is no result."""
+    """Print text that is not a result."""
     print(text, file=sys.stderr, flush=True)
 
 

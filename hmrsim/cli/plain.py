@@ -9,13 +9,13 @@ from hmrsim.interfaces.geometry_msgs import Point, Pose
 from hmrsim.interfaces.message import Message
 
 _VALUES: Final = (Duration, Time, Point, Pose)
-"""Messages that say something when all their fields are zero."""
+"""Messages that are meaningful when all their fields are zero."""
 
 
 def plain(message: Message) -> dict[str, Any]:
-    """Return a message's plain values without the parts that say nothing.
+    """Return a message's plain values without the parts that have default values.
 
-    Numbers are always there, as 0 may be what one wants to know; so is *error_code*.
+    Numbers are always included, as 0 may be of interest; so is *error_code*.
     """
     shown = {name: getattr(message, name) for name in type(message).model_fields}
     return {name: _value(value) for name, value in shown.items() if name == "error_code" or _says_something(value)}

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def line_of(problem: Problem) -> str:
-    """Return ``file:line: path: message``, with ``warning:`` behind the place of what is none but odd."""
+    """Return ``file:line: path: message``, with ``warning:`` after the place of a warning."""
     if problem.severity == "error":
         return str(problem)
     place = replace(problem, path="", message="")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def recording(path: Path | None, settings: RunSettings) -> Iterator[Callable[[Simulator, Pacing], Sequence[Sink]]]:
-    """Return what makes the sink that records a run, if a path is given; the file is complete after the context.
+    """Return a factory of the sink that records a run, if a path is given; the file is complete after the context.
 
     Args:
         path: The file; None for no recording. It is opened when the sink is made, which raises RecordingError if that
@@ -27,7 +27,7 @@ def recording(path: Path | None, settings: RunSettings) -> Iterator[Callable[[Si
     if path is None:
         yield lambda _simulator, _pacing: ()
         return
-    # Loads what writes MCAP, which takes 100 ms and serves recorded runs alone.
+    # Loads the MCAP writer, which takes 100 ms and is needed for recorded runs only.
     from hmrsim.cli.run_recording import recorded  # noqa: PLC0415
 
     with recorded(path, settings) as watchers:

@@ -24,7 +24,7 @@ _WIDTH: Final = 200
 
 
 def show_summary(report: Report) -> None:
-    """Print what a person wants to know first."""
+    """Print a summary."""
     for line in _lines(report):
         show(line)
     if report.robots:

@@ -1,4 +1,4 @@
-"""A live table of robots for a terminal: one line a robot, as wide and as long as there is room."""
+"""A live table of robots for a terminal: one line per robot, as wide and as long as there is room."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ _GAP: Final = 2
 """Columns of the terminal between two of the table."""
 
 _MAX_NAME: Final = 16
-"""Characters; of a longer name the rest is left out."""
+"""Maximum characters of a name; longer ones are truncated."""
 
 
 class Column(NamedTuple):
-    """One thing that is shown of robots.
+    """A column of the table.
 
     Attributes:
-        heading: What it is called.
+        heading: Its heading.
         width: Characters that it needs; the last column takes all that is left.
-        rank: Where there is no room for all columns, those of the highest rank are left out.
-        justify: To which side.
+        rank: If there is no room for all columns, those of the highest rank are omitted.
+        justify: The alignment.
     """
 
     heading: str
@@ -46,12 +46,12 @@ class Column(NamedTuple):
 
 
 class RobotTable(ABC, Generic[Robot]):
-    """Shows what robots do until it is closed.
+    """Shows the state of robots until it is closed.
 
     Args:
-        console: Where to show it.
-        robots: The robots by name; they may come and go.
-        columns: What to show of them, the name first.
+        console: The console.
+        robots: The robots by name; robots may be added and removed.
+        columns: The columns, the name first.
         transient: Whether the table disappears when it is closed; else the last one stays.
     """
 
@@ -68,11 +68,11 @@ class RobotTable(ABC, Generic[Robot]):
 
     @abstractmethod
     def title(self) -> str:
-        """Return what stands above the table."""
+        """Return the title."""
 
     @abstractmethod
     def row(self, name: str, robot: Robot) -> Sequence[str | Text]:
-        """Return what is shown of a robot, a cell for each column; the last ones may be left out."""
+        """Return the cells of a robot, one for each column; the last ones may be omitted."""
 
     def __enter__(self) -> Self:
         """Begin to show."""
@@ -80,7 +80,7 @@ class RobotTable(ABC, Generic[Robot]):
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """Show the table once more, and stop."""
+        """Show the table a last time, and stop."""
         self._live.update(self.table(), refresh=True)
         self._live.stop()
 
@@ -89,14 +89,14 @@ class RobotTable(ABC, Generic[Robot]):
         self._console.print(line, markup=False, highlight=False)
 
     def refresh(self) -> None:
-        """Show what is new, four times a second at most."""
+        """Refresh the table, at most four times a second."""
         now = time.monotonic()
         if now >= self._next:
             self._next = now + _PERIOD
             self._live.update(self.table(), refresh=True)
 
     def table(self) -> Table:
-        """Return the table as of now."""
+        """Return the current table."""
         table = Table(
             title=Text(self.title(), no_wrap=True, overflow="ellipsis"),
             title_justify="left",
@@ -123,7 +123,7 @@ class RobotTable(ABC, Generic[Robot]):
 
 
 def _fitting(columns: Sequence[Column], width: int) -> list[Column]:
-    """Return the columns for which a terminal has room: at least one, those that matter most."""
+    """Return the columns for which a terminal has room: those of the lowest ranks, at least one."""
     fitting = list(columns)
     while len(fitting) > 1 and sum(column.width + _GAP for column in fitting) - _GAP > width:
         fitting.remove(max(fitting, key=lambda column: column.rank))

@@ -17,16 +17,16 @@ def ros2_wires(settings: Ros2Settings) -> tuple[Wire, ...]:
     """Return the wires that the settings ask for.
 
     Raises:
-        BadOptions: Options don't go together, or the environment's domain is none.
+        BadOptions: Options don't go together, or the environment's domain is invalid.
     """
-    # Variables say what holds for all runs, so that those without ROS are no mistake.
+    # Environment variables apply to all runs, so they are not an error for runs without ROS.
     if settings.ros_domain_id is not None and not settings.ros2 and not os.environ.get("HMRSIM_ROS_DOMAIN_ID"):
         raise BadOptions("--ros-domain-id is for --ros2; add that")
     if settings.ros_distro and not (settings.ros2 or settings.ros2dds or os.environ.get("HMRSIM_ROS_DISTRO")):
         raise BadOptions("--ros-distro is for --ros2 and --ros2dds; add one of them")
     if not (settings.ros2 or settings.ros2dds):
         return ()
-    # Loads the codecs, which take 40 ms and serve runs with ROS alone.
+    # Loads the codecs, which takes 40 ms and is needed for runs with ROS only.
     from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds  # noqa: PLC0415
 
     distros = tuple(dict.fromkeys(settings.ros_distro))
@@ -40,7 +40,7 @@ def ros2_wires(settings: Ros2Settings) -> tuple[Wire, ...]:
 
 
 def _domain() -> int:
-    """Return the domain that ROS's nodes in this shell have."""
+    """Return the domain of ROS nodes in this shell."""
     try:
         return domain_id(os.environ.get(ROS_DOMAIN_ID) or "0")
     except ValueError as error:

@@ -26,6 +26,6 @@ _LEVELS: Final[Mapping[Severity, int]] = {
 
 
 def told(event: Event) -> Told | None:
-    """Return the line about an event; None for none."""
+    """Return the line about an event; None if it has none."""
     text = text_of(event)
     return Told(_LEVELS[event.severity], event.subject or _WORLD, printable(text)) if text else None

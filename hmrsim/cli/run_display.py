@@ -26,9 +26,9 @@ class Display(Protocol):
     """Shows a run.
 
     Attributes:
-        sinks: What it wants to be told events by.
-        on_wait: What it does when there is time.
-        preparations: What is better done before it is needed.
+        sinks: The sinks that feed it.
+        on_wait: Callbacks for the moments when the simulation waits.
+        preparations: Work that is better done in advance.
     """
 
     sinks: Sequence[Sink]
@@ -36,7 +36,7 @@ class Display(Protocol):
     preparations: Iterable[object]
 
     def shown(self, host: Host) -> AbstractContextManager[Callable[[], None]]:
-        """Show a run to the end of the context; gives what is to be called again and again."""
+        """Show a run to the end of the context; yields a function to be called periodically."""
 
 
 class TableDisplay:
@@ -44,11 +44,11 @@ class TableDisplay:
 
     Args:
         world: The world's name.
-        level: What is logged.
+        level: The log level.
     """
 
     def __init__(self, world: str, level: int) -> None:
-        # Takes its time to load, which no other simulator needs.
+        # Slow to import, and needed on a terminal only.
         from hmrsim.cli.run_table import LastGoals  # noqa: PLC0415
 
         self._world = world
@@ -60,7 +60,7 @@ class TableDisplay:
 
     @contextmanager
     def shown(self, host: Host) -> Iterator[Callable[[], None]]:
-        """Show the table, which wants to be refreshed."""
+        """Show the table, which is refreshed periodically."""
         from hmrsim.cli.run_table import HostTable  # noqa: PLC0415 - as above
 
         with HostTable(host, self._world, self._goals) as table, LogLines(table.print, self._level):
@@ -72,7 +72,7 @@ class LogDisplay:
 
     Args:
         world: The world's name.
-        level: What is logged.
+        level: The log level.
     """
 
     def __init__(self, world: str, level: int) -> None:
@@ -86,7 +86,7 @@ class LogDisplay:
 
     @contextmanager
     def shown(self, host: Host) -> Iterator[Callable[[], None]]:
-        """Write the lines; nothing has to be refreshed."""
+        """Write the lines; nothing is refreshed."""
         with LogLines(level=self._level):
             _log.info("sim %.3f | %s begins", host.simulator.now, self._world)
             if awaited := host.pacing.state.waiting_for:
@@ -97,5 +97,5 @@ class LogDisplay:
 
 
 def display(world: str, level: int, *, on_terminal: bool) -> Display:
-    """Return what shows a run."""
+    """Return the display of a run."""
     return TableDisplay(world, level) if on_terminal else LogDisplay(world, level)

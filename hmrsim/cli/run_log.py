@@ -43,10 +43,10 @@ _log = logging.getLogger(__name__)
 
 
 class EventLog:
-    """A sink that logs goals when they are accepted and when they end, and what else happens.
+    """A sink that logs goals when they are accepted and when they end, and other events.
 
     Args:
-        least: Events that matter less are not logged.
+        least: Events of a lower severity are not logged.
         goals: Whether goals are.
     """
 
@@ -59,7 +59,7 @@ class EventLog:
         return topic is Topic.EVENTS
 
     def emit(self, event: Event) -> None:
-        """Log what concerns people."""
+        """Log a goal or an event."""
         if isinstance(event, GoalChanged):
             if self._goals:
                 self._log_goal(event)
@@ -82,10 +82,10 @@ class EventLog:
 
 
 class Later:
-    """A sink that hands on goals' changes and events when there is time, so that the simulation does not wait for it.
+    """A sink that forwards goals' changes and events when the simulation is idle, so as not to delay it.
 
     Args:
-        sink: To whom.
+        sink: The sink to forward to.
     """
 
     def __init__(self, sink: Sink) -> None:
@@ -93,11 +93,11 @@ class Later:
         self._events: list[Event] = []
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether the other sink takes a topic."""
+        """Return whether the other sink wants a topic."""
         return self._sink.wants(topic)
 
     def emit(self, event: Event) -> None:
-        """Keep an event for a moment."""
+        """Buffer an event."""
         kind = type(event)
         if kind is GoalChanged or kind is EventStamped:
             self._events.append(event)
@@ -105,7 +105,7 @@ class Later:
                 self.hand_on()
 
     def hand_on(self) -> None:
-        """Hand on what has been kept."""
+        """Forward the buffered events."""
         events, self._events = self._events, []
         for event in events:
             self._sink.emit(event)
@@ -130,7 +130,7 @@ class LogLines(logging.Handler):
         self._thread = threading.Thread(target=self._run, name="hmrsim-log", daemon=True)
 
     def __enter__(self) -> Self:
-        """Take the root logger's lines from now on."""
+        """Receive the root logger's lines from now on."""
         self._thread.start()
         logging.getLogger().addHandler(self)
         loggers = [logging.getLogger(name) for name in PACKAGES]
@@ -140,7 +140,7 @@ class LogLines(logging.Handler):
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """Write what is left, if that does not take long."""
+        """Write the remaining lines, if that does not take long."""
         logging.getLogger().removeHandler(self)
         for logger, level in self._levels:
             logger.setLevel(level)
@@ -158,11 +158,11 @@ class LogLines(logging.Handler):
 
 
 def _to_stderr(line: str) -> None:
-    """Write a line past Python's buffers, whose locks a thread that is stuck here would hold for ever."""
+    """Write a line without Python's buffers, whose locks a blocked thread would hold for ever."""
     data = f"{line}\n".encode(errors="replace")
     try:
         while data:
             data = data[os.write(sys.__stderr__.fileno() if sys.__stderr__ else 2, data) :]
     except OSError:
-        # The stream has no reader any more.
+        # The stream has no reader left.
         return

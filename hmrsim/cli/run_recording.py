@@ -1,4 +1,4 @@
-"""The sink that records a run to a file, and what it says when the file is complete."""
+"""The sink that records a run to a file, and its message when the file is complete."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def recorded(path: Path, settings: RunSettings) -> Iterator[Callable[[Simulator, Pacing], Sequence[Sink]]]:
-    """Return what makes the sink that records a run to a file, which is complete after the context."""
+    """Return a factory of the sink that records a run to a file, which is complete after the context."""
     made: list[tuple[RecordingFile, Recorder, RecordingSink]] = []
     with ExitStack() as files:
 
@@ -45,6 +45,6 @@ def recorded(path: Path, settings: RunSettings) -> Iterator[Callable[[Simulator,
 
 
 def account(path: Path, file: RecordingFile, recorder: Recorder) -> str:
-    """Return how much was recorded, for people."""
+    """Return how much was recorded, as text."""
     seconds = (recorder.time.now - recorder.time.begin) / NANOSECONDS
     return f"recorded {seconds:.1f} s: {file.messages} messages, {path.stat().st_size / 1e6:.1f} MB in {path}"

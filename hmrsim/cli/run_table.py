@@ -36,7 +36,7 @@ _COLUMNS: Final = (
 
 
 class LastGoals:
-    """A sink that remembers how the last goal of each robot ended; it wants the clock, so that time moves on between.
+    """A sink that remembers how the last goal of each robot ended; it wants the clock, so that the shown time advances.
 
     Attributes:
         verdicts: By robot.
@@ -59,10 +59,10 @@ class HostTable(RobotTable[Robot]):
     """Shows the robots of a host on stderr.
 
     Args:
-        host: What to look at.
+        host: The host.
         world: The world's name.
-        goals: How the robots' last goals ended.
-        console: Where to show it; stderr if None.
+        goals: The ends of the robots' last goals.
+        console: The console; stderr if None.
     """
 
     def __init__(self, host: Host, world: str, goals: LastGoals, console: Console | None = None) -> None:
@@ -79,7 +79,7 @@ class HostTable(RobotTable[Robot]):
         return f"{printable(self._world)}   {self._host.simulator.now:.1f} s   {factor}{lag}"
 
     def row(self, name: str, robot: Robot) -> Sequence[str | Text]:
-        """Return what a robot does; the simulation's thread may move it meanwhile, so look again if it did."""
+        """Return the activity of a robot; read again if the simulation's thread has changed it meanwhile."""
         for _ in range(_TRIES):
             try:
                 pose, remaining = robot.pose(), robot.distance_remaining
@@ -100,7 +100,7 @@ class HostTable(RobotTable[Robot]):
 
 
 def _verdict(event: GoalChanged) -> Text:
-    """Return how a goal ended: why, if it went wrong."""
+    """Return how a goal ended, and why if it failed."""
     why = error_of(event.result) if event.status is GoalStatus.ABORTED and event.result is not None else ""
     text = f"{event.status.name}: {printable(why)}" if why else f"{event.status.name} {event.action}"
     return Text(text, style=_STYLES.get(event.status, ""))

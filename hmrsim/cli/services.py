@@ -24,7 +24,7 @@ _OF_ACTIONS: Final = {
 
 @dataclass(frozen=True)
 class Service:
-    """Something that can be asked.
+    """A service.
 
     Attributes:
         name: As in ROS, such as ``/_world/info`` or ``/wall_e/wait/_action/send_goal``.
@@ -38,7 +38,7 @@ class Service:
 
 
 def services(info: Info) -> Iterator[Service]:
-    """Yield all services: the world's, as the simulator tells them, then those of actions by all their names."""
+    """Yield all services: those of the world, then those of actions under all their names."""
     told = {one["name"]: one.get("type", "") for one in info.get("services", ())}
     for name, ros_type in ({f"{WORLD}/{name}": kind for name, kind in _ALWAYS.items()} | told).items():
         yield Service(f"/{name.removeprefix('/')}", ros_type)

@@ -37,7 +37,7 @@ class _Tally:
         self.statuses: Counter[str] = Counter()
 
     def wants(self, _topic: Topic) -> bool:
-        """Return False: goals' ends come unasked."""
+        """Return False: ends of goals are delivered without it."""
         return False
 
     def emit(self, event: Event) -> None:

@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from hmrsim.simulation.scripts import Script
 
 _MIN_WALL_TIME: Final = 1e-6
-"""Wall seconds; nothing is taken to be done in less."""
+"""Minimum wall seconds that are assumed, to avoid a division by zero."""
 _COLOURS: Final = {ScriptState.DONE: "green", ScriptState.RUNNING: "yellow", ScriptState.FAILED: "red"}
 
 
 def show_summary(summary: dict[str, Any], scripts: list[Script]) -> None:
-    """Print the summary for people: a line a robot, then the whole."""
+    """Print the summary as text: one line per robot, then the totals."""
     if scripts:
         table = Table("robot", "orders", "state", "ended at", "why", box=None, pad_edge=False)
         for script in scripts:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 _SERVING: Final = ("run", "view", "record")
-"""Commands that a signal ends well, whenever it comes."""
+"""Commands that a signal ends successfully, whenever it arrives."""
 
 _DONE: Final = 0
 
@@ -22,7 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code.
 
     Args:
-        argv: What stands behind ``hmrsim`` on the command line; that of this process if None.
+        argv: The arguments after ``hmrsim``; those of this process if None.
     """
     words = sys.argv[1:] if argv is None else argv
     try:

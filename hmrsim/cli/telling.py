@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def text_of(event: Event) -> str:
-    """Return what an event says of its subject; "" for one that happens too often for a log."""
+    """Return the text of an event without its subject; "" for one that is too frequent for a log."""
     if event.severity is Severity.DEBUG:
         return ""
     return event.text({"goal": lambda _goal: _asked(event)}) if isinstance(event, GoalAccepted) else event.text()
@@ -27,5 +27,5 @@ def _asked(event: GoalAccepted) -> str:
     try:
         return summary(action.goal.model_validate(event.goal)) if action else ""
     except ValidationError:
-        # Of a simulator of another version.
+        # From a simulator of another version.
         return ""

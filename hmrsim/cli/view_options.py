@@ -24,7 +24,7 @@ _log = logging.getLogger(__name__)
 
 
 def check_port(view: int | None) -> None:
-    """Do nothing if a page can be served on a port, or none is wanted; before anything else is begun or overwritten.
+    """Check that a page can be served on a port, if one is wanted, before anything is started or overwritten.
 
     Raises:
         BadOptions: Another process listens there.
@@ -45,7 +45,7 @@ class View:
         self._child = Child("view", "hmrsim.cli:main", ["view", *arguments, "--json"], self._lines.put)
 
     def url(self) -> str:
-        """Return where the page is, once it can be opened.
+        """Return the URL of the page, once it can be opened.
 
         Raises:
             BadOptions: It can't be served; the text says why.
@@ -56,7 +56,7 @@ class View:
             line = None
         if line is None:
             self._child.code(_EXIT_TIMEOUT)
-            # Its options are not those of the run.
+            # Its options differ from those of the run.
             why = self._child.complaints.rpartition("\n")[2].removeprefix("hmrsim: ").replace("--port", "--view")
             raise BadOptions(f"--view: {why or 'the server of the page does not start'}")
         ready: dict[str, Any] = json.loads(line)

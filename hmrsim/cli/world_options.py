@@ -12,18 +12,18 @@ if TYPE_CHECKING:
 
 
 def add_world_options(parser: argparse.ArgumentParser, *, argument: str = "world") -> None:
-    """Give a command its WORLD and the options that go with it.
+    """Add WORLD and its options to a command.
 
     Args:
         parser: Of the command.
-        argument: What the world is called there.
+        argument: The name of the argument.
     """
     add_world_argument(parser, argument=argument)
     add_settings(parser, WorldSettings)
 
 
 def add_world_argument(parser: argparse.ArgumentParser, *, argument: str = "world") -> None:
-    """Give a command its WORLD alone."""
+    """Add WORLD only to a command."""
     parser.add_argument(
         argument, metavar=argument.upper(), help="a world file of any format, or the name of a shipped world"
     )

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def read_world(
     args: argparse.Namespace, *, argument: str = "world", below: Mapping[str, Any] | None = None
 ) -> LoadedWorld:
-    """Read the world that a command line names, with what it adds.
+    """Read the world that a command line names, with its additions.
 
     Args:
         args: The command line.
@@ -28,7 +28,7 @@ def read_world(
         below: The settings of a file.
 
     Raises:
-        WorldError: Something is wrong with it.
+        WorldError: It is not valid.
     """
     settings = read_settings(args, WorldSettings, below)
     options = ReadOptions(settings.page, renames(settings.rename), settings.lenient, settings.neighbours)
