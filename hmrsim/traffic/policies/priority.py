@@ -128,11 +128,11 @@ class Priority(Reserve):
         if wait is None or not wait.leg.slots:
             return False
         slot = next(self.slots.missing(robot, wait.leg.slots), None)
-        chain = None if slot is None else self._chain(slot, robot, robot, {robot: None})
-        if chain is None:
-            return False
         # A vehicle that stands on the lane has to leave it before another one enters.
         goes = slot == wait.leg.slots[-1]
+        chain = None if slot is None else self._chain(slot, robot, robot, {robot: None}, goes=goes)
+        if chain is None:
+            return False
         if not self._yield(chain, robot, [(robot, wait.leg)] if goes else []):
             return False
         if goes:
@@ -153,28 +153,31 @@ class Priority(Reserve):
         for slot in range(len(lanes.names), len(lanes.names) + len(lanes.tracks)):
             if not any(self._gives_way(other, robot) for other in self.slots.inside(slot)):
                 continue
-            chain = self._chain(slot, robot, robot, {robot: None})
+            chain = self._chain(slot, robot, robot, {robot: None}, goes=False)
             if chain is not None and self._yield(chain, robot):
                 return True
         return False
 
-    def _chain(self, slot: int, first: Vehicle, pusher: Vehicle, pushed: dict[Vehicle, None]) -> _Chain | None:
+    def _chain(
+        self, slot: int, first: Vehicle, pusher: Vehicle, pushed: dict[Vehicle, None], *, goes: bool
+    ) -> _Chain | None:
         """Return which vehicles drive where so that there is room in a slot; None if they can't make any.
 
         Args:
             slot: The slot.
-            first: The vehicle to which all yield; it leaves its own place when it goes on.
+            first: The vehicle to which all yield.
             pusher: The vehicle that needs the slot; no other can go where it is.
             pushed: The vehicles that have been asked already.
+            goes: Whether the first vehicle leaves its own place at the same time.
         """
         for other in sorted(self.slots.inside(slot), key=rank, reverse=True):
             if other in pushed or not self._gives_way(other, first):
                 continue
             pushed[other] = None
             for way in self._refuges(other, pusher):
-                if not self.slots.full(way.end) or first in self.slots.inside(way.end):
+                if not self.slots.full(way.end) or (goes and first in self.slots.inside(way.end)):
                     return [(other, way)]
-                further = self._chain(way.end, first, other, pushed)
+                further = self._chain(way.end, first, other, pushed, goes=goes)
                 if further is not None:
                     return [(other, way), *further]
         return None

@@ -334,6 +334,13 @@ STEPPED_BACK = (
 )
 """A robot steps back at the instant at which it set out to make room."""
 
+MIDDLE_OF_A_LANE = (
+    grid(3, 2, r0=("n01", 1.0), r1=("n21", 0.5), r2=("n20", 2.0), r3=("n00", 0.5)),
+    [(0.0, "r0", "n11"), (0.0, "r2", "n01"), (5.0, "r1", "n01")],
+    [(0.0, "r0")],
+)
+"""A robot that was stopped on a lane can leave it by one end only, where another one has to make room, too."""
+
 
 def check_places(simulator):
     """Fail if two robots are at one waypoint or on one lane."""
@@ -359,6 +366,7 @@ def check_places(simulator):
 @example(crowd=TWO_KNOTS)
 @example(crowd=ONE_YET_TO_ASK)
 @example(crowd=STEPPED_BACK)
+@example(crowd=MIDDLE_OF_A_LANE)
 def test_never_two_in_one_place_and_every_goal_ends(policy, crowd):
     """At every instant; where nobody is canceled, priority brings everybody to the goal."""
     world, goals, cancels = crowd
