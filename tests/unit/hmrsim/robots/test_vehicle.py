@@ -21,7 +21,7 @@ from hmrsim.interfaces.nav2_msgs import FollowPath, NavigateToPose, Spin, Wait
 from hmrsim.navigation.motion import drive_of, spin, straight
 from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.topics import Topic
-from hmrsim.robots import vehicle
+from hmrsim.robots import vehicle_body
 from hmrsim.robots.vehicle_state import TRANSITIONS, IllegalTransition, VehicleEvent, VehicleState
 from hmrsim.traffic.policies import Policy
 from hmrsim.traffic.policies import registry as policies
@@ -109,14 +109,14 @@ def stage(monkeypatch):
     monkeypatch.setitem(policies(), "passive", policy)
     run = simulate(WORLD, topics=EVENTS)
     robot = run.simulator.robots["ann"]
-    seen, next_state = [], vehicle.next_state
+    seen, next_state = [], vehicle_body.next_state
 
     def watched(state: VehicleState, event: VehicleEvent) -> VehicleState:
         after = next_state(state, event)
         seen.append((state, event))
         return after
 
-    monkeypatch.setattr(vehicle, "next_state", watched)
+    monkeypatch.setattr(vehicle_body, "next_state", watched)
     return Stage(run, robot, seen)
 
 

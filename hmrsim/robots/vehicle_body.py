@@ -1,0 +1,252 @@
+"""What a vehicle does and where it is: its state, and its pose as a formula of time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.geometry import Pose, distance
+from hmrsim.navigation.motion import Piece, Progress
+from hmrsim.robots.vehicle_state import VehicleEvent, VehicleState, next_state
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from simpy import Event, Timeout
+
+    from hmrsim.engine.environment import Environment
+    from hmrsim.engine.subscriptions import EventPublisher
+    from hmrsim.geometry import Point
+    from hmrsim.navigation.graph import WaypointGraph
+    from hmrsim.navigation.motion import Drive
+    from hmrsim.navigation.route import Leg, Route
+    from hmrsim.traffic.admission import Passage
+    from hmrsim.world.model import Base
+
+NEVER_STOPPED: Final = (-1.0, 0.0)
+"""When a vehicle was stopped, and at which run-up, if it never was."""
+
+
+class VehicleBody:
+    """A vehicle as it stands or moves.
+
+    What it does is one `VehicleState`, which the events of `hmrsim.robots.vehicle_state` change.
+
+    Args:
+        env: The simulation's clock and events.
+        name: Its name.
+        robot_type: The name of its robot type.
+        base: Its settings.
+        speed: Its maximum speed, in the world's unit a second.
+        home: Its pose at the start.
+        graph: The lanes that it may use.
+        passage: Admits it to each lane.
+        publisher: Publishes what it does.
+        changed: Called whenever it begins or ceases to move, or begins a lane or a turn; None for no call.
+
+    Attributes:
+        name: Its name.
+        type: The name of its robot type.
+        base: Its settings.
+        radius: Of its footprint; 0 if it has none.
+        flies: Whether nothing on the ground is in its way.
+        home: Its pose at the start.
+        recoveries: How often it had to wait or to take another route, since the start.
+        rerouted: How often it has taken another route on this trip.
+        set_out: When it began this trip, in simulated seconds.
+        speed_scale: The factor of its maximum speed.
+        disabled_reasons: Why it is disabled, by cause, such as ``battery_empty``; empty while it can be used.
+    """
+
+    # More attributes than a class can share the names of among its objects: each would have a large table of its own.
+    __slots__ = (
+        "_arrived",
+        "_began",
+        "_changed",
+        "_drive",
+        "_entry",
+        "_env",
+        "_final_yaw",
+        "_graph",
+        "_number",
+        "_on_piece_end",
+        "_passage",
+        "_piece_ends",
+        "_publisher",
+        "_rest",
+        "_route",
+        "_seconds",
+        "_speed",
+        "_state",
+        "base",
+        "disabled_reasons",
+        "flies",
+        "home",
+        "name",
+        "radius",
+        "recoveries",
+        "rerouted",
+        "set_out",
+        "speed_scale",
+        "type",
+    )
+
+    def __init__(  # noqa: PLR0913 - each is a part of its world
+        self,
+        env: Environment,
+        name: str,
+        base: Base,
+        *,
+        robot_type: str,
+        speed: float,
+        home: Pose,
+        graph: WaypointGraph,
+        passage: Passage,
+        publisher: EventPublisher,
+        changed: Callable[[], None] | None = None,
+    ) -> None:
+        self.name = name
+        self.type = robot_type
+        self.base = base
+        self.radius = base.radius or 0.0
+        self.flies = base.flies
+        self.home = home
+        self.recoveries = self.rerouted = 0
+        self.set_out = 0.0
+        self.speed_scale = 1.0
+        self.disabled_reasons: dict[str, str] = {}
+        self._env = env
+        self._speed = speed
+        self._graph = graph
+        self._passage = passage
+        self._publisher = publisher
+        self._changed = changed
+        self._state = VehicleState.IDLE
+        # Where it stands, and when it was stopped there last, with the run-up of the speed that it had.
+        self._rest = home
+        self._entry = NEVER_STOPPED
+        # Where it is to go, and the yaw to face there, None for any.
+        self._route: Route | None = None
+        self._final_yaw: float | None = None
+        # How it drives there, which piece of the drive it is at, since when, and until when.
+        self._drive: Drive | None = None
+        self._seconds: Sequence[float] = ()
+        self._number = 0
+        self._began = 0.0
+        self._piece_ends: Timeout | None = None
+        self._on_piece_end: list[Callable[[Any], None]] = []
+        self._arrived: Event | None = None
+
+    @property
+    def now(self) -> float:
+        """The simulated time, in seconds."""
+        return self._env.now
+
+    # --- state ----------------------------------------------------------------------------------------------------
+
+    @property
+    def state(self) -> VehicleState:
+        """What it does."""
+        return self._state
+
+    @property
+    def stands(self) -> bool:
+        """Whether it stands, and goes nowhere."""
+        return self._state.stands
+
+    @property
+    def moves(self) -> bool:
+        """Whether it is on its way, and nothing is in it."""
+        return self._state.moves
+
+    @property
+    def waits(self) -> bool:
+        """Whether it stands on its way, since something is in it."""
+        return self._state.waits
+
+    @property
+    def sets_out(self) -> bool:
+        """Whether it begins a lane or a turn at this very instant."""
+        return self._state.moves and self._began == self._env.now
+
+    @property
+    def busy(self) -> bool:
+        """Whether its goal needs it to stand still."""
+        return self._state is VehicleState.WORKING
+
+    @property
+    def may_yield(self) -> bool:
+        """Whether it stands, and could go somewhere else for a while."""
+        return self._state is VehicleState.IDLE or (self._state.waits and self._goal is not None)
+
+    @property
+    def disabled(self) -> str:
+        """Why it can do nothing now; empty while it can be used."""
+        return next(iter(self.disabled_reasons.values()), "")
+
+    @property
+    def _goal(self) -> Point | None:
+        """The point to which another route may lead; None if it goes nowhere, or its path is given point by point."""
+        return None if self._route is None else self._route.goal
+
+    def _enter(self, event: VehicleEvent) -> None:
+        self._state = next_state(self._state, event)
+
+    # --- pose -----------------------------------------------------------------------------------------------------
+
+    def progress(self) -> Progress:
+        """Return where it is now, and how far it still has to go; nothing is left when it stands."""
+        if self._drive is None:
+            return Progress(self._rest)
+        return self._drive.progress(self._number, 0.0 if self._state.waits else self._env.now - self._began)
+
+    def pose(self) -> Pose:
+        """Return the position of its centre and its yaw, now."""
+        return self.progress().pose
+
+    @property
+    def piece(self) -> Piece | None:
+        """The lane or the turn that it drives now; None when it stands, or waits."""
+        return None if self._drive is None or self._state.waits else self._drive.piece(self._number)
+
+    @property
+    def next_leg(self) -> Leg | None:
+        """The leg that it drives now, or waits for; None when it stands, or turns."""
+        return None if self._drive is None else self._drive.legs[self._number]
+
+    @property
+    def legs_ahead(self) -> list[Leg]:
+        """The legs that it has not driven to their ends; none when it stands."""
+        return [] if self._drive is None else [leg for leg in self._drive.legs[self._number :] if leg]
+
+    @property
+    def speed(self) -> float:
+        """The maximum speed that it can go now, in the world's unit a second."""
+        return self._speed * self.speed_scale
+
+    def velocity(self) -> tuple[float, float]:
+        """Return the speed ahead and the turning rate, now; the mean of a piece that has no constant speed."""
+        piece = self.piece
+        return (0.0, 0.0) if piece is None else piece.velocity
+
+    @property
+    def distance_remaining(self) -> float:
+        """The remaining length of the route that it drives; 0 when it stands."""
+        return self.progress().length
+
+    def distance_to(self, point: Point) -> float:
+        """Return how far its centre is from *point*."""
+        return distance(self.pose().point, point)
+
+    @property
+    def began(self) -> float:
+        """When it began the piece that it drives now, in simulated seconds."""
+        return self._began
+
+    def motion(self) -> dict[str, Any] | None:
+        """Return the piece that it drives now, as an observer sees it; None when it stands, or waits."""
+        piece = self.piece
+        return piece.describe() if piece else None
+
+    def route(self) -> list[list[float]]:
+        """Return the points that it still drives to, as JSON values; none when it stands."""
+        return [[*leg.end] for leg in self.legs_ahead]

@@ -1,0 +1,267 @@
+"""Driving: a vehicle drives one lane or turn after the other, each lane when traffic admits it.
+
+There is one event a lane, and none in between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from simpy import Event, Timeout
+from simpy.events import NORMAL
+
+from hmrsim.errors import NoRoute
+from hmrsim.events.robots import RouteTaken, Stopped
+from hmrsim.events.traffic import Rerouted
+from hmrsim.geometry import distance
+from hmrsim.navigation.motion import drive
+from hmrsim.robots.vehicle_body import VehicleBody
+from hmrsim.robots.vehicle_state import VehicleEvent, VehicleState
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Generator, Sequence
+
+    from hmrsim.errors import GoalAborted
+    from hmrsim.events.robots import MotionBegan
+    from hmrsim.navigation.graph import Lane
+    from hmrsim.navigation.motion import Drive
+    from hmrsim.navigation.route import Leg
+
+
+class DrivingVehicle(VehicleBody):
+    """A vehicle that carries out drives, can be stopped anywhere, and yields to others; see `Vehicle`."""
+
+    __slots__ = ()
+
+    def halt(self) -> None:
+        """Stop here, wherever it was going; nothing happens if it stands."""
+        if self._state.stands:
+            return
+        leg = None if self._state.waits or self.sets_out else self.next_leg
+        piece = self.piece
+        # A drive that begins at this instant begins at this speed.
+        self._entry = self._env.now, piece.run_up(self._env.now - self._began) if piece else 0.0
+        self._rest = self.pose()
+        if self._piece_ends is not None:
+            self._env.abandon(self._piece_ends)
+        self._drive = self._piece_ends = None
+        self._enter(VehicleEvent.HALT)
+        self._passage.stopped(self, leg)
+        if self._changed is not None:
+            self._changed()
+        self._publisher.publish(lambda: Stopped(self.name, self._rest.point))
+
+    def give_up(self, why: GoalAborted) -> None:
+        """Stop on its way, and fail the drive."""
+        arrived = self._arrived
+        self.halt()
+        _fail(arrived, why)
+
+    # --- driving --------------------------------------------------------------------------------------------------
+
+    def _driven(self, legs: Sequence[Leg]) -> Drive:
+        """Return how it drives legs from where it is, and then turns to the final yaw of its trip, if any.
+
+        A base that yields leaves at once, since another one counts on its place, and turns neither before nor after.
+        """
+        yields = self._state.yields
+        return drive(
+            self.pose(),
+            legs,
+            None if yields or self._route is None else self._final_yaw,
+            speed=self.speed,
+            acceleration=self.base.acceleration,
+            turning_rate=None if yields else self.base.turning_rate,
+            run_up=self._entry[1] if self._entry[0] == self._env.now else 0.0,
+        )
+
+    def _carry_out(self, driven: Drive, event: VehicleEvent) -> Generator[Any, Any, None]:
+        if not driven.seconds:
+            return
+        self._enter(event)
+        self._arrived = Event(self._env)
+        self._begin(driven)
+        yield from self._arrival()
+
+    def _arrival(self) -> Generator[Any, Any, None]:
+        try:
+            yield self._arrived
+        except BaseException:
+            self.halt()
+            raise
+
+    def _begin(self, driven: Drive, *, admitted: bool = False) -> None:
+        """Begin a drive from where it is, or wait; nothing may be scheduled for the one before."""
+        self._drive, self._seconds, self._number = driven, driven.seconds, 0
+        self._began = self._env.now
+        if self._publisher.interest.motion:
+            self._publisher.publish_untraced(lambda: RouteTaken(self.name, [leg.end for leg in self.legs_ahead]))
+        if admitted or self._may_begin(0):
+            self._begin_piece(0)
+
+    def _begin_piece(self, number: int) -> None:
+        """Begin a piece of the drive; `_begin_next` goes on from there.
+
+        One timeout is scheduled anew for each piece, past the process that drives: with many robots that is half
+        the work of the whole simulation.
+        """
+        self._number, self._began = number, self._env.now
+        self._piece_ends = Timeout(self._env, self._seconds[number])
+        self._piece_ends.callbacks = self._on_piece_end = [self._begin_next]
+        self._publish_motion()
+
+    def _begin_next(self, piece_end: Event) -> None:
+        if piece_end is not self._piece_ends:
+            # It was stopped on that way.
+            return
+        number = self._number + 1
+        if number == len(self._seconds):
+            self._arrive()
+        elif not self._passage.needed or self._may_begin(number):
+            self._number, self._began = number, self._env.now
+            piece_end.callbacks = self._on_piece_end
+            self._env.schedule(piece_end, NORMAL, self._seconds[number])
+            self._publish_motion()
+
+    def _publish_motion(self) -> None:
+        if self._changed is not None:
+            self._changed()
+        if self._publisher.interest.motion:
+            self._publisher.publish_untraced(self._motion_began)
+
+    def _motion_began(self) -> MotionBegan:
+        piece = self.piece
+        if piece is None:
+            raise AssertionError
+        return piece.event(self.name)
+
+    def _may_begin(self, number: int) -> bool:
+        """Return whether it is admitted to a piece of its drive; if not, it waits here."""
+        leg = self._drive.legs[number] if self._drive and self._state.needs_admission and not self.flies else None
+        if leg is None or self._passage.admit(self, leg):
+            return True
+        self._number = number
+        self._block()
+        self._passage.decide(self)
+        return False
+
+    def _block(self) -> None:
+        self._enter(VehicleEvent.BLOCK)
+        self._piece_ends = None
+        self.recoveries += 1
+        if self._changed is not None:
+            self._changed()
+
+    def _arrive(self) -> None:
+        driven, arrived = self._drive, self._arrived
+        if driven is None or arrived is None:
+            raise AssertionError
+        last = driven.piece(len(self._seconds) - 1)
+        self._rest, self._drive, self._piece_ends = last.end, None, None
+        self._enter(VehicleEvent.ARRIVE)
+        self._passage.arrived(self)
+        if self._changed is not None:
+            self._changed()
+        if self._state is VehicleState.YIELDED:
+            self._plan_on()
+        else:
+            arrived.succeed()
+
+    def _plan_on(self) -> None:
+        """Plan the rest of its trip, if any, from where it has yielded."""
+        goal = self._goal
+        if goal is None:
+            self._enter(VehicleEvent.ARRIVE)
+        else:
+            try:
+                route = self._passage.plan(self, self._rest.point, goal)
+            except NoRoute as error:
+                self._enter(VehicleEvent.HALT)
+                _fail(self._arrived, error)
+                return
+            self._route = route
+            driven = self._driven(route.legs)
+            if driven.seconds:
+                self._drive, self._seconds, self._number = driven, driven.seconds, 0
+            else:
+                # Where it has yielded is where it was going.
+                self._enter(VehicleEvent.ARRIVE)
+                if self._arrived is not None:
+                    self._arrived.succeed()
+        self._passage.yielded(self)
+
+    # --- traffic --------------------------------------------------------------------------------------------------
+
+    def go_on(self) -> None:
+        """Drive the leg for which it waits: it is admitted now."""
+        if self._drive is None or self._drive.in_pieces:
+            self._enter(VehicleEvent.RESUME)
+            self._begin_piece(self._number)
+        else:
+            driven = self._driven(self.legs_ahead)
+            self._enter(VehicleEvent.RESUME)
+            self._begin(driven, admitted=True)
+
+    def ask_again(self) -> None:
+        """Ask for the right of way again if it waits, and drive on or keep waiting."""
+        if self._drive is not None and self._state.waits:
+            self._enter(VehicleEvent.RESUME)
+            self._begin(self._drive)
+
+    def step_back(self) -> None:
+        """Lose the right of way at the instant at which it sets out, and wait."""
+        piece_ends = self._piece_ends
+        self._block()
+        if piece_ends is not None:
+            self._env.abandon(piece_ends)
+
+    def reroute(self, avoid: Collection[Lane]) -> bool:
+        """Take another route from where it waits, without these lanes; return whether there is one."""
+        goal = self._goal
+        if goal is None or not self._state.waits:
+            return False
+        try:
+            route = self._passage.plan(self, self.pose().point, goal, avoid)
+        except NoRoute:
+            return False
+        if route.legs and route.legs[0] == self.next_leg:
+            # It begins with what is in the way, where it waits in the middle of a lane.
+            return False
+        self._route = route
+        self.recoveries += 1
+        self.rerouted += 1
+        self._publisher.publish(lambda: Rerouted(self.name, self.pose().point))
+        # It may have to turn first, and then asks later.
+        self._passage.forget(self)
+        driven = self._driven(route.legs)
+        self._enter(VehicleEvent.REROUTE)
+        self._begin(driven)
+        return True
+
+    def yield_along(self, leg: Leg, *, rerouted: bool = False) -> None:
+        """Yield to another vehicle by driving a leg from where it stands, to which it is admitted already.
+
+        Then it goes on to where it was going, if anywhere, when the traffic policy lets it.
+
+        Args:
+            leg: The leg.
+            rerouted: Whether this counts as another route.
+        """
+        here, stood = self.pose().point, self._state.stands
+        self._enter(VehicleEvent.YIELD)
+        if stood:
+            self._route, self._arrived = None, Event(self._env)
+        self._drive = None
+        self.rerouted += rerouted
+        if here != leg.start:
+            # It stands beside the waypoint, as after backing up.
+            leg = replace(leg, start=here, length=distance(here, leg.end))
+        self._begin(self._driven([leg]), admitted=True)
+
+
+def _fail(arrived: Event | None, why: GoalAborted) -> None:
+    if arrived is not None and not arrived.triggered:
+        arrived.fail(why)
+        # It may have no goal, as when it yields.
+        arrived.defused = True
