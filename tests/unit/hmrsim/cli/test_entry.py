@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -178,56 +176,6 @@ def test_interrupted(broken_command):
     broken_command(KeyboardInterrupt())
 
     assert 130 == main(["map"])
-
-
-def test_interrupted_while_it_loads():
-    """Ctrl-C before there is anybody to handle it is 130, and no traceback."""
-    program = (
-        "import os, signal, sys; from hmrsim.cli import main; "
-        "sys.addaudithook(lambda event, _: event == 'import' and os.kill(os.getpid(), signal.SIGINT)); "
-        "sys.exit(main(['map']))"
-    )
-
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-
-    assert (130, "") == (done.returncode, done.stderr)
-
-
-def test_reader_that_has_seen_enough_is_no_failure():
-    """``hmrsim … | head -1`` ends without complaint."""
-    program = "from hmrsim.cli import main; raise SystemExit(main(['map', 'validate', 'nosuch', '--json']))"
-
-    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-        process.stdout.close()
-        complaint = process.stderr.read()
-
-    assert (0, b"") == (process.returncode, complaint)
-
-
-@pytest.mark.parametrize("arguments", [["--help"], ["map", "info", "hospital"], ["completion", "bash"]], ids=" ".join)
-@pytest.mark.parametrize("unbuffered", ["", "1"])
-def test_full_disk_is_one_line(arguments, unbuffered):
-    """What can't be written ends with 1 and one line, whatever Python buffers."""
-    with Path("/dev/full").open("w", encoding="utf-8") as full:
-        done = subprocess.run(
-            [sys.executable, "-m", "hmrsim.cli", *arguments],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
-            text=True,
-            check=False,
-        )
-
-    assert (1, "hmrsim: can't write the output: no space left on device\n") == (done.returncode, done.stderr)
-
-
-def test_closed_output_is_one_line():
-    """Where there is no stdout nothing can be told: 1 and one line."""
-    command = f"{sys.executable} -m hmrsim.cli map info hospital >&-"
-
-    done = subprocess.run(["/bin/sh", "-c", command], stderr=subprocess.PIPE, text=True, check=False)
-
-    assert (1, "hmrsim: can't write the output: stdout is closed\n") == (done.returncode, done.stderr)
 
 
 def test_every_line_of_an_error_names_the_program():

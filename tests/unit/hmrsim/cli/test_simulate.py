@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 
 import pytest
 
@@ -121,37 +119,6 @@ def test_goals_are_logged_when_asked_for(simulate, rooms):
     ] == (lines[-2:])
     assert 11 == len(lines)
     assert 16.0 == json.loads(out)["sim_time"]
-
-
-INTERRUPTED = """
-import os, signal, sys
-from hmrsim.cli import main
-from hmrsim.robots.robot import Robot
-
-Robot.plan_to = lambda *_: os.kill(os.getpid(), signal.SIGINT)
-sys.exit(main(["simulate", sys.argv[1]]))
-"""
-
-
-def test_ctrl_c_ends_it_with_130(rooms):
-    """Also when it comes in the middle of a robot's action, and without a word."""
-    done = subprocess.run(
-        [sys.executable, "-c", INTERRUPTED, rooms], capture_output=True, text=True, check=False, timeout=30
-    )
-
-    assert (130, "", "") == (done.returncode, done.stdout, done.stderr)
-
-
-def test_json_does_not_wait_for_tables(rooms):
-    """What draws tables takes its time to load."""
-    program = (
-        "import sys; from hmrsim.cli import main; main(['simulate', sys.argv[1], '--json']); "
-        "print('rich' in sys.modules)"
-    )
-
-    done = subprocess.run([sys.executable, "-c", program, rooms], capture_output=True, text=True, check=True)
-
-    assert "False" == done.stdout.splitlines()[-1]
 
 
 def test_it_ends_with_the_last_script(simulate, rooms):

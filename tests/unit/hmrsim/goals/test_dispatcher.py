@@ -20,6 +20,7 @@ from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import CancelGoal, ForgetResult, GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import GoalChanged
+from tests.profiles import examples
 from tests.simulation import simulate
 
 A, B, C, D = (letter * 32 for letter in "abcd")
@@ -525,6 +526,7 @@ _COMMANDS = st.one_of(
 )
 
 
+@examples(60)
 @given(st.lists(st.tuples(st.floats(0, 4), _COMMANDS), max_size=25), st.booleans())
 def test_any_commands_leave_each_accepted_goal_one_terminal_status_and_every_robot_free(commands, stopped):
     """Whatever is sent when: legal transitions only, one end each, one answer each, nobody holds a base."""

@@ -1,0 +1,90 @@
+"""How commands end that are interrupted, or whose output nobody takes: processes of their own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+INTERRUPTED = """
+import os, signal, sys
+from hmrsim.cli import main
+from hmrsim.robots.robot import Robot
+
+Robot.plan_to = lambda *_: os.kill(os.getpid(), signal.SIGINT)
+sys.exit(main(["simulate", sys.argv[1]]))
+"""
+
+
+def test_ctrl_c_ends_a_simulation_with_130():
+    """Also when it comes in the middle of a robot's action, and without a word."""
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED, "zoo/door"], capture_output=True, text=True, check=False, timeout=30
+    )
+
+    assert (130, "", "") == (done.returncode, done.stdout, done.stderr)
+
+
+def test_json_does_not_wait_for_tables():
+    """What draws tables takes its time to load."""
+    program = (
+        "import sys; from hmrsim.cli import main; main(['simulate', sys.argv[1], '--json']); "
+        "print('rich' in sys.modules)"
+    )
+
+    done = subprocess.run([sys.executable, "-c", program, "zoo/door"], capture_output=True, text=True, check=True)
+
+    assert "False" == done.stdout.splitlines()[-1]
+
+
+def test_interrupted_while_it_loads():
+    """Ctrl-C before there is anybody to handle it is 130, and no traceback."""
+    program = (
+        "import os, signal, sys; from hmrsim.cli import main; "
+        "sys.addaudithook(lambda event, _: event == 'import' and os.kill(os.getpid(), signal.SIGINT)); "
+        "sys.exit(main(['map']))"
+    )
+
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+
+    assert (130, "") == (done.returncode, done.stderr)
+
+
+def test_reader_that_has_seen_enough_is_no_failure():
+    """``hmrsim … | head -1`` ends without complaint."""
+    program = "from hmrsim.cli import main; raise SystemExit(main(['map', 'validate', 'nosuch', '--json']))"
+
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.close()
+        complaint = process.stderr.read()
+
+    assert (0, b"") == (process.returncode, complaint)
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["map", "info", "zoo/door"], ["completion", "bash"]], ids=" ".join)
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_full_disk_is_one_line(arguments, unbuffered):
+    """What can't be written ends with 1 and one line, whatever Python buffers."""
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "hmrsim.cli", *arguments],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
+            text=True,
+            check=False,
+        )
+
+    assert (1, "hmrsim: can't write the output: no space left on device\n") == (done.returncode, done.stderr)
+
+
+def test_closed_output_is_one_line():
+    """Where there is no stdout nothing can be told: 1 and one line."""
+    command = f"{sys.executable} -m hmrsim.cli map info zoo/door >&-"
+
+    done = subprocess.run(["/bin/sh", "-c", command], stderr=subprocess.PIPE, text=True, check=False)
+
+    assert (1, "hmrsim: can't write the output: stdout is closed\n") == (done.returncode, done.stderr)
