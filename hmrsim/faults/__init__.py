@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Pose
     from hmrsim.items import Item
     from hmrsim.robots.power import Energy
-    from hmrsim.traffic.admission import Passage
+    from hmrsim.traffic.admission import Admission
 
 _MAX = 1e9
 
@@ -137,7 +137,7 @@ class FaultSite(Protocol):
         """Docks, doors and lifts, by name."""
 
     @property
-    def passage(self) -> Passage:
+    def passage(self) -> Admission:
         """What admits robots to lanes, and knows which are closed."""
 
     def connect(self, name: str, *, connected: bool) -> None:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.robots.docking import DockBay
-    from hmrsim.traffic.admission import Passage
+    from hmrsim.traffic.admission import Admission
     from hmrsim.world.model import RobotSpec, World
 
 C = TypeVar("C")
@@ -50,7 +50,7 @@ class Robot(MobileBase):
         graph: The lanes that it may use.
         items: All items of the world, by name.
         docks: All docks of the world, by name.
-        passage: Admits it to each lane.
+        admission: Admits it to each lane.
         plans: Asks an external planner.
         publisher: Publishes what it does.
         abort: Aborts the goal that holds the base of the robot of a name, with a reason.
@@ -92,7 +92,7 @@ class Robot(MobileBase):
         graph: WaypointGraph,
         items: Mapping[str, Item],
         docks: Mapping[str, DockBay],
-        passage: Passage,
+        admission: Admission,
         plans: Plans,
         publisher: EventPublisher,
         abort: Callable[[str, str], None],
@@ -106,7 +106,7 @@ class Robot(MobileBase):
             speed=world.speed(kind.base),
             home=Pose(*world.point(spec.at), spec.yaw),
             graph=graph,
-            passage=passage,
+            admission=admission,
             publisher=publisher,
             changed=self._follow_motion if docks or "battery" in kind.components else None,
         )
@@ -244,9 +244,9 @@ class Robot(MobileBase):
 
     def _obstruct(self) -> None:
         """Obstruct the lane where it stands if it is disabled, and no other lane."""
-        self._passage.closures.clear(self.name)
+        self._admission.closures.clear(self.name)
         if self.disabled and not self.flies:
-            self._passage.closures.obstruct(self.name, self.pose().point, self.disabled)
+            self._admission.closures.obstruct(self.name, self.pose().point, self.disabled)
 
     def enter_dock(self, dock: DockBay) -> None:
         """Be docked, and charge if the dock is a charger."""
@@ -359,7 +359,7 @@ class Robot(MobileBase):
         item.attach_to(self)
         if self.energy is not None:
             self.energy.carry(handled=True)
-        self._passage.closures.clear(item.name)
+        self._admission.closures.clear(item.name)
         self._publisher.publish(lambda: ItemPicked(self.name, item.name))
 
     def put(self, item: Item, point: Point) -> None:
@@ -374,10 +374,10 @@ class Robot(MobileBase):
         point = self.pose().point
         self.lose(item)
         self._lay(item, point)
-        self._passage.closures.obstruct(item.name, point, f"{item.name} has fallen there")
+        self._admission.closures.obstruct(item.name, point, f"{item.name} has fallen there")
         self._publisher.publish(lambda: ItemDropped(self.name, item.name, point))
 
     def _lay(self, item: Item, point: Point) -> None:
         item.lie_at(point)
         if item.blocks:
-            self._passage.closures.obstruct(item.name, point, f"{item.name} lies there")
+            self._admission.closures.obstruct(item.name, point, f"{item.name} lies there")

@@ -40,7 +40,7 @@ class MobileBase(DrivingVehicle):
             start = self.pose().point
         else:
             self._graph.check_start(start)
-        return self._graph.fly(start, goal) if self.flies else self._passage.plan(self, start, goal)
+        return self._graph.fly(start, goal) if self.flies else self._admission.plan(self, start, goal)
 
     def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:
         """Return the route from where it is straight from point to point, and what is in its way; or ""."""
@@ -94,7 +94,7 @@ class MobileBase(DrivingVehicle):
         """Stand somewhere else at once; no goal that holds the base may be running."""
         self.halt()
         self._rest, self._entry = pose, NEVER_STOPPED
-        self._passage.place(self)
+        self._admission.place(self)
 
     def disable(self, cause: str, why: str) -> None:
         """Stop, and be able to do nothing until this and all other causes are gone."""
@@ -117,7 +117,7 @@ class MobileBase(DrivingVehicle):
         """Have no work any more; nothing happens if it does something else by now."""
         if self._state is VehicleState.WORKING:
             self._enter(VehicleEvent.FINISH_WORK)
-        self._passage.became_idle(self)
+        self._admission.became_idle(self)
 
     def scale_speed(self, scale: float) -> None:
         """Go at this share of its maximum speed, also on the route that it drives now."""

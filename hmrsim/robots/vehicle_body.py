@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.navigation.motion import Drive
     from hmrsim.navigation.route import Leg, Route
-    from hmrsim.traffic.admission import Passage
+    from hmrsim.traffic.admission import Admission
     from hmrsim.world.model import Base
 
 NEVER_STOPPED: Final = (-1.0, 0.0)
@@ -39,7 +39,7 @@ class VehicleBody:
         speed: Its maximum speed, in the world's unit a second.
         home: Its pose at the start.
         graph: The lanes that it may use.
-        passage: Admits it to each lane.
+        admission: Admits it to each lane.
         publisher: Publishes what it does.
         changed: Called whenever it begins or ceases to move, or begins a lane or a turn; None for no call.
 
@@ -59,6 +59,7 @@ class VehicleBody:
 
     # More attributes than a class can share the names of among its objects: each would have a large table of its own.
     __slots__ = (
+        "_admission",
         "_arrived",
         "_began",
         "_changed",
@@ -69,7 +70,6 @@ class VehicleBody:
         "_graph",
         "_number",
         "_on_piece_end",
-        "_passage",
         "_piece_ends",
         "_publisher",
         "_rest",
@@ -100,7 +100,7 @@ class VehicleBody:
         speed: float,
         home: Pose,
         graph: WaypointGraph,
-        passage: Passage,
+        admission: Admission,
         publisher: EventPublisher,
         changed: Callable[[], None] | None = None,
     ) -> None:
@@ -117,7 +117,7 @@ class VehicleBody:
         self._env = env
         self._speed = speed
         self._graph = graph
-        self._passage = passage
+        self._admission = admission
         self._publisher = publisher
         self._changed = changed
         self._state = VehicleState.IDLE

@@ -47,7 +47,7 @@ class DrivingVehicle(VehicleBody):
             self._env.abandon(self._piece_ends)
         self._drive = self._piece_ends = None
         self._enter(VehicleEvent.HALT)
-        self._passage.stopped(self, leg)
+        self._admission.stopped(self, leg)
         if self._changed is not None:
             self._changed()
         self._publisher.publish(lambda: Stopped(self.name, self._rest.point))
@@ -118,7 +118,7 @@ class DrivingVehicle(VehicleBody):
         number = self._number + 1
         if number == len(self._seconds):
             self._arrive()
-        elif not self._passage.needed or self._may_begin(number):
+        elif not self._admission.needed or self._may_begin(number):
             self._number, self._began = number, self._env.now
             piece_end.callbacks = self._on_piece_end
             self._env.schedule(piece_end, NORMAL, self._seconds[number])
@@ -139,11 +139,11 @@ class DrivingVehicle(VehicleBody):
     def _may_begin(self, number: int) -> bool:
         """Return whether it is admitted to a piece of its drive; if not, it waits here."""
         leg = self._drive.legs[number] if self._drive and self._state.needs_admission and not self.flies else None
-        if leg is None or self._passage.admit(self, leg):
+        if leg is None or self._admission.admit(self, leg):
             return True
         self._number = number
         self._block()
-        self._passage.decide(self)
+        self._admission.decide(self)
         return False
 
     def _block(self) -> None:
@@ -160,7 +160,7 @@ class DrivingVehicle(VehicleBody):
         last = driven.piece(len(self._seconds) - 1)
         self._rest, self._drive, self._piece_ends = last.end, None, None
         self._enter(VehicleEvent.ARRIVE)
-        self._passage.arrived(self)
+        self._admission.arrived(self)
         if self._changed is not None:
             self._changed()
         if self._state is VehicleState.YIELDED:
@@ -175,7 +175,7 @@ class DrivingVehicle(VehicleBody):
             self._enter(VehicleEvent.ARRIVE)
         else:
             try:
-                route = self._passage.plan(self, self._rest.point, goal)
+                route = self._admission.plan(self, self._rest.point, goal)
             except NoRoute as error:
                 self._enter(VehicleEvent.HALT)
                 _fail(self._arrived, error)
@@ -189,7 +189,7 @@ class DrivingVehicle(VehicleBody):
                 self._enter(VehicleEvent.ARRIVE)
                 if self._arrived is not None:
                     self._arrived.succeed()
-        self._passage.yielded(self)
+        self._admission.yielded(self)
 
     # --- traffic --------------------------------------------------------------------------------------------------
 
@@ -222,7 +222,7 @@ class DrivingVehicle(VehicleBody):
         if goal is None or not self._state.waits:
             return False
         try:
-            route = self._passage.plan(self, self.pose().point, goal, avoid)
+            route = self._admission.plan(self, self.pose().point, goal, avoid)
         except NoRoute:
             return False
         if route.legs and route.legs[0] == self.next_leg:
@@ -233,7 +233,7 @@ class DrivingVehicle(VehicleBody):
         self.rerouted += 1
         self._publisher.publish(lambda: Rerouted(self.name, self.pose().point))
         # It may have to turn first, and then asks later.
-        self._passage.forget(self)
+        self._admission.forget(self)
         driven = self._driven(route.legs)
         self._enter(VehicleEvent.REROUTE)
         self._begin(driven)

@@ -10,7 +10,7 @@ from hmrsim.facilities.docks import DockBays
 from hmrsim.items import Item
 from hmrsim.protocol.outputs import RosterChanged
 from hmrsim.robots.robot import Robot
-from hmrsim.traffic.admission import Passage
+from hmrsim.traffic.admission import Admission
 from hmrsim.world.model import RobotSpec
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class Roster:
 
     fixtures: dict[str, Fixture]
 
-    passage: Passage
+    passage: Admission
     robots: dict[str, Robot]
     items: dict[str, Item]
     _world: World
@@ -94,7 +94,7 @@ class Roster:
         for _, robot in sorted(self.robots.items()):
             robot.retire()
         self._world, self._graph = world, graph
-        self.passage = Passage(
+        self.passage = Admission(
             self._env, world, graph, publisher=self._publisher, ways_changed=lambda: self._emit(RosterChanged())
         )
         self.spawned.clear()
@@ -212,7 +212,7 @@ class Roster:
             graph=self._graph,
             items=self.items,
             docks=self._docks,
-            passage=self.passage,
+            admission=self.passage,
             plans=self._plans,
             publisher=self._publisher,
             abort=self._dispatcher.free,

@@ -13,10 +13,10 @@ from hmrsim.errors import GoalAborted, NoRoute
 from hmrsim.events.traffic import MadeRoom, Waiting, WentOn
 from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
-from hmrsim.traffic.lane_closures import Closures
+from hmrsim.traffic.lane_closures import LaneClosures
 from hmrsim.traffic.policies import Wait
 from hmrsim.traffic.policies import registry as policies
-from hmrsim.traffic.wait_timeout import Patience
+from hmrsim.traffic.wait_timeout import WaitTimeout
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Sequence
@@ -53,7 +53,7 @@ class Barrier(Protocol):
         """Take note that a vehicle has driven through, or has stopped on its way."""
 
 
-class Passage:
+class Admission:
     """The lanes of one world, and the vehicles and obstructions on them.
 
     Args:
@@ -61,7 +61,7 @@ class Passage:
         world: The world, whose traffic settings must have been checked.
         graph: Its lanes.
         publisher: Publishes which vehicles wait.
-        ways_changed: Called when lanes have been closed or opened; see `Closures.publish`.
+        ways_changed: Called when lanes have been closed or opened; see `LaneClosures.publish`.
 
     Attributes:
         world: Likewise.
@@ -90,12 +90,12 @@ class Passage:
         self._barriers: dict[Lane, list[Barrier]] = {}
         self._off_lanes: list[Barrier] = []
         self._inside: dict[Vehicle, list[Barrier]] = {}
-        self.closures = Closures(graph, publisher, self._follow_closures, ways_changed)
+        self.closures = LaneClosures(graph, publisher, self._follow_closures, ways_changed)
         self._queues: dict[Vehicle, Callable[[], Sequence[Vehicle]]] = {}
         self._asking: deque[Vehicle] = deque()
         policy = policies()[world.traffic.policy]
         settings = policy.settings.model_validate(world.traffic.model_dump())
-        self._patience = Patience(env, settings.patience, waits=self._still_waits, lost=self._give_up)
+        self._wait_timeout = WaitTimeout(env, settings.patience, waits=self._still_waits, expired=self._give_up)
         self._rules = policy.rule(self, settings) if policy.rule else None
         self._obstructed = False
         self.needed = self._rules is not None
@@ -374,7 +374,7 @@ class Passage:
         wait = self.waits[robot] = Wait(robot, leg, self._waits_since(robot, leg), why)
         if self._rules is not None:
             self._rules.stand(robot, self._rules.held(robot)[-1:])
-        self._patience.begin(wait)
+        self._wait_timeout.begin(wait)
         self.publisher.publish(lambda: self._described(wait))
 
     def _waits_since(self, robot: Vehicle, leg: Leg) -> float:
@@ -410,7 +410,7 @@ class Passage:
         """Abort the goal of a vehicle that has waited for too long."""
         robot = wait.robot
         by = " and ".join(sorted(other.name for other in self.blockers(robot)))
-        why = wait.why or f"by {by or 'somebody'}"
+        why = wait.why or f"by {by or 'another robot'}"
         x, y = robot.pose().point
         text = f"blocked for {self._env.now - wait.since:g} s at ({x:g}, {y:g}): {why}"
         robot.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text))
@@ -421,6 +421,6 @@ class Passage:
         if wait is None:
             return
         if not self.waits:
-            self._patience.stop()
+            self._wait_timeout.stop()
         if self._rules is not None:
             self._rules.forget(robot, wait.leg)

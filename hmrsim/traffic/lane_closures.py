@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hmrsim.navigation.route import Leg
 
 
-class Closures:
+class LaneClosures:
     """The closed lanes of one world; a lane may be closed for several causes.
 
     Args:

@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from hmrsim.traffic.policies import Wait
 
 
-class Patience:
+class WaitTimeout:
     """Reports waits that last too long; the limit is the same for all, so that one timeout serves them.
 
     Args:
         env: The simulation's clock and events.
         seconds: The limit; None for no limit.
         waits: Returns whether a wait still goes on.
-        lost: Called with a wait that has reached the limit.
+        expired: Called with a wait that has reached the limit.
     """
 
     def __init__(
@@ -31,46 +31,46 @@ class Patience:
         seconds: float | None,
         *,
         waits: Callable[[Wait], bool],
-        lost: Callable[[Wait], None],
+        expired: Callable[[Wait], None],
     ) -> None:
         self._env = env
         self._seconds = seconds
         self._waits = waits
-        self._lost = lost
-        self._patient: deque[Wait] = deque()
-        self._ends: Timeout | None = None
+        self._expired = expired
+        self._waiting: deque[Wait] = deque()
+        self._timeout: Timeout | None = None
 
     def begin(self, wait: Wait) -> None:
         """Watch a wait that begins."""
         if self._seconds is None:
             return
         # A robot that is sent the same way again has waited for a while already.
-        place = bisect_right(self._patient, wait.since, key=lambda other: other.since)
-        self._patient.insert(place, wait)
-        if self._ends is None:
-            self._wind_up()
+        place = bisect_right(self._waiting, wait.since, key=lambda other: other.since)
+        self._waiting.insert(place, wait)
+        if self._timeout is None:
+            self._set_timeout()
 
     def stop(self) -> None:
         """Forget all waits, and the timeout with them, so that simulated time does not go on for its sake."""
-        if self._ends is not None:
+        if self._timeout is not None:
             # It may be the event that is processed now.
-            if self._ends.callbacks is not None:
-                self._env.abandon(self._ends)
-            self._ends = None
-            self._patient.clear()
+            if self._timeout.callbacks is not None:
+                self._env.abandon(self._timeout)
+            self._timeout = None
+            self._waiting.clear()
 
-    def _wind_up(self) -> None:
+    def _set_timeout(self) -> None:
         """Set the timeout for the longest wait."""
-        self._ends = None
-        while self._patient and not self._waits(self._patient[0]):
-            self._patient.popleft()
-        if self._patient and self._seconds is not None:
-            left = self._patient[0].since + self._seconds - self._env.now
-            self._ends = self._env.timeout(max(0.0, left))
-            self._ends.callbacks = [lambda _event: self._end()]
+        self._timeout = None
+        while self._waiting and not self._waits(self._waiting[0]):
+            self._waiting.popleft()
+        if self._waiting and self._seconds is not None:
+            left = self._waiting[0].since + self._seconds - self._env.now
+            self._timeout = self._env.timeout(max(0.0, left))
+            self._timeout.callbacks = [lambda _event: self._expire()]
 
-    def _end(self) -> None:
-        wait = self._patient.popleft()
+    def _expire(self) -> None:
+        wait = self._waiting.popleft()
         if self._waits(wait):
-            self._lost(wait)
-        self._wind_up()
+            self._expired(wait)
+        self._set_timeout()
