@@ -7,12 +7,13 @@ changed. Where nothing can block a vehicle, no vehicle asks.
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from hmrsim.errors import GoalAborted, NoRoute
 from hmrsim.events.traffic import MadeRoom, Waiting, WentOn
 from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
+from hmrsim.traffic.barriers import Barriers
 from hmrsim.traffic.lane_closures import LaneClosures
 from hmrsim.traffic.policies import Wait
 from hmrsim.traffic.policies import registry as policies
@@ -26,31 +27,9 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.route import Leg, Route
+    from hmrsim.traffic.barriers import Barrier
     from hmrsim.traffic.policies import Rules, Vehicle
     from hmrsim.world.model import World
-
-
-class Barrier(Protocol):
-    """A fixture on lanes that may have to open first, such as a door."""
-
-    @property
-    def lanes(self) -> Collection[Lane]:
-        """The lanes that lead through it, in each direction in which they can be driven."""
-
-    def may_pass(self, robot: Vehicle) -> bool:
-        """Return whether it ever lets a vehicle pass; if not, routes avoid it."""
-
-    def why_not(self, robot: Vehicle, leg: Leg) -> str:
-        """Return why a vehicle can't begin a leg now, or ""; off the lanes the leg may be nowhere near.
-
-        A barrier that opens for the vehicle begins to, and calls `look_again` when it is open.
-        """
-
-    def enter(self, robot: Vehicle, leg: Leg) -> None:
-        """Take note that a vehicle begins to drive through."""
-
-    def leave(self, robot: Vehicle) -> None:
-        """Take note that a vehicle has driven through, or has stopped on its way."""
 
 
 class Admission:
@@ -87,9 +66,7 @@ class Admission:
         self.waits: dict[Vehicle, Wait] = {}
         self._stopped: dict[Vehicle, tuple[float, Wait]] = {}
         self._env = env
-        self._barriers: dict[Lane, list[Barrier]] = {}
-        self._off_lanes: list[Barrier] = []
-        self._inside: dict[Vehicle, list[Barrier]] = {}
+        self._barriers = Barriers()
         self.closures = LaneClosures(graph, publisher, self._follow_closures, ways_changed)
         self._queues: dict[Vehicle, Callable[[], Sequence[Vehicle]]] = {}
         self._asking: deque[Vehicle] = deque()
@@ -119,11 +96,7 @@ class Admission:
         Raises:
             NoRoute: As `WaypointGraph.plan` says; the text names the lanes that are closed.
         """
-        kept_off = [
-            lane
-            for lane, barriers in self._barriers.items()
-            if not all(barrier.may_pass(robot) for barrier in barriers)
-        ]
+        kept_off = self._barriers.kept_off(robot)
         try:
             if avoid:
                 return self.graph.detour(start, goal, robot.speed, kept_off, avoid)
@@ -143,9 +116,7 @@ class Admission:
 
     def add_barrier(self, barrier: Barrier) -> None:
         """Have vehicles ask a barrier on its lanes, and where they leave the lanes, too."""
-        self._off_lanes.append(barrier)
-        for lane in barrier.lanes:
-            self._barriers.setdefault(lane, []).append(barrier)
+        self._barriers.add(barrier)
         self._update_needed()
 
     def _follow_closures(self) -> None:
@@ -153,7 +124,7 @@ class Admission:
         self.look_again([*self.waits])
 
     def _update_needed(self) -> None:
-        self._obstructed = bool(self._off_lanes) or bool(self.closures.lanes)
+        self._obstructed = bool(self._barriers) or bool(self.closures.lanes)
         self.needed = self._rules is not None or self._obstructed
 
     # --- places ---------------------------------------------------------------------------------------------------
@@ -161,7 +132,7 @@ class Admission:
     def place(self, robot: Vehicle) -> None:
         """Take note that a vehicle stands where it has not driven to, or is new."""
         self.forget(robot)
-        self._leave_barriers(robot)
+        self._barriers.leave(robot)
         if self._rules is not None and not robot.flies:
             self._rules.stand(robot, self._slots_at(robot.pose().point))
 
@@ -183,7 +154,7 @@ class Admission:
         self.closures.clear(robot.name)
         self.forget(robot)
         self._stopped.pop(robot, None)
-        self._leave_barriers(robot)
+        self._barriers.leave(robot)
         if self._rules is not None and not robot.flies:
             self._rules.halted(robot)
             self._rules.leave(robot)
@@ -191,7 +162,7 @@ class Admission:
     def arrived(self, robot: Vehicle) -> None:
         """Take note that a vehicle stands at the end of what it has driven."""
         self.forget(robot)
-        self._leave_barriers(robot)
+        self._barriers.leave(robot)
         if self._rules is not None and not robot.flies:
             self._rules.stand(robot, self._rules.held(robot)[-1:])
 
@@ -200,7 +171,7 @@ class Admission:
         if robot in self.waits:
             self._stopped[robot] = self._env.now, self.waits[robot]
         self.forget(robot)
-        self._leave_barriers(robot)
+        self._barriers.leave(robot)
         if self._rules is None or robot.flies:
             return
         self._rules.halted(robot)
@@ -247,7 +218,7 @@ class Admission:
         why = self._in_the_way(robot, leg) if self._obstructed else ""
         if not why and (self._rules is None or self._rules.take(robot, leg)):
             if self._obstructed:
-                self._enter_barriers(robot, leg)
+                self._barriers.enter(robot, leg)
             return True
         self._wait(robot, leg, why)
         return False
@@ -282,36 +253,16 @@ class Admission:
 
     def _in_the_way(self, robot: Vehicle, leg: Leg) -> str:
         """Return what blocks a leg, other than vehicles; empty if nothing does."""
-        closed = self.closures.why(leg)
-        if closed:
-            return closed
-        # Each is asked, so that each begins to open.
-        barriers = self._barriers.get(leg.lane, ()) if leg.lane else self._off_lanes
-        whys = [why for barrier in barriers if (why := barrier.why_not(robot, leg))]
-        return whys[0] if whys else ""
+        return self.closures.why(leg) or self._barriers.why_not(robot, leg)
 
     def _for_good(self, robot: Vehicle, leg: Leg) -> bool:
         """Return whether a vehicle would wait in vain, so that it is to take another route."""
-        if not leg.lane:
-            return False
-        barriers = self._barriers.get(leg.lane, ())
-        return leg.lane in self.closures.lanes or not all(barrier.may_pass(robot) for barrier in barriers)
-
-    def _enter_barriers(self, robot: Vehicle, leg: Leg) -> None:
-        self._leave_barriers(robot)
-        barriers = self._barriers.get(leg.lane) if leg.lane else None
-        if barriers:
-            self._inside[robot] = [*barriers]
-            for barrier in barriers:
-                barrier.enter(robot, leg)
-
-    def _leave_barriers(self, robot: Vehicle) -> None:
-        for barrier in self._inside.pop(robot, ()):
-            barrier.leave(robot)
+        lane = leg.lane
+        return lane is not None and (lane in self.closures.lanes or not self._barriers.may_pass(robot, lane))
 
     def is_open(self, lane: Lane) -> bool:
         """Return whether only traffic can be in the way on a lane."""
-        return lane not in self.closures.lanes and lane not in self._barriers
+        return lane not in self.closures.lanes and not self._barriers.on(lane)
 
     def push(self, robot: Vehicle, leg: Leg, by: Vehicle, *, rerouted: bool = False) -> None:
         """Have a vehicle yield to another by driving a leg, whose slots it has been given."""
@@ -324,7 +275,7 @@ class Admission:
         """Let a vehicle go on that has been given the slots of the leg for which it waits."""
         wait = self.waits[robot]
         self.forget(robot)
-        self._enter_barriers(robot, wait.leg)
+        self._barriers.enter(robot, wait.leg)
         waited = self._env.now - wait.since
         self.publisher.publish(lambda: WentOn(robot.name, waited))
         robot.go_on()
@@ -370,7 +321,7 @@ class Admission:
         return robot.waits or robot in self._queues
 
     def _wait(self, robot: Vehicle, leg: Leg, why: str) -> None:
-        self._leave_barriers(robot)
+        self._barriers.leave(robot)
         wait = self.waits[robot] = Wait(robot, leg, self._waits_since(robot, leg), why)
         if self._rules is not None:
             self._rules.stand(robot, self._rules.held(robot)[-1:])

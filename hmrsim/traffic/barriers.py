@@ -1,0 +1,91 @@
+"""Barriers on lanes, such as doors, and the vehicles that drive through them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from hmrsim.navigation.graph import Lane
+    from hmrsim.navigation.route import Leg
+    from hmrsim.traffic.policies import Vehicle
+
+
+class Barrier(Protocol):
+    """A fixture on lanes that may have to open first, such as a door."""
+
+    @property
+    def lanes(self) -> Collection[Lane]:
+        """The lanes that lead through it, in each direction in which they can be driven."""
+
+    def may_pass(self, robot: Vehicle) -> bool:
+        """Return whether it ever lets a vehicle pass; if not, routes avoid it."""
+
+    def why_not(self, robot: Vehicle, leg: Leg) -> str:
+        """Return why a vehicle can't begin a leg now, or ""; off the lanes the leg may be nowhere near.
+
+        A barrier that opens for the vehicle begins to, and has vehicles look again when it is open.
+        """
+
+    def enter(self, robot: Vehicle, leg: Leg) -> None:
+        """Take note that a vehicle begins to drive through."""
+
+    def leave(self, robot: Vehicle) -> None:
+        """Take note that a vehicle has driven through, or has stopped on its way."""
+
+
+class Barriers:
+    """The barriers of one world; each is asked on its lanes, and where a vehicle leaves the lanes, too."""
+
+    def __init__(self) -> None:
+        self._all: list[Barrier] = []
+        self._on_lanes: dict[Lane, list[Barrier]] = {}
+        self._inside: dict[Vehicle, list[Barrier]] = {}
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._all)
+
+    def add(self, barrier: Barrier) -> None:
+        """Add one, with its lanes."""
+        self._all.append(barrier)
+        for lane in barrier.lanes:
+            self._on_lanes.setdefault(lane, []).append(barrier)
+
+    def on(self, lane: Lane) -> bool:
+        """Return whether there is one on a lane."""
+        return lane in self._on_lanes
+
+    def kept_off(self, robot: Vehicle) -> list[Lane]:
+        """Return the lanes that a vehicle can never pass."""
+        return [
+            lane
+            for lane, barriers in self._on_lanes.items()
+            if not all(barrier.may_pass(robot) for barrier in barriers)
+        ]
+
+    def may_pass(self, robot: Vehicle, lane: Lane) -> bool:
+        """Return whether a vehicle can ever pass a lane."""
+        return all(barrier.may_pass(robot) for barrier in self._on_lanes.get(lane, ()))
+
+    def why_not(self, robot: Vehicle, leg: Leg) -> str:
+        """Return why a vehicle can't begin a leg now, or ""."""
+        # Each is asked, so that each begins to open.
+        barriers = self._on_lanes.get(leg.lane, ()) if leg.lane else self._all
+        whys = [why for barrier in barriers if (why := barrier.why_not(robot, leg))]
+        return whys[0] if whys else ""
+
+    def enter(self, robot: Vehicle, leg: Leg) -> None:
+        """Take note that a vehicle begins a leg, and has left what it drove through before."""
+        self.leave(robot)
+        barriers = self._on_lanes.get(leg.lane) if leg.lane else None
+        if barriers:
+            self._inside[robot] = [*barriers]
+            for barrier in barriers:
+                barrier.enter(robot, leg)
+
+    def leave(self, robot: Vehicle) -> None:
+        """Take note that a vehicle is at the end of its leg, or has stopped on it."""
+        for barrier in self._inside.pop(robot, ()):
+            barrier.leave(robot)
