@@ -11,6 +11,7 @@ import select
 import socket
 import subprocess
 import sys
+from contextlib import ExitStack, contextmanager
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 from tests.paths import ROOT
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
 _PROGRAMS: Final = ("hmrsim", "bt-controller")
 _SERVER: Final = "import sys; from tests.processes import serve; sys.exit(serve(int(sys.argv[1])))"
@@ -32,6 +33,19 @@ def start(program: str, *arguments: object, **options: Any) -> subprocess.Popen[
     if program in _PROGRAMS and "PYTHONHASHSEED" not in env:
         return _Forked(words, **{**pipes, **options})
     return subprocess.Popen([Path(sys.executable).with_name(program), *words[1:]], **{**pipes, **options})
+
+
+@contextmanager
+def killed_at_the_end() -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Yield the function that starts ``hmrsim``; what still runs at the end is killed."""
+    with ExitStack() as stack:
+
+        def run(*arguments: object) -> subprocess.Popen[str]:
+            process = stack.enter_context(start("hmrsim", *arguments))
+            stack.callback(process.kill)
+            return process
+
+        yield run
 
 
 class _Forked(subprocess.Popen[str]):

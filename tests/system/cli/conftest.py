@@ -14,16 +14,8 @@ FREE_PORT = ("--listen", "tcp/127.0.0.1:0")
 @pytest.fixture
 def start():
     """Return the function that starts hmrsim as a process; what still runs at the end of the test is killed."""
-    started = []
-
-    def run(*arguments):
-        started.append(processes.start("hmrsim", *arguments))
-        return started[-1]
-
-    yield run
-    for process in started:
-        with process:
-            process.kill()
+    with processes.killed_at_the_end() as run:
+        yield run
 
 
 @pytest.fixture(scope="module")

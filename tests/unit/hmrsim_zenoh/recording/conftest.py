@@ -48,13 +48,5 @@ def record(tmp_path):
 @pytest.fixture
 def start():
     """Return the function that starts hmrsim as a process; what still runs at the end of the test is killed."""
-    started = []
-
-    def run(*arguments):
-        started.append(processes.start("hmrsim", *arguments))
-        return started[-1]
-
-    yield run
-    for process in started:
-        with process:
-            process.kill()
+    with processes.killed_at_the_end() as run:
+        yield run
