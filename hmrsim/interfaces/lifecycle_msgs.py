@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from hmrsim.interfaces.message import Bool, Message, String, UInt8
+from hmrsim.interfaces.message import Message, String, UInt8
 
 
 class State(Message):
@@ -29,27 +29,6 @@ class State(Message):
     label: String = ""
 
 
-class Transition(Message):
-    """A change of state by number and name."""
-
-    TRANSITION_CREATE: ClassVar[int] = 0
-    TRANSITION_CONFIGURE: ClassVar[int] = 1
-    TRANSITION_CLEANUP: ClassVar[int] = 2
-    TRANSITION_ACTIVATE: ClassVar[int] = 3
-    TRANSITION_DEACTIVATE: ClassVar[int] = 4
-
-    id: UInt8 = 0
-    label: String = ""
-
-
-class TransitionDescription(Message):
-    """A change of state, from where and to where."""
-
-    transition: Transition = Field(default_factory=Transition)
-    start_state: State = Field(default_factory=State)
-    goal_state: State = Field(default_factory=State)
-
-
 class GetState:
     """Ask a node for its state."""
 
@@ -60,41 +39,3 @@ class GetState:
         """The state it is in."""
 
         current_state: State = Field(default_factory=State)
-
-
-class ChangeState:
-    """Ask a node to change its state."""
-
-    class Request(Message):
-        """How."""
-
-        transition: Transition = Field(default_factory=Transition)
-
-    class Response(Message):
-        """Whether it did."""
-
-        success: Bool = False
-
-
-class GetAvailableStates:
-    """Ask a node which states there are."""
-
-    class Request(Message):
-        """Nothing needs to be said."""
-
-    class Response(Message):
-        """All of them."""
-
-        available_states: list[State] = Field(default_factory=list)
-
-
-class GetAvailableTransitions:
-    """Ask a node which changes of state are open to it."""
-
-    class Request(Message):
-        """Nothing needs to be said."""
-
-    class Response(Message):
-        """Those that are."""
-
-        available_transitions: list[TransitionDescription] = Field(default_factory=list)

@@ -123,17 +123,6 @@ def structure(cls: type[Message]) -> Structure:
     return Structure(cls.ros_type, tuple(fields) or (PADDING,))
 
 
-def type_description(cls: type[Message]) -> dict[str, Any]:
-    """Return a message's description, as in ``type_description_interfaces/msg/TypeDescription``."""
-    return structure(cls).describe()
-
-
-@cache
-def rihs01(cls: type[Message]) -> str:
-    """Return a message's hash, such as ``RIHS01_4bee5d…``."""
-    return structure(cls).hash()
-
-
 def _collect(outer: Structure, found: dict[str, Structure]) -> None:
     for field in outer.fields:
         if field.nested is not None and field.nested.name not in found:

@@ -21,7 +21,7 @@ from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.interfaces.shape_msgs import SolidPrimitive
 from hmrsim.interfaces.std_msgs import Empty
 from hmrsim_zenoh.ros2.codec.distros import DISTROS
-from hmrsim_zenoh.ros2.codec.rihs01 import rihs01, type_description
+from hmrsim_zenoh.ros2.codec.rihs01 import structure
 from tests.ros_types import messages, structures
 
 TABLE: dict[str, dict[str, str]] = json.loads((Path(__file__).parent / "rihs01.json").read_text())
@@ -91,13 +91,13 @@ WITHOUT_HASHES = {"simulation_interfaces", "vision_msgs", "tf2_msgs", "hmrsim_ms
 def checked_types() -> set[str]:
     """Return the types that kilted has in the table and all that Pickup and Place nest."""
     actions = (Pickup.Goal, Pickup.Result, Place.Goal, Place.Result)
-    nested = [one for cls in actions for one in type_description(cls)["referenced_type_descriptions"]]
+    nested = [one for cls in actions for one in structure(cls).describe()["referenced_type_descriptions"]]
     return {*(name for distro, name in HASHES if distro == "kilted"), *(one["type_name"] for one in nested)}
 
 
 def field_type(cls: type[Message], name: str) -> dict[str, Any]:
     """Return the description of the type of one field."""
-    fields = type_description(cls)["type_description"]["fields"]
+    fields = structure(cls).describe()["type_description"]["fields"]
     found: dict[str, Any] = next(field["type"] for field in fields if field["name"] == name)
     return found
 
@@ -149,12 +149,12 @@ def test_description_of_a_flat_message() -> None:
         "referenced_type_descriptions": [],
     }
 
-    assert expected == type_description(Time)
+    assert expected == structure(Time).describe()
 
 
 def test_nested_types_are_sorted_by_name() -> None:
     """What a message nests, at any depth, is described once, in the order of names."""
-    nested = type_description(NavigateToPose.Goal)["referenced_type_descriptions"]
+    nested = structure(NavigateToPose.Goal).describe()["referenced_type_descriptions"]
 
     assert [one["type_name"] for one in nested] == [
         "builtin_interfaces/msg/Time",
@@ -198,4 +198,4 @@ def test_field_without_ros_type_is_an_error() -> None:
         count: int = 0
 
     with pytest.raises(TypeError, match=r"Odd: field 'count': <class 'int'> has no ROS type"):
-        rihs01(Odd)
+        structure(Odd)
