@@ -28,16 +28,6 @@ export function told(event, { texts, world }) {
 }
 
 /**
- * Return the robots that an event names.
- * @param {Record<string, any>} event
- * @returns {string[]} Names of robots.
- */
-export function robotsOf(event) {
-  const one = event.robot && event.robot !== '_world' ? [event.robot] : [];
-  return [...new Set([...one, ...(event.robots ?? []), ...(event.for ?? []), ...(event.by ? [event.by] : [])])];
-}
-
-/**
  * Return what a goal asks for, such as "to ward_a".
  * @param {string} action
  * @param {object|null} goal

@@ -1,6 +1,6 @@
 // The log of what happens, newest first.
 
-import { robotsOf, told } from '../model/words.js';
+import { told } from '../model/words.js';
 import { button, el, icon, mark, say, sign } from './dom.js';
 import { clockWords, inWords } from './phrases.js';
 import { Rows } from './rows.js';
@@ -102,10 +102,13 @@ export class EventsPanel {
     return row;
   }
 
+  /** Select the first robot that an event names, or show the first thing. */
   #show(event) {
-    const [robot] = robotsOf(event);
-    if (robot && this.app.model.robots.has(robot)) this.app.select(robot, { center: true });
-    else this.app.centerOn(event.door ?? event.lift ?? event.dock ?? event.entity ?? event.lane?.[0]);
+    const { kind: _, ...fields } = event;
+    const named = Object.values(fields).flat().filter((value) => typeof value === 'string');
+    const robot = named.find((name) => this.app.model.robots.has(name));
+    if (robot) this.app.select(robot, { center: true });
+    else this.app.centerOn(named.find((name) => this.app.pointOf(name)));
     this.app.playback?.seek(event.t);
   }
 }
