@@ -18,10 +18,10 @@ def imported(name: str, module_name: str) -> ModuleType:
     """Return a module of the current folder, or an installed one.
 
     Raises:
-        TreeError: It can't be imported; *name* is what the user wrote.
+        TreeError: The module can't be imported; *name* is the user's name of the tree or nodes.
     """
     if not all(module_name.split(".")):
-        raise TreeError(f"{name}: {module_name!r} is no name of a module")
+        raise TreeError(f"{name}: {module_name!r} is not a module name")
     if (here := str(Path.cwd())) not in sys.path:
         sys.path.insert(0, here)
     try:

@@ -1,4 +1,4 @@
-"""The command ``bt-controller``: one file a command. Nothing imports it."""
+"""The command ``bt-controller``: one file for each subcommand."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _COMMANDS: Final = {
     "run": "run a tree for each robot",
     "check": "load and check a tree without running it",
-    "nodes": "tell what XML trees can be made of",
+    "nodes": "list the nodes of XML trees",
 }
 """Each is a module of this package with a function *configure*, which adds arguments to the command's parser."""
 

@@ -7,12 +7,12 @@ from typing import Final
 DONE: Final = 0
 FAILED: Final = 1
 WRONG_USE: Final = 2
-NOBODY: Final = 3
+NO_SIMULATOR: Final = 3
 
 EXIT_CODES: Final = """\
 exit codes:
   0 done; 1 a tree failed, or there is no such robot or action; 2 wrong use, no such tree, or the name of
-  the participant is taken; 3 no simulator answers; 130 Ctrl-C, 143 SIGTERM: the goals are canceled (a second
+  the participant is in use; 3 no simulator answers; 130 Ctrl-C, 143 SIGTERM: the goals are canceled (a second
   one does not wait for that)"""
 
 EXAMPLES: Final = """\
@@ -22,7 +22,6 @@ examples:
   bt-controller run missions:patrol --robot wall_e eve --connect tcp/10.0.0.7:7447
   bt-controller run missions:patrol --robot wall_e --json | jq -c 'select(.robot) | [.sim_time, .status]'
 
-TREE is an XML file of BehaviorTree.CPP version 4, made of the nodes that `bt-controller nodes` tells;
-or it is MODULE:FUNCTION; modules are looked for in the current folder, too. The function takes the
-robot's name or nothing, and returns the root of a py_trees tree. Each robot has a tree and a
-blackboard of its own."""
+TREE is an XML file of BehaviorTree.CPP version 4 with the nodes that `bt-controller nodes` lists, or
+MODULE:FUNCTION; modules are searched in the current folder, too. The function takes the robot's name
+or nothing, and returns the root of a py_trees tree. Each robot has its own tree and blackboard."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bt_controller.cli._codes import FAILED, NOBODY, WRONG_USE
+from bt_controller.cli._codes import FAILED, NO_SIMULATOR, WRONG_USE
 from bt_controller.core.node import PortError
 from bt_controller.errors import TreeError
 from hmrsim.errors import HmrsimError
@@ -22,5 +22,5 @@ def exit_code(error: Exception) -> int | None:
     if isinstance(error, (TreeError, PortError, BadOptions, PortTaken, NameTaken)):
         return WRONG_USE
     if isinstance(error, (NobodyThere, SimulatorGone, Unreachable, RequestTimeout)):
-        return NOBODY
+        return NO_SIMULATOR
     return FAILED if isinstance(error, HmrsimError) else None

@@ -13,7 +13,7 @@ def add_tree_options(parser: Any) -> None:
     """Add TREE and its options."""
     parser.add_argument("tree", metavar="TREE", help="FILE.xml or MODULE:FUNCTION")
     parser.add_argument(
-        "--tree", dest="tree_id", metavar="ID", help="which of the trees of FILE.xml (default: its own)"
+        "--tree", dest="tree_id", metavar="ID", help="the tree of FILE.xml to run (default: its main tree)"
     )
     parser.add_argument(
         "--nodes",
@@ -31,28 +31,27 @@ def add_tree_options(parser: Any) -> None:
         dest="values",
         type=_value,
         metavar="KEY=VALUE",
-        help="put a text on each robot's blackboard before the first tick; ports read it as they would in a file;"
-        " repeatable",
+        help="write a text to each robot's blackboard before the first tick; ports parse it as in a file; repeatable",
     )
 
 
 def add_picture_options(parser: argparse.ArgumentParser, *, when: str = "") -> None:
-    """Give a command the options that draw trees."""
+    """Add the options that draw trees to a command."""
     parser.add_argument("--dot", metavar="FILE", help=f"write a picture for Graphviz{when}; - for stdout")
     parser.add_argument("--svg", metavar="FILE", help=f"write a picture as SVG{when}, drawn by Graphviz's dot")
 
 
 def add_watching_options(parser: argparse.ArgumentParser) -> None:
-    """Give a command the options that show running trees."""
-    parser.add_argument("--quiet", action="store_true", help="show no trees, only how they ended")
+    """Add the options that show running trees to a command."""
+    parser.add_argument("--quiet", action="store_true", help="show only the final status of each tree")
     parser.add_argument(
-        "--transitions", metavar="FILE", help="write a line of JSON whenever the status of a behaviour changes"
+        "--transitions", metavar="FILE", help="write a line of JSON for each change of a behaviour's status"
     )
-    add_picture_options(parser, when=" of the trees as they ended")
+    add_picture_options(parser, when=" of the final trees")
 
 
 def _value(text: str) -> tuple[str, str]:
     key, equals, value = text.partition("=")
     if not (equals and _KEY.fullmatch(key)):
-        raise argparse.ArgumentTypeError(f"{text!r} is no KEY=VALUE, such as goal=kitchen")
+        raise argparse.ArgumentTypeError(f"{text!r} is not KEY=VALUE, such as goal=kitchen")
     return key, value

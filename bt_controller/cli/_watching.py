@@ -114,8 +114,8 @@ def why_failed(missions: Sequence[Mission]) -> dict[str, list[dict[str, str]]]:
 
 def in_words(why: Sequence[Mapping[str, str]]) -> str:
     """Return the reason of a tree's failure, to be printed after its status."""
-    told = "; ".join(f"{each['node']}: {each['message']}" if each["message"] else each["node"] for each in why)
-    return f": {told}" if told else ""
+    text = "; ".join(f"{each['node']}: {each['message']}" if each["message"] else each["node"] for each in why)
+    return f": {text}" if text else ""
 
 
 def _opened(option: str, path: str) -> Any:

@@ -22,8 +22,8 @@ examples:
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``bt-controller check``."""
     parser.description = (
-        "Load a tree, build it and print it; nothing is sent. Each mistake of a file is a line of its own;"
-        " what is still to be given with --set is told, too, and no mistake."
+        "Load a tree, build it and print it; nothing is sent. Each mistake in a file is reported on its own line,"
+        " and so are values that have to be given with --set, which are not mistakes."
     )
     parser.epilog = f"{_EXAMPLES}\n\n{EXIT_CODES}"
     add_tree_options(parser)

@@ -80,7 +80,7 @@ def _ports(node: type[Node]) -> list[dict[str, Any]]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a default as JSON has it."""
+    """Return a default as a JSON value."""
     if isinstance(value, Enum):
         return value.value
     return value if isinstance(value, (str, int, float, bool, type(None))) else str(value)

@@ -20,9 +20,9 @@ examples:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``bt-controller nodes``."""
-    parser.description = "List the nodes of XML trees; with their ports if they are named."
+    parser.description = "List the nodes of XML trees; the named ones with their ports."
     parser.epilog = f"{_EXAMPLES}\n\n{EXIT_CODES}"
-    parser.add_argument("nodes", nargs="*", metavar="NODE", help="a node's tag; all of them if none is named")
+    parser.add_argument("nodes", nargs="*", metavar="NODE", help="a node's tag (default: all nodes)")
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--json", action="store_true", help="one JSON object: nodes with their ports, by tag")
     form.add_argument("--xml", action="store_true", help="a TreeNodesModel, for editors such as Groot2")

@@ -46,40 +46,39 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--clock",
         choices=("auto", "realtime", "lockstep"),
         default="auto",
-        help="whether simulated time waits for the trees (default: %(default)s, as the simulator has it)",
+        help="whether simulated time waits for the trees (default: %(default)s, the simulator's clock mode)",
     )
     parser.add_argument(
         "--name",
         default="bt_controller",
         type=partial(_checked, Later("hmrsim_zenoh.client.participant", "check_name")),
         metavar="PARTICIPANT",
-        help="as whom to take part in lockstep (default: %(default)s)",
+        help="name of the participant in lockstep (default: %(default)s)",
     )
     parser.add_argument(
         "--period",
         type=partial(seconds, what="period"),
         metavar="SIM_S",
-        help="tick each SIM_S simulated seconds, besides when something happened"
-        " (default: where a tree needs it, each 1 s)",
+        help="tick every SIM_S simulated seconds, in addition to events (default: 1 s, for trees that need polling)",
     )
     parser.add_argument(
-        "--json", action="store_true", help="one line of JSON whenever a tree has changed, and one at the end"
+        "--json", action="store_true", help="print a line of JSON for each change of a tree, and one at the end"
     )
     parser.add_argument(
         "--confirm",
         action=argparse.BooleanOptionalAction,
-        help="tick once more after success; otherwise as the tree has it",
+        help="tick once more after success (default: as the tree specifies)",
     )
     parser.add_argument(
         "--resume",
         nargs="?",
         const="",
         metavar="MISSION",
-        help="go on where a controller of the same --name ended with a mission of this name: no step that it did is"
-        " done again (default: the name of the tree, where no MISSION is given)",
+        help="resume the mission of this name of an earlier controller with the same --name: completed steps are not"
+        " repeated (default MISSION: the name of the tree)",
     )
     parser.add_argument(
-        "--no-resume", dest="resume", action="store_false", help="begin anew, also where the tree would go on"
+        "--no-resume", dest="resume", action="store_false", help="start over, even if the tree is resumable"
     )
     add_watching_options(parser)
     add_session_options(parser)
@@ -89,7 +88,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def _robot(text: str) -> str:
     if not _ROBOT_NAME.fullmatch(text):
-        raise argparse.ArgumentTypeError(f"{text!r} is no robot's name; letters, digits and underscores are expected")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a robot's name; expected letters, digits and underscores")
     return text
 
 

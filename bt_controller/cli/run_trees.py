@@ -37,7 +37,7 @@ _GRACE: Final = 3.0
 """Wall seconds for which the simulator may be unreachable, and within which canceled goals have to end."""
 
 _SHOW_CURSOR: Final = b"\x1b[?25h"
-"""The live display hides it."""
+"""The escape sequence that shows the cursor again, which the live display hides."""
 
 
 def _chosen(args: argparse.Namespace, client: Client) -> list[str]:

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 ACTION_INPUTS: Final[Mapping[str, Port]] = MappingProxyType(
     {
-        "server_name": input_port(STRING, "Name of the action, if it is another than usual", required=False),
-        "server_timeout": input_port(DOUBLE, "Milliseconds; read and not needed: nothing waits here", required=False),
+        "server_name": input_port(STRING, "Name of the action, if it is not the default", required=False),
+        "server_timeout": input_port(DOUBLE, "Ignored: the node does not block", required=False),
     }
 )
 """The input ports of every action node."""
@@ -34,7 +34,7 @@ ACTION_INPUTS: Final[Mapping[str, Port]] = MappingProxyType(
 ACTION_OUTPUTS: Final[Mapping[str, Port]] = MappingProxyType(
     {
         "error_code_id": output_port(INT, "The result's error code; 0 for none"),
-        "error_msg": output_port(STRING, "What is wrong"),
+        "error_msg": output_port(STRING, "The error message"),
     }
 )
 """The output ports of every Nav2 action node."""
@@ -83,24 +83,24 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         """Return the goal of the input ports; None to fail without one, with a feedback message."""
         raise NotImplementedError
 
-    def take(self, result: Any) -> None:
+    def write_result(self, result: Any) -> None:
         """Write the result of a succeeded goal to the output ports."""
 
-    def take_nothing(self) -> None:
+    def clear_result(self) -> None:
         """Write empty values to the output ports: the goal did not succeed, or the node was halted."""
 
     def code_of(self, result: Any) -> tuple[int, str]:
         """Return the code and the message of a result."""
         return result.error_code, result.error_msg
 
-    def wants_other_goal(self) -> bool:
+    def should_replace_goal(self) -> bool:
         """Return whether to replace the active goal by the one that `goal` returns now."""
         return False
 
     def next_tick_time(self) -> float:
         """Return that the node needs no polling: a running goal wakes it, and one that has ended stays as it is.
 
-        Entries of the blackboard change in ticks only, so the ports that `wants_other_goal` reads need no polling.
+        Entries of the blackboard change in ticks only, so the ports that `should_replace_goal` reads need no polling.
         """
         return EACH_PERIOD if self.status is Status.INVALID else math.inf
 
@@ -111,12 +111,12 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
 
     def update(self) -> Status:
         """Return the status of the goal, after replacing it if necessary."""
-        if self.status is Status.RUNNING and self.wants_other_goal():
+        if self.status is Status.RUNNING and self.should_replace_goal():
             # The robot preempts the old goal when it accepts the new one, as Nav2's servers do.
             super().initialise()
         if self._handle is None:
             self._blame(self.UNANSWERED, self.feedback_message)
-            self.take_nothing()
+            self.clear_result()
             # A goal that was replaced.
             self.cancel()
         return super().update()
@@ -125,7 +125,7 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         """Write the code and the result to the output ports, and return the status."""
         if handle.error is not None:
             self._blame(self._code_of_error(handle.error) or self.UNANSWERED, str(handle.error))
-            self.take_nothing()
+            self.clear_result()
             self.cancel()
             return super().ended(handle)
         if handle.status is GoalStatus.CANCELED:
@@ -133,16 +133,16 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         else:
             self._blame(*self.code_of(handle.result_message))
         if handle.status is GoalStatus.SUCCEEDED:
-            self.take(handle.result_message)
+            self.write_result(handle.result_message)
         else:
-            self.take_nothing()
+            self.clear_result()
         status = super().ended(handle)
         return Status.SUCCESS if handle.status is GoalStatus.CANCELED else status
 
     def terminate(self, new_status: Status) -> None:
         """Cancel the goal if the node is halted; its earlier outputs are void then."""
         if new_status is Status.INVALID and self.status is Status.RUNNING:
-            self.take_nothing()
+            self.clear_result()
         super().terminate(new_status)
 
     def _code_of_error(self, error: Exception) -> int:

@@ -1,11 +1,11 @@
-"""The nodes of XML trees: py_trees behaviours with ports that keep to BehaviorTree.CPP's rules.
+"""The nodes of XML trees: py_trees behaviours with ports and with BehaviorTree.CPP's semantics.
 
-What is different from py_trees:
+The differences to py_trees:
 
-- **Idle** is INVALID: a node that was never ticked, or was reset by its parent. A node may be ticked again after it
-  has ended without having been reset; then its status is what it ended with.
-- **Skipped** is INVALID as the outcome of a tick: the parent goes on as if the node weren't there.
-- A node that has ended keeps the statuses of its children until it begins again, so that displays show how they ended.
+- **Idle** is INVALID: a node that was never ticked, or was reset by its parent. A node that has ended may be ticked
+  again without a reset; at that tick its status is still the final one.
+- **Skipped** is INVALID as the result of a tick: the parent continues as if the node did not exist.
+- A node that has ended keeps the statuses of its children until it starts again, for displays.
 """
 
 from __future__ import annotations
@@ -74,16 +74,16 @@ class Node(PortsMixin):
         """Return the value of an input port; None if it is optional and has no value.
 
         Raises:
-            PortError: It has none, or one of another kind.
+            PortError: The port has no value, or one of another kind.
         """
         information = self.INPUTS[port]
         client = self.blackboard_client
         value = client.get(port) if client.exists(port) else None
         if value is None:
             if information.required and information.default_value is None:
-                raise PortError(f"{self._whose(port)} has no value: nothing has written it so far")
+                raise PortError(f"{self._whose(port)} has no value yet")
             default = information.default_value
-            # The default key of a port that the file omits is no value.
+            # The default key of a port that the file omits does not count as a value.
             return None if isinstance(default, str) and default.startswith("{") else default
         kind = information.kind
         if isinstance(value, str) and kind.type is not str:
@@ -113,7 +113,7 @@ class Node(PortsMixin):
 
     @property
     def behind(self) -> float:
-        """By how many seconds the children's time is behind this node's, since it stood still for them."""
+        """The seconds by which the children's time is behind this node's, as it stood still for them."""
         return 0.0
 
     def _whose(self, port: str) -> str:
@@ -144,7 +144,7 @@ class _Parent(Node):
         raise NotImplementedError
 
     def next_tick_time(self) -> float:
-        """Return that a running node waits for its children, and that one which has ended begins again."""
+        """Return that a RUNNING node waits for its children, and that one which has ended starts again."""
         return math.inf if self.status is Status.RUNNING else EACH_PERIOD
 
     def next_ticked(self) -> Sequence[Behaviour]:
@@ -172,7 +172,7 @@ class _Parent(Node):
 
     @staticmethod
     def reset(child: Behaviour) -> None:
-        """Make a child idle, whatever it was."""
+        """Make a child idle, whatever its status."""
         if child.status is not Status.INVALID:
             child.stop(Status.INVALID)
 
@@ -213,4 +213,4 @@ class Decoration(_Parent, Decorator):
         return status
 
     def _reset_children(self) -> None:
-        """Leave a child that has ended as it is until it is ticked again."""
+        """Keep the status of a child that has ended until it is ticked again."""

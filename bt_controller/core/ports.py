@@ -27,10 +27,10 @@ class Places(Protocol):
     """Knows the named places of the world."""
 
     def pose(self, name: str) -> PoseStamped:
-        """Return where a place is.
+        """Return the pose of a place.
 
         Raises:
-            ValueError: There is no such place; the text says what there is.
+            ValueError: There is no such place; the text lists the places.
         """
 
 
@@ -39,7 +39,7 @@ class Given(str):
 
     Args:
         text: The text.
-        key: Where.
+        key: The key.
     """
 
     __slots__ = ("key",)
@@ -79,14 +79,14 @@ class Kind(Generic[T]):
         try:
             return self.parse(text, places)
         except ValueError as error:
-            said = f"--set {text.key}={shortened(text)}: " if isinstance(text, Given) else ""
-            raise ValueError(f"{said}{error}") from None
+            option = f"--set {text.key}={shortened(text)}: " if isinstance(text, Given) else ""
+            raise ValueError(f"{option}{error}") from None
 
     def doubt(self, text: str) -> str | None:
         """Return a warning about a valid text that has no effect in this simulator."""
         if not self.served or text in self.served:
             return None
-        return f"no robot here serves {shown(text)}; there are {', '.join(filter(None, self.served))}"
+        return f"no robot serves {shown(text)}; there are {', '.join(filter(None, self.served))}"
 
     def holds(self, value: object) -> bool:
         """Return whether a value is of this kind without parsing."""
@@ -102,7 +102,7 @@ class Port(PortInformation):
     """A port of a node; made by `input_port` and `output_port`.
 
     Attributes:
-        kind: What it carries.
+        kind: The kind of its values.
     """
 
     kind: Kind[Any] = None  # type: ignore[assignment]  # fields of the base class have defaults
@@ -120,7 +120,7 @@ def output_port(kind: Kind[Any], description: str = "") -> Port:
 
 
 def _declared(kind: Kind[Any]) -> Any:
-    """Return the type as py_trees is to know it: what is written in a file stays text until it is read."""
+    """Return the type for py_trees: the text in a file remains text until the port parses it."""
     return str | kind.type
 
 
@@ -132,30 +132,30 @@ def _real(text: str, _places: Places | None) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise ValueError(f"{shown(text)} is no number") from None
+        raise ValueError(f"{shown(text)} is not a number") from None
     if math.isnan(value):
-        raise ValueError(f"{shown(text)} is no number")
+        raise ValueError(f"{shown(text)} is not a number")
     return value
 
 
 def _finite(text: str, places: Places | None = None) -> float:
     value = _real(text, places)
     if math.isinf(value):
-        raise ValueError(f"{shown(text)} is no finite number")
+        raise ValueError(f"{shown(text)} is not a finite number")
     return value
 
 
 def _positive(text: str, places: Places | None) -> float:
     value = _real(text, places)
     if value <= 0.0:
-        raise ValueError(f"{shown(text)} is no number greater than 0")
+        raise ValueError(f"{shown(text)} is not a number greater than 0")
     return value
 
 
 def _share(text: str, places: Places | None) -> float:
     value = _real(text, places)
     if not 0.0 <= value <= 1.0:
-        raise ValueError(f"{shown(text)} is no number from 0 to 1")
+        raise ValueError(f"{shown(text)} is not a number from 0 to 1")
     return value
 
 
@@ -163,13 +163,13 @@ def _whole(text: str, _places: Places | None) -> int:
     try:
         return int(text)
     except ValueError:
-        raise ValueError(f"{shown(text)} is no whole number") from None
+        raise ValueError(f"{shown(text)} is not a whole number") from None
 
 
 def _unsigned(text: str, places: Places | None) -> int:
     value = _whole(text, places)
     if not 0 <= value < _UNSIGNED:
-        raise ValueError(f"{shown(text)} is no whole number from 0 to {_UNSIGNED - 1}")
+        raise ValueError(f"{shown(text)} is not a whole number from 0 to {_UNSIGNED - 1}")
     return value
 
 
@@ -186,7 +186,7 @@ def _truth(text: str, _places: Places | None) -> bool:
 
 
 def _whole_numbers(text: str, places: Places | None) -> list[int]:
-    """Return whole numbers with ``;`` between them."""
+    """Return whole numbers separated by ``;``."""
     return [_whole(part, places) for part in text.split(";") if part.strip()]
 
 
@@ -197,7 +197,7 @@ def _pose(text: str, places: Places | None) -> PoseStamped:
         if places is not None:
             return places.pose(text)
         if not text.strip():
-            raise ValueError("'' is no pose; x;y, x;y;yaw or the name of a place is expected")
+            raise ValueError("'' is not a pose; expected x;y, x;y;yaw or the name of a place")
         return PoseStamped()
     try:
         match parts:
@@ -212,11 +212,11 @@ def _pose(text: str, places: Places | None) -> PoseStamped:
                 return PoseStamped(header=Header(frame_id=frame), pose=pose)
     except ValueError:
         pass
-    raise ValueError(f"{shown(text)} is no pose; x;y, x;y;yaw, Nav2's nine fields or the name of a place is expected")
+    raise ValueError(f"{shown(text)} is not a pose; expected x;y, x;y;yaw, Nav2's nine fields or the name of a place")
 
 
 def _poses(text: str, places: Places | None) -> list[PoseStamped]:
-    """Return poses written one after the other with ``|`` between them."""
+    """Return poses separated by ``|``."""
     return [_pose(part, places) for part in text.split("|")]
 
 
@@ -232,7 +232,7 @@ def pose_stamped(x: float, y: float, yaw: float = 0.0) -> PoseStamped:
 
 _QUATERNION: Final = 4
 _UNSIGNED: Final = 1 << 32
-"""From here on an unsigned number is too large for BehaviorTree.CPP."""
+"""The smallest number that exceeds an unsigned number of BehaviorTree.CPP."""
 
 STRING: Final = Kind("string", str, _text)
 DOUBLE: Final = Kind("double", float, _real)

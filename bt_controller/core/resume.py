@@ -3,10 +3,10 @@
 A restarted controller ticks its tree from the beginning. The simulator knows finished and active goals by their ids:
 the leaf adopts such a goal instead of sending a new one.
 
-A step is what a leaf does from when it begins to its end, and is known by mission, place in the tree, and the goal
-with which it begins. Another goal at the same place is another step, of which nothing was done: also where the goal
-depends on where the robot is, as a path that is computed anew does. The step's goals, as it replaces them or sends
-them again, and those of the same step in a loop, are counted.
+A step is one execution of a leaf. It is identified by the mission, the place in the tree, and the leaf's first goal.
+Another goal at the same place is another step, which is not done yet, even if the goal differs only since it depends on
+the robot's pose, as a computed path does. The goals of a step that replace each other or are sent again, and those of
+the same step in a loop, are numbered.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Resumption:
         self._latest: tuple[str, GoalHandle[Any, Any]] | None = None
 
     def begin(self, goal: Message) -> None:
-        """Begin the step that begins with a goal."""
+        """Begin the step whose first goal this is."""
         self._step = f"{self._owner}/{_digest(goal)}"
 
     def next_id(self) -> str:

@@ -55,12 +55,12 @@ def now() -> float:
 
 
 def reached(deadline: float) -> bool:
-    """Return whether a time has come, to the nanosecond: deadlines are sums, and clocks whole nanoseconds."""
+    """Return whether a time is reached, to the nanosecond: deadlines are sums, while clocks count nanoseconds."""
     return nanoseconds(now()) >= nanoseconds(deadline)
 
 
 def nanoseconds(seconds: float) -> int:
-    """Return a time in whole nanoseconds: sums of seconds would miss each other."""
+    """Return a time in whole nanoseconds, in which equal sums of seconds compare equal."""
     return round(seconds * NANOSECONDS)
 
 
@@ -78,7 +78,7 @@ def simulated_time(now: float | None) -> Iterator[None]:
     if now is None:
         yield
         return
-    # Parts of nanoseconds would add up, until a timer is found not to have ended at the instant at which it does.
+    # Fractions of nanoseconds would accumulate, so that a timer would miss the instant of its end.
     now = nanoseconds(now) / NANOSECONDS
     stand_in: Any = _Time(now)
     others = [module.time for module in _TELLING]

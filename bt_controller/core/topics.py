@@ -1,4 +1,4 @@
-"""The robots' topics, as trees read them: the latest message.
+"""The latest messages of the robots' topics.
 
 In lockstep the message is queried while time stands still, so that a tree sees the same in every run; otherwise the
 topic is subscribed to, and each message wakes the trees that watch it.
@@ -35,12 +35,13 @@ TOPICS: Final[Mapping[str, type[Message]]] = MappingProxyType(
 
 _FEW: Final = 4
 _SHARE: Final = 16
-"""One in so many may ask alone at an instant before all are asked at once, which costs a third of it a robot."""
+"""The share of robots (one in this number) that are queried singly at an instant before all robots are queried at once,
+which costs a third as much per robot."""
 
 
 @dataclass
 class _Round:
-    """What was asked at an instant of a topic: how often, and what all robots publish if that was asked for."""
+    """The queries of a topic at an instant: their number, and the messages of all robots if those were queried."""
 
     instant: tuple[float, int]
     asked: int = 0
@@ -60,7 +61,7 @@ class Topics:
         self._client = client
         self.asks: Final = asks
         self._subscriptions: list[Subscription] = []
-        self._heard: dict[tuple[str, str], bytes] = {}
+        self._received: dict[tuple[str, str], bytes] = {}
         self._wakes: dict[tuple[str, str], list[Callable[[], None]]] = {}
         self._read: dict[tuple[str, str], tuple[object, Message]] = {}
         self._watched: Counter[str] = Counter()
@@ -81,26 +82,26 @@ class Topics:
             if not self.asks:
                 key = self._client.keys.topic(robot, topic)
                 self._subscriptions.append(self._client.subscribe(key, partial(self._hear, watched)))
-            self._heard.setdefault(watched, self._asked(robot, topic) if self.asks else self._ask(robot, topic))
+            self._received.setdefault(watched, self._asked(robot, topic) if self.asks else self._ask(robot, topic))
         if wake is not None:
             self._wakes[watched].append(wake)
 
     def latest(self, robot: str, topic: str) -> Any:
-        """Return the latest message of a topic that is watched; of a robot that has no connection, what it said last.
+        """Return the latest message of a watched topic; of a disconnected robot, its last one.
 
         Raises:
             NotServed: The robot has never published a message.
             NobodyThere, SimulatorGone, Unreachable: No simulator answers.
         """
         watched = robot, topic
-        # The payload itself tells whether it was read already; where time stands the instant does.
-        mark: object = self._instant if self.asks else self._heard[watched]
+        # A message is decoded again only for another payload, or in lockstep at another instant.
+        mark: object = self._instant if self.asks else self._received[watched]
         known, message = self._read.get(watched, (None, None))
         if message is None or known != mark:
             if self.asks:
                 with suppress(NotServed):
-                    self._heard[watched] = self._asked(robot, topic)
-            message = read(plain(TOPICS[topic]), self._heard[watched])
+                    self._received[watched] = self._asked(robot, topic)
+            message = read(plain(TOPICS[topic]), self._received[watched])
             self._read[watched] = mark, message
         return message
 
@@ -124,11 +125,11 @@ class Topics:
 
     @property
     def _instant(self) -> tuple[float, int]:
-        """What is read once: the time, and how often something was changed."""
+        """The key of the cache: the time, and the number of changes."""
         return self._client.now, self._changes
 
     def _asked(self, robot: str, topic: str) -> bytes:
-        """Return what a robot publishes at this instant; asked for with that of all robots, when many ask."""
+        """Return a robot's message at this instant; all robots are queried at once if many are needed."""
         instant, watched = self._instant, self._watched[topic]
         found = self._rounds.get(topic)
         if found is None or found.instant != instant:
@@ -146,6 +147,6 @@ class Topics:
             raise NotServed(str(error)) from None
 
     def _hear(self, watched: tuple[str, str], _key: str, payload: bytes) -> None:
-        self._heard[watched] = payload
+        self._received[watched] = payload
         for wake in self._wakes[watched]:
             wake()

@@ -20,7 +20,7 @@ class PendingTask:
         task: The task.
         at: The item's position, in the world's unit of length.
         since: When the task appeared, in simulated seconds.
-        failed: The robots that have failed at it: others come first.
+        failed: The robots that have failed at it: others have precedence.
     """
 
     task: Task
@@ -31,15 +31,15 @@ class PendingTask:
 
 @dataclass(frozen=True)
 class Robot:
-    """A robot's state, as far as allocation needs it.
+    """A robot's state for allocation.
 
     Attributes:
         name: Its name.
         type: Its type.
         actions: The names of its actions.
         at: Its position, in the world's unit of length.
-        charge: How full its battery is, 0 to 1; 1 where it has none.
-        idle: Whether it works, and has nothing to do.
+        charge: The charge of its battery, 0 to 1; 1 without a battery.
+        idle: Whether it works and has no task.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Robot:
     idle: bool = True
 
     def suits(self, task: Task) -> bool:
-        """Return whether it can do a task, now or later."""
+        """Return whether the robot can do a task, now or later."""
         return task.suits(self.type, self.actions)
 
 
@@ -61,7 +61,7 @@ class Assignment:
     Attributes:
         task: The task.
         robot: The robot's name.
-        distance: How far away the robot is, as the crow flies.
+        distance: The robot's distance in a straight line.
     """
 
     task: Task
@@ -83,9 +83,9 @@ class Policy(Protocol):
 
 
 def nearest(waiting: Sequence[PendingTask], robots: Sequence[Robot], *, least: float) -> list[Assignment]:
-    """Give each task, the longest waiting first, to the nearest robot that is free.
+    """Assign each task, the longest waiting first, to the nearest idle robot.
 
-    One that has failed at it gets it again only if no other is free; of two that are as near the first by name does.
+    A robot that has failed at the task gets it again only if no other is idle; equal distances are ordered by name.
     """
     free = [robot for robot in robots if robot.idle and robot.charge >= least]
     found = []

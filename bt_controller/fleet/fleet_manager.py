@@ -35,16 +35,16 @@ _ODOMETRY, _BATTERY = "odom", "battery_state"
 class FleetManager(Leaf):
     """Generates tasks and assigns each to a robot; succeeds when all of them are done or given up.
 
-    It is looked at when a task turns up, and when a robot is free: there is nothing to poll.
+    It is ticked when a task appears and when a robot becomes idle; no polling is needed.
 
     Args:
         robots: The names of the robots.
-        tasks: What turns up.
-        seed: Of when that is, if the blackboard has no ``seed``.
+        tasks: The tasks.
+        seed: The seed of the tasks' arrival times, if the blackboard has no ``seed``.
         mean_gap: Simulated seconds between two tasks, on average.
-        task_queue: Who gets what.
+        task_queue: The task queue.
         enough: The charge up to which robots charge.
-        patience: Simulated seconds after which a task is given up that waits, or is held by a robot that failed.
+        patience: Simulated seconds after which a waiting task, or one of a failed robot, is given up.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class FleetManager(Leaf):
         self._news: list[str] = []
 
     def setup(self, **kwargs: Any) -> None:
-        """Get to know the robots that can do any of the tasks.
+        """Look up the robots that can do any of the tasks.
 
         Args:
             **kwargs: *directory*, *topics*, *places* and *wake*, as for every behaviour.
@@ -98,17 +98,17 @@ class FleetManager(Leaf):
         self._homes = {robot: self._where(robot) for robot in self._able}
 
     def initialise(self) -> None:
-        """Draw when which task turns up."""
+        """Draw the arrival times of the tasks."""
         self._began = now()
         self._to_come = arrivals(self._tasks, seed=self._seed, mean_gap=self._mean_gap)
 
     def update(self) -> Status:
-        """Take in what has turned up, and hand out what can be done."""
+        """Accept new tasks, and assign waiting ones."""
         while self._to_come and reached(self._began + self._to_come[0].after):
             task = self._to_come.pop(0).task
             at = self.pose(task.source).pose.position
             self.task_queue.waiting.append(PendingTask(task, (at.x, at.y), since=now()))
-            self._news.append(f"{task.item} is to go from {task.source} to {task.target}")
+            self._news.append(f"new task: {task.item} from {task.source} to {task.target}")
         self._give_up_held()
         if self.task_queue.waiting:
             self._hand_out()
@@ -118,12 +118,12 @@ class FleetManager(Leaf):
         return Status.SUCCESS if self.task_queue.closed else Status.RUNNING
 
     def next_tick_time(self) -> float:
-        """Return when the next task turns up, or has waited for too long."""
+        """Return when the next task appears or times out."""
         arrival = self._began + self._to_come[0].after if self._to_come else math.inf
         waiting = [*self.task_queue.waiting, *(given.waiting for given in self._held())]
         return min([arrival, *(each.since + self._patience for each in waiting)])
 
-    # --- what the robots tell -------------------------------------------------------------------------------------
+    # --- reports of the robots ------------------------------------------------------------------------------------
 
     def finished(self, robot: str) -> None:
         """Note that a robot has done its task."""
@@ -132,7 +132,7 @@ class FleetManager(Leaf):
         self._tell(f"{robot} has brought {task.item} to {task.target}")
 
     def failed(self, robot: str, why: str) -> None:
-        """Note that a robot can't do what it is to do, or not yet."""
+        """Note that a robot has failed at its task or at charging."""
         self._broken.add(robot)
         given = self.task_queue.given.get(robot)
         what = "charge" if given is None else f"{'bring' if given.holds else 'fetch'} {given.task.item}"
@@ -141,13 +141,13 @@ class FleetManager(Leaf):
         self._tell(f"{robot} can't {what}: {why}")
 
     def gave_up(self, robot: str) -> None:
-        """Note that a robot will not do its task, and that no other robot can."""
+        """Note that a robot's task is given up, as no other robot can do it."""
         item = self.task_queue.given[robot].task.item
         self.task_queue.give_up(robot, f"{robot} holds it and is out of order")
         self._tell(f"{item} is given up: {self.task_queue.lost[item]}")
 
     def charged(self, robot: str) -> None:
-        """Note that a robot's battery is full enough."""
+        """Note that a robot's battery is charged."""
         self.low.discard(robot)
         self._tell(f"{robot} is charged")
 
@@ -159,18 +159,18 @@ class FleetManager(Leaf):
         else:
             self._broken.add(robot)
 
-    # --- what is known of places and robots -----------------------------------------------------------------------
+    # --- places and robots ----------------------------------------------------------------------------------------
 
     def pose(self, place: str) -> PoseStamped:
-        """Return where a place is."""
+        """Return the pose of a place."""
         return self._names.pose(place)
 
     def home(self, robot: str) -> PoseStamped:
-        """Return where a robot was in the beginning."""
+        """Return a robot's initial pose."""
         return self._homes[robot]
 
     def charge(self, robot: str) -> float:
-        """Return how full a robot's battery is; 1 if it has none."""
+        """Return the charge of a robot's battery, 0 to 1; 1 if it has none."""
         return float(self._topics.latest(robot, _BATTERY).percentage) if self._has_battery(robot) else 1.0
 
     def _hand_out(self) -> None:
@@ -188,7 +188,7 @@ class FleetManager(Leaf):
             self._news.append(f"{robot} has to charge: {charge:.0%}")
 
     def _held(self) -> list[Given]:
-        """Return what robots have that have failed."""
+        """Return the tasks of robots that have failed."""
         return [given for robot, given in self.task_queue.given.items() if robot in self._broken]
 
     def _give_up_held(self) -> None:
@@ -224,10 +224,10 @@ def _told(assignment: Assignment) -> str:
 
 
 def _seed(default: int) -> int:
-    """Return what the blackboard says, as ``--set seed=3`` does, or what goes without saying."""
+    """Return the seed from the blackboard, as set by ``--set seed=3``, or the default."""
     if not Blackboard.exists(_SEED):
         return default
     try:
         return int(Blackboard.get(_SEED))
     except (TypeError, ValueError):
-        raise TreeError(f"{_SEED} {Blackboard.get(_SEED)!r} is no whole number") from None
+        raise TreeError(f"{_SEED} {Blackboard.get(_SEED)!r} is not a whole number") from None

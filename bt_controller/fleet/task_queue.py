@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 @dataclass
 class Given:
-    """A task that a robot has.
+    """A task that is assigned to a robot.
 
     Attributes:
-        waiting: The task as it waited.
+        waiting: The task as it was in the queue.
         holds: Whether the robot holds its item.
     """
 
@@ -34,17 +34,17 @@ class Given:
 
 @dataclass
 class TaskQueue:
-    """Assigns tasks, and takes back tasks that a robot could not do.
+    """Assigns tasks, and queues failed ones again.
 
     Attributes:
         policy: The allocation policy.
-        least: The charge below which robots get nothing.
+        least: The charge below which robots get no tasks.
         waiting: The unassigned tasks, the longest waiting first.
         given: The assigned tasks, by robot.
         done: The tasks that are done.
-        lost: The items of the tasks that were given up, and why.
+        lost: The items of the tasks that were given up, with the reasons.
         loaded: The robots that hold an item of a task that was given up.
-        closed: Whether nothing will turn up any more, and nothing waits or is under way.
+        closed: Whether no more tasks will appear, and none waits or is assigned.
     """
 
     policy: Policy = nearest
@@ -57,7 +57,7 @@ class TaskQueue:
     closed: bool = False
 
     def hand_out(self, robots: Sequence[Robot]) -> list[Assignment]:
-        """Give waiting tasks to robots; a robot that has one is not idle, whatever it looks like."""
+        """Assign waiting tasks to robots; a robot with a task does not count as idle."""
         taken = {*self.given, *self.loaded}
         free = [replace(robot, idle=robot.idle and robot.name not in taken) for robot in robots]
         found = self.policy(self.waiting, free, least=self.least)
@@ -74,9 +74,9 @@ class TaskQueue:
         return task
 
     def fail(self, robot: str) -> None:
-        """Take a robot's task back, for others to do, before all that turned up later.
+        """Queue a robot's task again for other robots, in order of appearance.
 
-        What the robot holds stays with it: it is to bring that when it can.
+        A robot that holds the item keeps the task, and brings the item when it can.
         """
         if not self.given[robot].holds:
             waiting = self.given.pop(robot).waiting
@@ -84,7 +84,7 @@ class TaskQueue:
             self.waiting.sort(key=lambda each: (each.since, each.task.item))
 
     def give_up(self, robot: str, why: str) -> None:
-        """Note that a robot's task will not be done, as the robot holds the item and can't bring it."""
+        """Give up a robot's task, as the robot holds the item and can't bring it."""
         self.lost[self.given.pop(robot).task.item] = why
         self.loaded.add(robot)
 
@@ -93,10 +93,10 @@ class TaskQueue:
         known = list(robots)
         for each in self.waiting:
             if not any(robot.suits(each.task) for robot in known):
-                self.lost[each.task.item] = "nobody can do it"
+                self.lost[each.task.item] = "no robot can do it"
             elif each.since <= before:
                 failed = f"; {', '.join(sorted(each.failed))} failed" if each.failed else ""
-                self.lost[each.task.item] = f"it has waited for too long{failed}"
+                self.lost[each.task.item] = f"it waited too long{failed}"
         gone = [each.task.item for each in self.waiting if each.task.item in self.lost]
         self.waiting = [each for each in self.waiting if each.task.item not in self.lost]
         return gone

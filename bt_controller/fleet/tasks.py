@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Task:
-    """An item that is to be brought from one place to another.
+    """The delivery of an item from one place to another.
 
     Attributes:
-        item: The item; no two tasks have the same.
-        source: The place where it is.
-        target: The place where it is to be.
-        types: The types of robots that may do it; none for all.
-        actions: What a robot has to be able to do for it.
+        item: The item, which is unique among the tasks.
+        source: The item's place.
+        target: The destination.
+        types: The types of robots that may do it; empty for all.
+        actions: The actions that a robot needs for it.
     """
 
     item: str
@@ -35,10 +35,10 @@ class Task:
 
 @dataclass(frozen=True)
 class Arrival:
-    """A task that turns up.
+    """The arrival of a task.
 
     Attributes:
-        after: Simulated seconds since the beginning.
+        after: Simulated seconds since the start.
         task: The task.
     """
 
@@ -47,12 +47,12 @@ class Arrival:
 
 
 def arrivals(tasks: Sequence[Task], *, seed: int, mean_gap: float) -> list[Arrival]:
-    """Return some tasks in random order, at random times; of the same seed the same.
+    """Return tasks in random order, at random times; equal seeds give equal arrivals.
 
     Args:
-        tasks: Which.
-        seed: Of order and times.
-        mean_gap: Simulated seconds from one to the next on average; they are exponentially distributed.
+        tasks: The tasks.
+        seed: The seed of order and times.
+        mean_gap: Simulated seconds between two tasks on average; the gaps are exponentially distributed.
     """
     chance = random.Random(seed)
     found, after = [], 0.0

@@ -27,17 +27,17 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
 
 _LOOK_AGAIN: Final = 30.0
-"""Simulated seconds after which a robot that has failed, or charges, is looked at again."""
+"""Simulated seconds after which a failed or charging robot is checked again."""
 
 
 class Worker(Control):
     """A robot of a fleet: it delivers items, charges, and drives home when it has no task.
 
-    It runs until the task queue is closed. A robot that failed gets nothing for a while and until it accepts a goal.
+    It runs until the task queue is closed. A robot that failed gets no tasks for a while and until it accepts a goal.
 
     Args:
-        robot: Its name.
-        fleet_manager: Where it gets its tasks.
+        robot: The robot's name.
+        fleet_manager: The fleet manager, which assigns its tasks.
     """
 
     def __init__(self, robot: str, fleet_manager: FleetManager) -> None:
@@ -54,11 +54,11 @@ class Worker(Control):
         super().__init__(robot, [self._fetch, self._bring, self._recover, self._charge, self._home])
 
     def initialise(self) -> None:
-        """Begin at home, in good order."""
+        """Start at home, without failures."""
         self._failed = self._out = False
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Do what is to be done, as far as it takes no time."""
+        """Tick the current step, and further steps while they take no time."""
         while (turn := self._turn()) is not None:
             for child in self.children:
                 if child is not turn:
@@ -85,7 +85,7 @@ class Worker(Control):
         return task or ("charges" if self._robot in self._fleet_manager.low else "idle")
 
     def _turn(self) -> Behaviour | None:
-        """Return what is to be done now."""
+        """Return the current step; None if there is nothing to do."""
         if self._task_queue.closed:
             return None
         if self._failed:
@@ -98,7 +98,7 @@ class Worker(Control):
         return self._home if self._out else None
 
     def _ended(self, child: Behaviour, why: str, *, succeeded: bool) -> None:
-        """Draw the conclusions."""
+        """Process the end of a step."""
         if child is self._recover:
             self._failed = not succeeded
             self._fleet_manager.set_working(self._robot, working=succeeded)
@@ -134,7 +134,7 @@ class Worker(Control):
         return self._leaf("lay down", "place", lambda: Place.Goal(attached_object_name=self._task.item))
 
     def _dock(self) -> DockRobot.Goal:
-        """Return the goal to go where the robot stood in the beginning."""
+        """Return the goal of driving to the robot's initial pose."""
         return DockRobot.Goal(use_dock_id=False, dock_pose=self._fleet_manager.home(self._robot))
 
     def _leaf(self, name: str, action: str, goal: Callable[[], Message]) -> Behaviour:
@@ -155,7 +155,7 @@ class Charged(Leaf):
         self._next = 0.0
 
     def update(self) -> Status:
-        """Look at the battery."""
+        """Check the battery."""
         charge = self._fleet_manager.charge(self._robot)
         self.feedback_message = f"{charge:.0%}"
         if charge >= self._fleet_manager.enough:
@@ -164,12 +164,12 @@ class Charged(Leaf):
         return Status.RUNNING
 
     def next_tick_time(self) -> float:
-        """Return when to look again."""
+        """Return the time of the next check."""
         return self._next
 
 
 class _Step(ActionLeaf[Any, Any, Any]):
-    """A leaf of a robot that may lack the action: then it is never given a task that needs it."""
+    """A leaf of a robot that may lack the action; such a robot never gets a task that needs it."""
 
     def setup(self, **kwargs: Any) -> None:
         """Look the action up."""

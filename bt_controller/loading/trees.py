@@ -1,4 +1,4 @@
-"""Finding the tree that a user names: a file of BehaviorTree.CPP, or ``module:function``."""
+"""Loading of the tree that a user names: a file of BehaviorTree.CPP, or ``module:function``."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ class Plan:
     """How a tree is built, once for each robot.
 
     Attributes:
-        name: As the user wrote it.
+        name: The name that the user gave.
         function: Returns the root; takes the robot's name, the names of all robots, or nothing.
-        takes_robot: Which of the two.
+        takes_robot: Whether the function takes the robot's name.
         confirmed: Whether the tree is ticked once more after it has succeeded.
         takes_robots: Whether it is one tree for all robots, and the function takes the list of their names.
-        values: Texts that are on each blackboard from the start.
-        resumable: Whether a controller goes on with the tree where another one ended.
-        unset: A line for each port that needs a value which nothing gives, as far as that can be known.
-        doubts: A line for each thing that need not be wrong, but may not be what is meant.
+        values: The initial texts on each blackboard.
+        resumable: Whether a restarted controller resumes the tree.
+        unset: A line for each required port that nothing writes, as far as that is known.
+        doubts: A line for each warning.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Plan:
     doubts: tuple[str, ...] = ()
 
     def build(self, *robots: str) -> Behaviour:
-        """Return the root of a new tree for a robot or for all; the function finds the values, and can't change them.
+        """Return the root of a new tree for a robot or for all; the function can read the values, but not change them.
 
         Raises:
             TreeError: The function raises an error, or returns something else.
@@ -69,7 +69,7 @@ class Plan:
         except Exception as error:  # whatever the user's code raises
             raise TreeError(f"{self.name}: {described(error)}") from error
         if not isinstance(root, Behaviour):
-            raise TreeError(f"{self.name} returned {root!r}; the root of a tree is expected, a py_trees Behaviour")
+            raise TreeError(f"{self.name} returned {root!r}; expected the root of a tree, a py_trees Behaviour")
         self._set_values()
         return root
 
@@ -101,7 +101,7 @@ def resumable(function: B) -> B:
 def load(
     name: str, *, tree: str | None = None, nodes: Sequence[str] = (), values: Mapping[str, str] = _NOTHING
 ) -> Plan:
-    """Return the tree that *name* means; modules are looked for in the current folder, too.
+    """Return the tree called *name*; modules are searched in the current folder, too.
 
     Args:
         name: The path of an XML file, or MODULE:FUNCTION.

@@ -1,7 +1,7 @@
-"""The nodes that XML trees are made of, by tag: one folder a kind, one file a family.
+"""The nodes of XML trees by tag: one folder for each kind, one file for each family.
 
-A family module defines one constant, ``FAMILY``, named as its file. Others add theirs through entry points of the
-group ``bt_controller.nodes.actions``, and so on.
+A family module defines one constant, ``FAMILY``, with the name of its file. Other packages add theirs through entry
+points of the group ``bt_controller.nodes.actions``, and so on.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Family:
-    """Nodes that belong together.
+    """Related nodes.
 
     Attributes:
-        name: As its file.
-        nodes: By the tag that they have in files.
+        name: The name of the file.
+        nodes: The node classes by their tags.
     """
 
     name: str
@@ -36,33 +36,33 @@ class Family:
 
 UNSUPPORTED: Final[Mapping[str, str]] = MappingProxyType(
     {
-        "AssistedTeleop": "nobody steers robots by hand here",
+        "AssistedTeleop": "teleoperation is not simulated",
         "BlackboardCheckBool": "version 4 has Precondition, and _skipIf for any node",
         "BlackboardCheckDouble": "version 4 has Precondition, and _skipIf for any node",
         "BlackboardCheckInt": "version 4 has Precondition, and _skipIf for any node",
         "BlackboardCheckString": "version 4 has Precondition, and _skipIf for any node",
-        "CancelAssistedTeleop": "nobody steers robots by hand here",
+        "CancelAssistedTeleop": "teleoperation is not simulated",
         "CancelComputeAndTrackRoute": "there is no route server here; ComputePathToPose plans along the lanes",
-        "CancelFollowObject": "robots here don't follow objects",
-        "CheckPoseOccupancy": "there is no costmap here; ValidatePath looks at the lanes",
+        "CancelFollowObject": "following objects is not simulated",
+        "CheckPoseOccupancy": "there is no costmap; ValidatePath checks the lanes",
         "ComputeAndTrackRoute": "there is no route server here; ComputePathToPose plans along the lanes",
-        "ComputePathThroughPoses": "robots here plan to one pose: ComputePathToPose; or drive: NavigateThroughPoses",
+        "ComputePathThroughPoses": "use ComputePathToPose for one pose, or NavigateThroughPoses to drive",
         "ComputeRoute": "there is no route server here; ComputePathToPose plans along the lanes",
         "ExtractRouteNodesAsGoals": "there is no route server here; ComputePathToPose plans along the lanes",
-        "FollowObject": "robots here don't follow objects",
-        "IsPoseOccupied": "there is no costmap here; ValidatePath looks at the lanes",
-        "IsWithinPathTrackingBounds": "robots here are never off their path",
-        "ManualSelector": "it would ask a person at a terminal",
-        "PauseResumeController": "it waits for ROS services; set_simulation_state pauses the simulator",
-        "RemoveInCollisionGoals": "there is no costmap here; ValidatePath looks at the lanes",
+        "FollowObject": "following objects is not simulated",
+        "IsPoseOccupied": "there is no costmap; ValidatePath checks the lanes",
+        "IsWithinPathTrackingBounds": "simulated robots are never off their path",
+        "ManualSelector": "it needs a user at a terminal",
+        "PauseResumeController": "it needs ROS services; set_simulation_state pauses the simulator",
+        "RemoveInCollisionGoals": "there is no costmap; ValidatePath checks the lanes",
         "RetryUntilSuccesful": "version 4 has RetryUntilSuccessful",
         "SequenceStar": "version 4 has SequenceWithMemory",
-        "SmoothPath": "robots here don't smooth paths",
+        "SmoothPath": "path smoothing is not simulated",
         "SubTreePlus": 'version 4 has SubTree _autoremap="true"',
         "WouldARouteRecoveryHelp": "there is no route server here; ComputePathToPose plans along the lanes",
     }
 )
-"""Nodes of other versions, or that can't be, and what to do."""
+"""Nodes of other versions and unsupported nodes, with the reason or a remedy."""
 
 
 @cache
@@ -70,7 +70,7 @@ def registry() -> Mapping[str, type[Node]]:
     """Return all nodes by tag.
 
     Raises:
-        PluginError: A module is broken, or two have nodes of one tag.
+        PluginError: A module is broken, or two modules define the same tag.
     """
     found: dict[str, type[Node]] = {}
     for kind in ("controls", "decorators", "actions", "conditions"):
@@ -79,6 +79,6 @@ def registry() -> Mapping[str, type[Node]]:
         for family in discover(package, "FAMILY", Family).values():
             for tag, node in family.nodes.items():
                 if tag in found:
-                    raise PluginError(f"{package.__name__}.{family.name}: there is a node {tag!r} already")
+                    raise PluginError(f"{package.__name__}.{family.name}: node {tag!r} exists already")
                 found[tag] = node
     return found

@@ -10,14 +10,14 @@ from bt_controller.core.node import Node
 
 
 class Watching(Node):
-    """A node that looks whether the entry of its port ``entry`` has been written since it looked before."""
+    """A node that detects writes to the entry of its port ``entry`` since its last check."""
 
     KEYS: ClassVar = ("entry",)
 
     _seen = 0
 
     def updated(self) -> bool:
-        """Return whether it has, also with the value that it had; the first look counts from the beginning."""
+        """Return whether the entry was written, even with the same value; at first, since the start of the tree."""
         key = self._get_blackboard_key("entry")
         if key not in Blackboard.storage:
             return False

@@ -1,6 +1,6 @@
-"""The goals that a tree drives to, as Nav2's nodes look at them: the ports ``goal`` and ``goals``.
+"""The ports ``goal`` and ``goals``, by which Nav2's nodes read the goals of a tree.
 
-Where a file says nothing of these ports, they lead to the keys of their names.
+By default they are connected to the keys of the same names.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 GOAL_PORTS: Final[Mapping[str, Port]] = MappingProxyType(
     {
-        "goal": input_port(POSE, "Where to", default="{goal}", required=False),
-        "goals": input_port(POSES, "Where to, one after the other", default="{goals}", required=False),
+        "goal": input_port(POSE, "Destination", default="{goal}", required=False),
+        "goals": input_port(POSES, "Destinations in order", default="{goals}", required=False),
     }
 )
 
 
 def goals_of(node: Node) -> tuple[Any, Any]:
-    """Return the goal and the goals that a node's ports lead to; None for what isn't there."""
+    """Return the values of a node's ports ``goal`` and ``goals``; None for a missing one."""
     return node.read("goal"), node.read("goals")

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from bt_controller.core.topics import Topics
     from hmrsim.interfaces.nav_msgs import Odometry
 
-GLOBAL_FRAME: Final[Port] = input_port(STRING, "Read and not needed: all poses are of the map", required=False)
-BASE_FRAME: Final[Port] = input_port(STRING, "Read and not needed: a robot's pose is its base's", required=False)
+GLOBAL_FRAME: Final[Port] = input_port(STRING, "Ignored: all poses are in the map frame", required=False)
+BASE_FRAME: Final[Port] = input_port(STRING, "Ignored: a robot's pose is that of its base", required=False)
 
 
 class Located(Node):

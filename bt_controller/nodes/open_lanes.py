@@ -1,8 +1,7 @@
-"""Whether a path is still open: the simulator's open lanes, compared with those of earlier queries.
+"""Detection of closed lanes on a path: the simulator's open lanes are compared with those of earlier queries.
 
-The rule: a path is closed where it begins a lane that was open at some time and is not now. A robot on such a lane may
-leave it. A segment that has never been a lane counts as open: its planner has considered the walls, which don't
-move.
+A path is closed where it enters a lane that was open earlier and is not open now. A robot on such a lane may leave it.
+A segment that has never been a lane counts as open: the planner has considered the walls, which do not move.
 """
 
 from __future__ import annotations
@@ -21,11 +20,11 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.client import Client
 
 Way = tuple[Point, Point]
-"""A lane in the direction in which it is driven."""
+"""A lane in its direction of travel."""
 
 
 class OpenLanes:
-    """The lanes that are open now, and those that once were.
+    """The lanes that are open now, and those that were open earlier.
 
     Args:
         client: The connection to the simulator.
@@ -36,27 +35,27 @@ class OpenLanes:
 
     def __init__(self, client: Client) -> None:
         self._client = client
-        self._heard = b""
+        self._received = b""
         self._open: frozenset[Way] = frozenset()
         self._known: frozenset[Way] = frozenset()
         self.look()
 
     def look(self) -> None:
-        """Query which lanes are open now.
+        """Query the open lanes.
 
         Raises:
             NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator does not answer.
         """
-        heard = self._client.get(self._client.keys.world("route_graph"))
-        if heard != self._heard:
-            self._heard, self._open = heard, frozenset(_ways(json.loads(heard)))
+        received = self._client.get(self._client.keys.world("route_graph"))
+        if received != self._received:
+            self._received, self._open = received, frozenset(_ways(json.loads(received)))
             self._known |= self._open
 
     def closed_legs(self, path: Path) -> list[int]:
-        """Return the indices of the poses from which a path leads over a lane that is closed."""
+        """Return the indices of the poses after which a path enters a closed lane."""
         closed = sorted(self._known - self._open)
         legs = [(point_of(a), point_of(b)) for a, b in pairwise(path.poses)]
-        # The lane on which the path begins may be left; None as soon as it has been.
+        # The closed lane on which the path begins may be left; None after that.
         leaving = next((way for way in closed if legs and _is_on(legs[0], way) and not _is_begun(legs[0], way)), None)
         found = []
         for index, leg in enumerate(legs):
@@ -68,7 +67,7 @@ class OpenLanes:
 
 
 def _ways(graph: Any) -> Iterator[Way]:
-    """Yield the lanes of a route graph as Nav2 writes it."""
+    """Yield the lanes of a route graph in Nav2's GeoJSON format."""
     for feature in graph["features"]:
         match feature["geometry"]:
             case {"type": "LineString", "coordinates": [first, *_, last]}:
@@ -78,12 +77,12 @@ def _ways(graph: Any) -> Iterator[Way]:
 
 
 def _is_on(leg: Way, way: Way) -> bool:
-    """Return whether a leg lies on a straight lane, and leads the way that it does."""
+    """Return whether a leg lies on a straight lane in the same direction."""
     (a, b), (start, end) = leg, way
     along = (b[0] - a[0]) * (end[0] - start[0]) + (b[1] - a[1]) * (end[1] - start[1])
     return along > 0.0 and all(distance(point, foot(point, start, end)) <= SAME_PLACE for point in leg)
 
 
 def _is_begun(leg: Way, way: Way) -> bool:
-    """Return whether a leg begins where a lane does."""
+    """Return whether a leg begins at the begin of a lane."""
     return distance(leg[0], way[0]) <= SAME_PLACE

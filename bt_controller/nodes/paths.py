@@ -1,7 +1,7 @@
-"""Poses and paths: how far a robot is along one, what is left of it, parts of it.
+"""Geometry of poses and paths: distances, progress along a path, and parts of paths.
 
-Paths here have a pose where they bend, not one each few centimetres as Nav2's have. So what Nav2's documentation says
-of the pose of a path that is closest to the robot is meant of its closest point.
+Paths have a pose at each bend, while Nav2's have one every few centimetres. So the closest pose of a path in Nav2's
+documentation corresponds to the closest point here.
 """
 
 from __future__ import annotations
@@ -20,40 +20,40 @@ if TYPE_CHECKING:
 
 
 def point_of(at: PoseStamped) -> Point:
-    """Return where a pose is."""
+    """Return the position of a pose."""
     return at.pose.position.x, at.pose.position.y
 
 
 def yaw_at(at: PoseStamped) -> float:
-    """Return which way a pose faces, in radians."""
+    """Return the yaw of a pose in radians."""
     return yaw_of(at.pose.orientation.z, at.pose.orientation.w)
 
 
 def apart(a: PoseStamped, b: PoseStamped) -> float:
-    """Return how far two poses are from each other, in the world's unit of length."""
+    """Return the distance between two poses, in the world's unit of length."""
     return distance(point_of(a), point_of(b))
 
 
 def length_of(path: Path) -> float:
-    """Return how long a path is, in the world's unit of length."""
+    """Return the length of a path, in the world's unit of length."""
     return math.fsum(apart(a, b) for a, b in pairwise(path.poses))
 
 
 class Trail:
-    """A path, and the robot's progress along it, from which the search for the closest point may start."""
+    """A path and the robot's progress along it, from which the search for the closest point may start."""
 
     def __init__(self) -> None:
         self._path: Path | None = None
         self._reached = 0.0
 
     def reached(self, path: Path, at: PoseStamped, *, ahead: float = math.inf, weight: float = 0.0) -> float:
-        """Return how far along a path its point is that is closest to a pose; the first of several.
+        """Return the distance along a path of its point closest to a pose; the first of several.
 
         Args:
             path: The path, which has poses.
             at: The pose.
-            ahead: How far to look along the path from the last point that was found on it; infinite for all of it.
-            weight: What a radian between the pose and the path's poses counts as, in the world's unit of length.
+            ahead: The search distance along the path from the previous result; infinite for the whole path.
+            weight: The cost of a radian between the pose and the path's poses, in the world's unit of length.
         """
         begin = self._reached if math.isfinite(ahead) and path == self._path else 0.0
         self._path, self._reached = path, _closest(path, at, begin, begin + ahead, weight)
@@ -61,7 +61,7 @@ class Trail:
 
 
 def _closest(path: Path, at: PoseStamped, begin: float, end: float, weight: float) -> float:
-    """Return how far along a path, from *begin* to *end*, is what is closest to a pose."""
+    """Return the distance along a path of the point closest to a pose between *begin* and *end*."""
     best, nearest = begin, math.inf
     before = 0.0
     for a, b in pairwise(path.poses):
@@ -79,7 +79,7 @@ def _closest(path: Path, at: PoseStamped, begin: float, end: float, weight: floa
 
 
 def part_of(path: Path, begin: float, end: float) -> Path:
-    """Return a path's part between two distances along it; nothing is added to its ends."""
+    """Return the part of a path between two distances along it; the path is not extended."""
     poses: list[PoseStamped] = []
     before = 0.0
     for a, b in pairwise(path.poses):
@@ -93,7 +93,7 @@ def part_of(path: Path, begin: float, end: float) -> Path:
 
 
 def _point_at(path: Path, along: float) -> list[PoseStamped]:
-    """Return the one pose of a path at a distance along it; none of a path without poses."""
+    """Return a list with the pose at a distance along a path; empty for a path without poses."""
     before = 0.0
     for a, b in pairwise(path.poses):
         after = before + apart(a, b)
@@ -104,7 +104,7 @@ def _point_at(path: Path, along: float) -> list[PoseStamped]:
 
 
 def _on(a: PoseStamped, b: PoseStamped, how_far: float) -> PoseStamped:
-    """Return the pose at a distance from *a* on the way to *b*; it has the orientation of *a*."""
+    """Return the pose at a distance from *a* towards *b*, with the orientation of *a*."""
     if how_far <= 0.0:
         return a
     x, y = between(point_of(a), point_of(b), how_far / apart(a, b))

@@ -1,4 +1,4 @@
-"""Rates of simulated time, as ports say them in hertz."""
+"""Rates of simulated time in hertz, as values of ports."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ if TYPE_CHECKING:
 
 
 def period_of(node: Node, port: str) -> float:
-    """Return how many seconds a rate leaves between two times.
+    """Return the period of a rate in seconds.
 
     Raises:
-        PortError: It is no rate.
+        PortError: The rate is not positive.
     """
     rate: float = node.read(port)
     if rate <= 0.0:
-        raise PortError(f"{node.name}: port {port!r}: {rate:g} is no rate; a number greater than 0 is expected")
+        raise PortError(f"{node.name}: port {port!r}: {rate:g} is not a rate; expected a number greater than 0")
     return 1.0 / rate

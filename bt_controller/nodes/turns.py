@@ -1,4 +1,4 @@
-"""The limit of repetitions at one instant, so that simulated time can go on."""
+"""The limit of repetitions at one instant, so that simulated time can advance."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import Final
 from bt_controller.core.sim_time import now
 
 MAX_TURNS: Final = 1000
-"""Turns in one tick, and at one instant."""
+"""The largest number of repetitions in one tick, and at one instant."""
 
 
 class TurnCounter:
-    """Counts turns at one instant."""
+    """Counts repetitions at one instant."""
 
     def __init__(self) -> None:
         self._at = -math.inf
-        self._taken = 0
+        self._count = 0
 
-    def take(self) -> bool:
-        """Return whether there is another turn now; after a thousand at one instant, when time has gone on."""
+    def count(self) -> bool:
+        """Count a repetition; return whether it is allowed, which after a thousand it is when time has advanced."""
         if now() != self._at:
-            self._at, self._taken = now(), 0
-        self._taken += 1
-        return self._taken <= MAX_TURNS
+            self._at, self._count = now(), 0
+        self._count += 1
+        return self._count <= MAX_TURNS

@@ -1,1 +1,1 @@
-"""The script language of BehaviorTree.CPP's files: what it says, and the nodes that have scripts."""
+"""The script language of BehaviorTree.CPP's files, and the nodes with scripts."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from bt_controller.scripting.parser import Script
 
 _BEFORE: Final = (("_failureIf", Status.FAILURE), ("_successIf", Status.SUCCESS), ("_skipIf", Status.INVALID))
-"""In the order in which BehaviorTree.CPP looks at them."""
+"""The attributes in BehaviorTree.CPP's order of evaluation."""
 
 _AFTER: Final[Mapping[Status, tuple[str, ...]]] = MappingProxyType(
     {Status.SUCCESS: ("_onSuccess", "_post"), Status.FAILURE: ("_onFailure", "_post")}
@@ -47,14 +47,14 @@ class ScriptConditions(Scripted, Decoration):
     SCRIPTS: ClassVar = ATTRIBUTES
 
     def next_tick_time(self) -> float:
-        """Return that ``_while`` is to be looked at while the child runs."""
+        """Return that ``_while`` has to be polled while the child is RUNNING."""
         return EACH_PERIOD if "_while" in self.scripts else super().next_tick_time()
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child, unless a condition says how the node ends."""
+        """Tick the child, unless a condition determines the status."""
         status = self._before()
         if status is None:
-            # Not by `tick_child`: whether a child that has ended is idle is for the node's parent to say.
+            # Not by `tick_child`: the node's parent decides whether a child that has ended becomes idle.
             yield from self.child.tick()
             status = self.child.status
         for attribute in _AFTER.get(status, ()):
@@ -67,7 +67,7 @@ class ScriptConditions(Scripted, Decoration):
             self._halt()
 
     def _before(self) -> Status | None:
-        """Return how the node ends; None to tick the child."""
+        """Return the status that a condition determines; None to tick the child."""
         if self.status is Status.INVALID:
             for attribute, status in _BEFORE:
                 if attribute in self.scripts and self.holds(attribute):

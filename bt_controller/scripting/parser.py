@@ -49,19 +49,19 @@ _ARITHMETIC: Final[Mapping[str, tuple[int, str]]] = MappingProxyType(
         "&": (2, "bitwise"),
     }
 )
-"""How strongly an operator binds, and the kind that it belongs to."""
+"""The precedence and the kind of each operator."""
 
 _MAX_DEPTH: Final = 20
-"""How many parentheses and signs may stand in each other."""
+"""The largest depth of nested parentheses and signs."""
 
 _MAX_OPERATORS: Final = 100
-"""How many operators may stand in a row."""
+"""The largest number of consecutive operators."""
 
 _MAX_NUMBER: Final = 2**63
 
 
 class ScriptError(HmrsimError):
-    """A script can't be read, or can't be run; the text has the script, where, and what would do."""
+    """A script can't be parsed or run; the text has the script, the position and the expected token."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +69,9 @@ class Script:
     """A script that can be run; made by `parse`.
 
     Attributes:
-        text: As it was written.
+        text: The source.
         names: The entries that it reads or changes, in order of their first use.
-        changed: Those that it changes.
+        changed: The entries that it changes.
     """
 
     text: str
@@ -97,10 +97,10 @@ class Script:
 
 
 def parse(text: str) -> Script:
-    """Return a text as a script.
+    """Return a parsed script.
 
     Raises:
-        ScriptError: It is none; the error says at which character, and what is expected there.
+        ScriptError: The script is invalid; the text names the position and the expected token.
     """
     return _Parser(text).script()
 
@@ -112,7 +112,7 @@ class _Token(NamedTuple):
 
 
 class _Parser:
-    """Reads operators by how strongly they bind; one method for each level that BehaviorTree.CPP has."""
+    """A recursive-descent parser with one method for each precedence level of BehaviorTree.CPP."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -262,7 +262,7 @@ class _Parser:
         return self._tokens[self._index - 1]
 
     def _take(self, *signs: str) -> str:
-        """Return the sign that comes next if it is one of these, and go on; nothing otherwise."""
+        """Consume and return the next sign if it is one of these; else return an empty string."""
         if self._next.kind == "sign" and self._next.text in signs:
             return self._advance().text
         return ""
@@ -277,4 +277,4 @@ class _Parser:
 
     def _error(self, position: int, expected: str, got: str) -> ScriptError:
         found = f"got {got!r:.40}" if got else "got its end"
-        return ScriptError(f"script {self._text!r:.200}: character {position + 1}: {expected} is expected, {found}")
+        return ScriptError(f"script {self._text!r:.200}: character {position + 1}: expected {expected}, {found}")

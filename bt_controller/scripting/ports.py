@@ -1,4 +1,4 @@
-"""Nodes with scripts in them: how a script's names become ports, so that a file's keys lead where they should.
+"""Nodes with scripts: the names in a script become ports, so that a file's remappings apply to them.
 
 Each name is an input port ``name``, and one that a script changes is also an output port ``name>``; the builder of the
 node connects both to the same key.
@@ -27,7 +27,7 @@ class Scripted(Node):
 
     Attributes:
         SCRIPTS: The attributes that are scripts, not ports.
-        scripts: What they are.
+        scripts: The parsed scripts by attribute.
     """
 
     SCRIPTS: ClassVar[tuple[str, ...]] = ()
@@ -45,16 +45,18 @@ class Scripted(Node):
         for script in scripts.values():
             for name in script.names:
                 if name in {**cls.INPUTS, **cls.OUTPUTS}:
-                    raise ScriptError(f"script {script.text!r:.200}: {name!r} is a port of {cls.__name__}, no entry")
+                    raise ScriptError(
+                        f"script {script.text!r:.200}: {name!r} is a port of {cls.__name__}, not an entry"
+                    )
                 inputs[name] = input_port(ANY, f"Entry {name} of a script", required=False)
             for name in script.changed:
-                outputs[f"{name}>"] = output_port(ANY, f"Entry {name} as a script changes it")
+                outputs[f"{name}>"] = output_port(ANY, f"Entry {name} of a script, when it is changed")
         parts: dict[str, Any] = {"__doc__": cls.__doc__, "__module__": cls.__module__}
         parts |= {"INPUTS": inputs, "OUTPUTS": outputs, "scripts": dict(scripts)}
         return type(cls.__name__, (cls,), parts)
 
     def setup(self, **kwargs: Any) -> None:
-        """Look up where the scripts' names lead.
+        """Look up the keys of the scripts' names.
 
         Args:
             **kwargs: The arguments of all nodes.
@@ -97,7 +99,7 @@ class Scripted(Node):
         return Blackboard.storage.get(self._keys[name])
 
     def set(self, name: str, value: Any) -> None:
-        """Change an entry, or make it."""
+        """Change or create an entry."""
         self.write(f"{name}>", value)
 
     def _whose_script(self) -> str:

@@ -1,4 +1,4 @@
-"""What scripts are made of: terms that can be evaluated, each made of others."""
+"""The terms of scripts, which form an expression tree."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ if TYPE_CHECKING:
 
 
 class Environment(Protocol):
-    """Where a script finds its names."""
+    """The entries that a script can access."""
 
     def get(self, name: str) -> Any:
         """Return the value of an entry; None if there is none."""
 
     def set(self, name: str, value: Any) -> None:
-        """Change an entry, or make it."""
+        """Change or create an entry."""
 
 
 class Term(NamedTuple):
@@ -25,9 +25,9 @@ class Term(NamedTuple):
 
     Attributes:
         evaluate: Returns its value; raises ValueError, or OverflowError for numbers that are too large.
-        depth: How many terms are in each other.
-        kind: Of operators that must not be mixed with others.
-        name: Of an entry, if it is nothing else.
+        depth: The depth of nested terms.
+        kind: The kind of operators that must not be mixed with others.
+        name: The name, if the term is an entry alone.
     """
 
     evaluate: Callable[[Environment], Any]
@@ -37,7 +37,7 @@ class Term(NamedTuple):
 
 
 def literal(value: Any) -> Term:
-    """Return a value that is written in the script."""
+    """Return a literal."""
     return Term(lambda _: value)
 
 
@@ -47,26 +47,26 @@ def lookup(name: str) -> Callable[[Environment], Any]:
     def evaluate(environment: Environment) -> Any:
         value = environment.get(name)
         if value is None:
-            raise ValueError(f"{name!r} has no value: nothing has written it so far")
+            raise ValueError(f"{name!r} has no value yet")
         return value
 
     return evaluate
 
 
 def unary(sign: str, operand: Term) -> Callable[[Environment], Any]:
-    """Return what a sign makes of an operand."""
+    """Return a unary operation."""
     operation = {"-": negated, "~": complement, "!": inverted}[sign]
     return lambda environment: operation(operand.evaluate(environment))
 
 
 def binary(sign: str, left: Term, right: Term) -> Callable[[Environment], Any]:
-    """Return what an operator makes of two operands."""
+    """Return a binary operation."""
     operation = OPERATIONS[sign]
     return lambda environment: operation(left.evaluate(environment), right.evaluate(environment))
 
 
 def comparison(signs: Sequence[str], operands: Sequence[Term]) -> Callable[[Environment], Any]:
-    """Return whether each operand compares with the next as its sign says."""
+    """Return a chain of comparisons, each of an operand with the next."""
 
     def evaluate(environment: Environment) -> bool:
         left = operands[0].evaluate(environment)
@@ -81,17 +81,17 @@ def comparison(signs: Sequence[str], operands: Sequence[Term]) -> Callable[[Envi
 
 
 def choice(condition: Term, one: Term, other: Term) -> Callable[[Environment], Any]:
-    """Return one of two terms, as a condition says."""
+    """Return a conditional of two terms."""
     return lambda environment: (one if truth(condition.evaluate(environment)) else other).evaluate(environment)
 
 
 def assignment(name: str, sign: str, value: Term) -> Callable[[Environment], Any]:
-    """Return a value after writing it to an entry."""
+    """Return an assignment to an entry, whose value is the assigned one."""
 
     def evaluate(environment: Environment) -> Any:
         before = environment.get(name)
         if before is None and sign != ":=":
-            raise ValueError(f"there is no entry {name!r} yet; ':=' makes one")
+            raise ValueError(f"no entry {name!r}; ':=' creates one")
         result = value.evaluate(environment)
         if sign not in (":=", "="):
             result = OPERATIONS[sign[0]](before, result)

@@ -1,4 +1,4 @@
-"""What the operators of scripts make of their operands, as in BehaviorTree.CPP.
+"""The operators of scripts on values, as in BehaviorTree.CPP.
 
 Values are numbers, texts, truth values (1 and 0 as numbers), and whatever else is on the blackboard, which can only
 be passed on. A text that reads as a number, ``true`` or ``false`` counts as that beside a number.
@@ -23,11 +23,11 @@ _NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _WHOLE: Final = re.compile(r"[+-]?\d{1,18}")
 _BITS: Final = 63
 _EPSILON: Final = 2.0**-23
-"""BehaviorTree.CPP takes numbers that differ by less for equal."""
+"""The difference below which BehaviorTree.CPP considers numbers equal."""
 
 
 def as_number(value: object) -> float | None:
-    """Return what a value is as a number; None if it is none."""
+    """Return a value as a number; None if it is not one."""
     if isinstance(value, (int, float)):
         return value
     if not isinstance(value, str):
@@ -44,7 +44,7 @@ def truth(value: object) -> bool:
     """Return whether a value counts as true: a number that is not zero, or a text that is neither zero nor empty.
 
     Raises:
-        ValueError: It is something else.
+        ValueError: The value is something else.
     """
     number = as_number(value)
     if number is not None:
@@ -73,7 +73,7 @@ def complement(value: object) -> int:
 
 
 def inverted(value: object) -> bool:
-    """Return the other truth value."""
+    """Return the negated truth value."""
     return not truth(value)
 
 
@@ -84,14 +84,14 @@ def _equal(left: float, right: float) -> bool:
 def _number(value: object) -> float:
     number = as_number(value)
     if number is None:
-        raise ValueError(f"{_shown(value)} is no number")
+        raise ValueError(f"{_shown(value)} is not a number")
     return number
 
 
 def _whole(value: object) -> int:
     number = _number(value)
     if not math.isfinite(number) or number != int(number) or int(number).bit_length() > _BITS:
-        raise ValueError(f"{_shown(value)} is no whole number of 64 bits")
+        raise ValueError(f"{_shown(value)} is not a 64-bit integer")
     return int(number)
 
 
@@ -185,4 +185,4 @@ OPERATIONS: Final[Mapping[str, Callable[[Any, Any], Any]]] = MappingProxyType(
         ">=": partial(_compared, operator.ge),
     }
 )
-"""By sign. They raise ValueError, and OverflowError for numbers that are too large."""
+"""The operators by sign. They raise ValueError, and OverflowError for numbers that are too large."""

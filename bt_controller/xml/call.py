@@ -1,4 +1,4 @@
-"""A node as a file uses it, and what its class allows."""
+"""A node in a file, checked against its class."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Call:
-    """A node as the file uses it.
+    """A node in a file.
 
     Attributes:
-        origin: Where.
-        node: Its class, with its scripts; None for a subtree.
+        origin: The place in the file.
+        node: The node's class, with its scripts; None for a subtree.
         tree: The ID of a subtree's tree.
-        ports: What each port that the file mentions is connected with: ``{key}``, or a value.
-        scripts: Those that are the node's own.
-        around: The decoration with the scripts that any node may have; None if it has none.
-        conditions: Those scripts.
+        ports: The ports that the file mentions, each with a ``{key}`` or a value.
+        scripts: The scripts of the node's own attributes.
+        around: The decoration with the scripts of common attributes such as ``_skipIf``; None if there are none.
+        conditions: The scripts of common attributes.
         autoremap: Whether a subtree shares the keys that are not mentioned.
-        children: In order.
+        children: The children in order.
     """
 
     origin: Origin
@@ -47,14 +47,14 @@ class Call:
 
 
 def is_a(node: type[Any], form: str) -> bool:
-    """Return whether a node is of the kind that a long form says, such as ``<Action ID="…"/>``."""
+    """Return whether a node is of the kind of a long form such as ``<Action ID="…"/>``."""
     if form in ("Action", "Condition"):
         return not issubclass(node, (Composite, Decorator))
     return issubclass(node, Composite if form == "Control" else Decorator)
 
 
 def children_of(node: type[Any]) -> tuple[int, float]:
-    """Return how many children a node has at least and at most."""
+    """Return the least and the largest number of a node's children."""
     if issubclass(node, Decorator):
         return 1, 1
     if issubclass(node, Composite):
@@ -63,15 +63,15 @@ def children_of(node: type[Any]) -> tuple[int, float]:
 
 
 def counted(children: int) -> str:
-    """Return how many children there are, in words."""
+    """Return a number of children as text."""
     return "no children" if children == 0 else "1 child" if children == 1 else f"{children} children"
 
 
 def connection(node: type[Any], name: str, text: str) -> str:
-    """Return what a port is connected with: ``{key}``, or a value that it can read.
+    """Return the connection of a port: ``{key}``, or a value that the port can parse.
 
     Raises:
-        ValueError: It can't be.
+        ValueError: The text is invalid.
     """
     if name in getattr(node, "KEYS", ()) and is_key(text.strip()):
         return f"{{{text.strip()}}}"
@@ -79,7 +79,7 @@ def connection(node: type[Any], name: str, text: str) -> str:
     if key is not None:
         return f"{{{key}}}"
     if name in node.output_ports():
-        raise ValueError(f'{shown(text)} is a value, and this is an output; write {name}="{{…}}"')
+        raise ValueError(f'{shown(text)} is a value, but the port is an output; use a key: {name}="{{…}}"')
     kind = getattr(node.input_ports()[name], "kind", None)
     if kind is not None:
         kind.read(text, None)
@@ -87,12 +87,12 @@ def connection(node: type[Any], name: str, text: str) -> str:
 
 
 def shared(name: str, text: str) -> str:
-    """Return what a port of a subtree is connected with: ``{key}``, or a value.
+    """Return the connection of a subtree's port: ``{key}``, or a value.
 
     Raises:
-        ValueError: It can't be.
+        ValueError: The text is invalid.
     """
     if not is_key(name):
-        raise ValueError("that is no name of a key; letters, digits, '_' and '-' are expected")
+        raise ValueError("not a valid key; expected letters, digits, '_' and '-'")
     key = reference(name, text)
     return text if key is None else f"{{{key}}}"

@@ -1,4 +1,4 @@
-"""Comparing what a file says with the nodes that there are."""
+"""Checking of a file against the known nodes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from bt_controller.xml.source import Element
 
 _IGNORED: Final = ("_description", "_fullpath", "_uid")
-"""What editors write for themselves."""
+"""The attributes of editors, which are ignored."""
 
 _AUTOREMAP: Final = "_autoremap"
 _SUBTREE: Final = "SubTree"
@@ -31,12 +31,12 @@ _TRUTHS: Final = {"true": True, "1": True, "false": False, "0": False}
 
 
 def check(document: Document, nodes: Mapping[str, type[Any]], faults: Faults) -> dict[str, Call]:
-    """Return the root of each tree by ID; those of which *faults* heard are incomplete.
+    """Return the root of each tree by ID; trees with mistakes are incomplete.
 
     Args:
-        document: What the file says.
-        nodes: The nodes that there are, by tag.
-        faults: Hears what is wrong.
+        document: The trees of the file.
+        nodes: The known nodes by tag.
+        faults: Collects the mistakes.
     """
     checker = _Checker(document, nodes, faults)
     return {tree: checker.call(child) for tree, root in document.trees.items() for child in root}  # type: ignore[arg-type]
@@ -49,7 +49,7 @@ class _Checker:
         self._faults = faults
 
     def call(self, element: Element) -> Call:
-        """Return an element and what is in it."""
+        """Return an element and its descendants."""
         call = self._subtree(element) if element.tag == _SUBTREE else self._node(element)
         return replace(call, children=tuple(self.call(child) for child in element))  # type: ignore[arg-type]
 
@@ -63,7 +63,7 @@ class _Checker:
             self._unknown(origin, tag)
             return call
         if element.tag in _FORMS and not is_a(node, element.tag):
-            self._faults.add(element.origin, f"{tag!r} is none; write <{tag}> as it is")
+            self._faults.add(element.origin, f"{tag!r} is not of this kind; use <{tag}>")
         self._count(origin, node, len(element))
         around, conditions = self._conditions(origin, attributes)
         attributes.pop("name", None)
@@ -89,33 +89,33 @@ class _Checker:
         elif tag in self._document.trees:
             self._faults.add(origin, f'is no node but a tree; write <SubTree ID="{tag}"/>')
         elif tag in UNSUPPORTED:
-            self._faults.add(origin, f"there is no such node: {UNSUPPORTED[tag]}")
+            self._faults.add(origin, f"unsupported node: {UNSUPPORTED[tag]}")
         else:
             alike = meant(tag, sorted({*self._nodes, _SUBTREE}))
             hint = f"did you mean {alike!r}?" if alike else "see bt-controller nodes"
-            self._faults.add(origin, f"there is no such node; {hint}")
+            self._faults.add(origin, f"unknown node; {hint}")
 
     def _count(self, origin: Origin, node: type[Any], count: int) -> None:
-        """Look how many children a node has."""
+        """Check the number of a node's children."""
         least, most = children_of(node)
         if not least <= count <= most:
             wanted = (
                 f"exactly {least}" if least == most else f"at least {least}" if count < least else f"at most {most}"
             )
-            self._faults.add(origin, f"has {counted(count)}; {wanted if most else 'none'} may be there")
+            self._faults.add(origin, f"has {counted(count)}; expected {wanted if most else 'none'}")
 
     def _conditions(self, origin: Origin, attributes: dict[str, str]) -> tuple[type[Any] | None, dict[str, Script]]:
-        """Take the attributes that any node may have."""
+        """Process the common attributes."""
         for name in [name for name in attributes if name.startswith("_") and name not in ATTRIBUTES]:
             del attributes[name]
             if name not in _IGNORED:
                 known = (*ATTRIBUTES, _AUTOREMAP) if origin.tag == _SUBTREE else ATTRIBUTES
-                self._faults.add(origin, f"there is no attribute {shown(name)}{instead(name, known)}")
+                self._faults.add(origin, f"unknown attribute {shown(name)}{instead(name, known)}")
         scripts = self._scripts(origin, attributes, ATTRIBUTES)
         return (conditioned(scripts) if scripts else None), scripts
 
     def _scripts(self, origin: Origin, attributes: dict[str, str], names: Iterable[str]) -> dict[str, Script]:
-        """Take those attributes that are scripts."""
+        """Process the attributes that are scripts."""
         found = {}
         for name in names:
             text = attributes.pop(name, None)
@@ -128,7 +128,7 @@ class _Checker:
                 continue
             for key in script.names:
                 if not is_key(key):
-                    self._faults.add(origin, f"{name}: an entry can't be called {shown(key)} here")
+                    self._faults.add(origin, f"{name}: {shown(key)} is not a valid name of an entry")
                     break
             else:
                 found[name] = script
@@ -151,7 +151,7 @@ class _Checker:
             if name not in inputs and name not in outputs:
                 known = [*own, *inputs, *outputs]
                 hint = instead(name, known, verb="it has")
-                self._faults.add(origin, f"there is no port {shown(name)}{hint}")
+                self._faults.add(origin, f"unknown port {shown(name)}{hint}")
                 continue
             try:
                 found[name] = connection(node, name, text)
@@ -168,7 +168,7 @@ class _Checker:
         return found
 
     def _look(self, origin: Origin, node: type[Any], ports: Mapping[str, str], children: int) -> None:
-        """Look at values that can be read, but can't be meant."""
+        """Check for valid values that can't be intended."""
         for name, port in node.input_ports().items():
             text, kind = ports.get(name, "{}"), getattr(port, "kind", None)
             if kind is None or text.startswith("{"):
@@ -185,9 +185,9 @@ class _Checker:
         if not tree:
             self._faults.add(origin, 'needs ID="…", that of a <BehaviorTree>')
         elif tree not in self._document.trees:
-            self._faults.add(origin, f"there is no tree {shown(tree)}{instead(tree, self._document.trees)}")
+            self._faults.add(origin, f"unknown tree {shown(tree)}{instead(tree, self._document.trees)}")
         if len(element):
-            self._faults.add(origin, "has children; they belong into its <BehaviorTree>")
+            self._faults.add(origin, "has children; move them to its <BehaviorTree>")
         text = attributes.pop(_AUTOREMAP, "false")
         if text.lower() not in _TRUTHS:
             self._faults.add(origin, f"{_AUTOREMAP}: {shown(text)} is neither true nor false")
@@ -203,7 +203,7 @@ class _Checker:
         return Call(origin, None, tree, ports, {}, around, conditions, autoremap)
 
     def _defaults(self, origin: Origin, tree: str, given: Mapping[str, str], *, autoremap: bool) -> dict[str, str]:
-        """Return what the file's own model of a subtree says of ports that are not mentioned."""
+        """Return the defaults of unmentioned ports from the file's model of a subtree."""
         missing = {name: text for name, text in self._document.models.get(tree, {}).items() if name not in given}
         if autoremap:
             return {}

@@ -1,4 +1,4 @@
-"""Finding the trees in what was read: which there are, which is the main one, and what subtrees want."""
+"""The trees of a file: their IDs, the main tree, and the models of subtrees."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _PARTS: Final = ("BehaviorTree", "TreeNodesModel", "include")
 
 @dataclass(frozen=True)
 class Document:
-    """What a file says.
+    """The trees of a file.
 
     Attributes:
-        trees: The <BehaviorTree> of each tree, by ID.
+        trees: The <BehaviorTree> elements by ID.
         main: The ID of the tree to run.
-        models: By ID, the ports that subtrees have according to the file; None where there is no default.
+        models: The ports of subtrees by ID, each with its default; None if it has none.
     """
 
     trees: Mapping[str, Element]
@@ -34,12 +34,12 @@ class Document:
 
 
 def document(root: Element, faults: Faults, *, tree: str | None = None) -> Document:
-    """Return what is in a file.
+    """Return the trees of a file.
 
     Args:
-        root: Its root element.
-        faults: Hears what is wrong; then some of it is left out.
-        tree: The ID of the tree to run; what the file says if left out.
+        root: The root element.
+        faults: Collects the mistakes; invalid elements are left out.
+        tree: The ID of the tree to run; by default the file's main tree.
     """
     if root.tag != "root":
         faults.add(root.origin, 'is no file of trees; <root BTCPP_format="4"> is expected')
@@ -49,7 +49,7 @@ def document(root: Element, faults: Faults, *, tree: str | None = None) -> Docum
         faults.add(root.origin, 'has no trees; <BehaviorTree ID="…"> is expected')
     if found:
         _look(root, faults)
-    # One without an ID is told already, and may be the one that is meant.
+    # A tree without an ID is reported already, and may be the main tree.
     known = bool(found) and all(element.attrib.get("ID") for element in found)
     return Document(trees, _main(root, trees, tree, faults) if known else "", models)
 
@@ -64,7 +64,7 @@ def _parts(root: Element, faults: Faults) -> tuple[dict[str, Element], dict[str,
         elif child.tag == "TreeNodesModel":
             models |= {model.attrib["ID"]: _model(model) for model in child.findall("SubTree") if "ID" in model.attrib}
         elif root.tag == "root":
-            faults.add(child.origin, f"does not belong into <root>{instead(child.tag, _PARTS)}")
+            faults.add(child.origin, f"not allowed in <root>{instead(child.tag, _PARTS)}")
     return trees, models
 
 
@@ -72,14 +72,14 @@ def _add_tree(element: Any, trees: dict[str, Element], faults: Faults) -> None:
     tree_id = element.attrib.get("ID", "")
     for attribute in element.attrib:
         if attribute != "ID" and not attribute.startswith("_"):
-            faults.add(element.origin, f"there is no attribute {shown(attribute)}; it has ID")
+            faults.add(element.origin, f"unknown attribute {shown(attribute)}; expected ID")
     if not tree_id:
         faults.add(element.origin, 'has no ID; write ID="…"')
         return
     if len(element) != 1:
-        faults.add(element.origin, f"{shown(tree_id)} has {len(element)} children; exactly 1 is expected")
+        faults.add(element.origin, f"{shown(tree_id)} has {len(element)} children; expected exactly 1")
     if tree_id in trees:
-        faults.add(element.origin, f"there is a tree {shown(tree_id)} already, at {trees[tree_id].origin}")
+        faults.add(element.origin, f"tree {shown(tree_id)} is already defined at {trees[tree_id].origin}")
     else:
         trees[tree_id] = element
 
@@ -93,10 +93,10 @@ def _model(element: Any) -> dict[str, str | None]:
 
 
 def _look(root: Element, faults: Faults) -> None:
-    """Look at the attributes of the root."""
+    """Check the attributes of the root."""
     for attribute in root.attrib:
         if attribute not in _ROOT_ATTRIBUTES and (alike := meant(attribute, _ROOT_ATTRIBUTES)):
-            faults.add(root.origin, f"there is no attribute {shown(attribute)}; did you mean {alike!r}?")
+            faults.add(root.origin, f"unknown attribute {shown(attribute)}; did you mean {alike!r}?")
     said = root.attrib.get("BTCPP_format")
     if said is None:
         faults.warn(root.origin, 'does not say its format; BTCPP_format="4" is read, and BehaviorTree.CPP wants it')
@@ -108,7 +108,7 @@ def _main(root: Element, trees: Mapping[str, Element], tree: str | None, faults:
     main = root.attrib.get("main_tree_to_execute") if tree is None else tree
     if main is None and len(trees) > 1:
         known = ", ".join(trees)
-        faults.add(root.origin, f"does not say which tree to run; main_tree_to_execute or --tree, one of {known}")
+        faults.add(root.origin, f"names no tree to run; give main_tree_to_execute or --tree, one of {known}")
     elif main is not None and main not in trees:
-        faults.add(root.origin, f"there is no tree {shown(main)}{instead(main, trees)}")
+        faults.add(root.origin, f"unknown tree {shown(main)}{instead(main, trees)}")
     return next(iter(trees)) if main is None else main

@@ -1,4 +1,4 @@
-"""What is wrong with a file: each mistake a line, with its place."""
+"""The mistakes in a file: one line for each, with its place."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _MAX_LINE: Final = 400
 
 @dataclass(frozen=True)
 class Origin:
-    """Where an element is in the files.
+    """The place of an element in the files.
 
     Attributes:
-        file: As the user would name it.
-        line: Counted from 1; 0 for the whole file.
-        tag: Of the element.
-        name: Its ``name``; empty if it has none.
+        file: The file, as the user names it.
+        line: The line, from 1; 0 for the whole file.
+        tag: The element's tag.
+        name: The element's ``name``; empty if it has none.
     """
 
     file: str
@@ -35,7 +35,7 @@ class Origin:
         return f"{self.file}:{self.line}" if self.line else self.file
 
     def says(self, text: str) -> str:
-        """Return what is to be said of the element as one line."""
+        """Return a message about the element as one line."""
         element = f" <{shortened(self.tag)}>" if self.tag else ""
         name = f" {shown(self.name)}" if self.name and self.name != self.tag else ""
         line = " ".join(f"{self}:{element}{name}{':' if element else ''} {text}".splitlines())
@@ -51,26 +51,26 @@ class Faults:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What need not be wrong; a line each."""
+        """The warnings; one line for each."""
         return tuple(self._warnings)
 
     def add(self, origin: Origin, text: str) -> None:
-        """Remember a mistake; one that was found already counts once.
+        """Add a mistake; duplicates count once.
 
         Raises:
             TreeError: There are too many to go on.
         """
         self._lines[origin.says(text)] = None
         if len(self._lines) >= MAX_FAULTS:
-            raise TreeError("\n".join([*self._lines, f"that is {MAX_FAULTS} mistakes; there may be more"]))
+            raise TreeError("\n".join([*self._lines, f"stopped after {MAX_FAULTS} mistakes"]))
 
     def warn(self, origin: Origin, text: str) -> None:
-        """Remember what need not be wrong; too many are not told."""
+        """Add a warning; only a limited number of them is kept."""
         if len(self._warnings) < MAX_FAULTS:
             self._warnings[origin.says(text)] = None
 
     def raise_any(self) -> None:
-        """Go on if nothing was found.
+        """Raise an error if there are mistakes.
 
         Raises:
             TreeError: Something was; a line each.

@@ -35,8 +35,8 @@ class FileTree:
     Attributes:
         main: The ID of the outermost tree.
         translation: All trees of the file.
-        labels: The name of each node and where it comes from, in the order of py_trees' ``iterate``.
-        texts: What its subtrees find on the blackboard from the start.
+        labels: The name and the origin of each node, in the order of py_trees' ``iterate``.
+        texts: The initial blackboard entries of its subtrees.
     """
 
     main: str
@@ -63,16 +63,16 @@ class FileTree:
 def load_file(
     path: str, nodes: Mapping[str, type[Any]], *, tree: str | None, values: Mapping[str, str]
 ) -> tuple[FileTree, tuple[str, ...], tuple[str, ...]]:
-    """Return the tree of a file, a line for each port that needs a value which nothing writes, and one for each doubt.
+    """Return the tree of a file, a line for each required port that nothing writes, and one for each warning.
 
     Args:
-        path: Its path.
-        nodes: The nodes that there are, by tag.
-        tree: The ID of the tree to run; None for what the file says.
-        values: Texts that are to be on each blackboard.
+        path: The file.
+        nodes: The known nodes by tag.
+        tree: The ID of the tree to run; None for the file's main tree.
+        values: The initial texts on each blackboard.
 
     Raises:
-        TreeError: Something is wrong with it; a line each.
+        TreeError: The file is invalid; the text has one line for each mistake.
     """
     root = read(path)
     faults = Faults()
@@ -102,7 +102,7 @@ def _labelled(main: str, translation: Translation) -> FileTree:
 def _tried(
     path: str, tree: FileTree, values: Mapping[str, str], faults: Faults
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Build a tree and look at it: what nothing writes, and what nothing reads."""
+    """Build a tree and check it for keys that nothing writes or nothing reads."""
     with Board().in_use():
         for key, text in values.items():
             Blackboard.set(key, text)
@@ -115,5 +115,5 @@ def _tried(
 
 
 def _named(root: Behaviour) -> list[Behaviour]:
-    """Return the nodes that the file names; a guard's way back is its own."""
+    """Return the nodes of the file, without the drive back that a guard adds."""
     return [node for node in root.iterate() if not getattr(node, "implied", False)]

@@ -1,4 +1,4 @@
-"""How files refer to the blackboard: ``{key}``, ``{=}`` for the port's own name, ``{@key}`` for the main tree's."""
+"""References to the blackboard: ``{key}``, ``{=}`` for the port's own name, ``{@key}`` for the main tree's entry."""
 
 from __future__ import annotations
 
@@ -11,32 +11,32 @@ from hmrsim.diagnostics import shown
 
 _KEY: Final = re.compile(r"@?[\w-]+")
 _TAKEN: Final = ("name", "ID", "@name", "@ID")
-"""What py_trees takes for an element's own."""
+"""The attributes that py_trees reserves."""
 
 
 def reference(port: str, text: str) -> str | None:
     """Return the key that a text refers to; None if it is a value.
 
     Args:
-        port: Where it stands.
-        text: As it is in the file.
+        port: The name of the port.
+        text: The attribute's text.
 
     Raises:
-        ValueError: It is neither, or py_trees would take it for something else; the text says what is expected.
+        ValueError: The text is neither, or has a special meaning in py_trees.
     """
     inner = text.strip()
     if not (inner.startswith("{") and inner.endswith("}") and len(inner) > len("{}")):
         if "{" in text or "}" in text:
-            raise ValueError(f"{shown(text)} is no value; braces are for keys of the blackboard: {{key}}")
+            raise ValueError(f"{shown(text)} is not a value; braces enclose keys of the blackboard: {{key}}")
         if CONST_PREFIX in text or DOT_REPLACEMENT in text:
             raise ValueError(
-                f"{shown(text)} is no value; {CONST_PREFIX!r} and {DOT_REPLACEMENT!r} mean something to py_trees"
+                f"{shown(text)} is not a value; {CONST_PREFIX!r} and {DOT_REPLACEMENT!r} are reserved by py_trees"
             )
         return None
     key = port if inner == "{=}" else inner[1:-1].strip()
     if not is_key(key):
-        wanted = "another name, that one is taken, is" if key in _TAKEN else "letters, digits, '_' and '-' are"
-        raise ValueError(f"{shown(text)} is no key of the blackboard; {wanted} expected")
+        wanted = "the name is reserved" if key in _TAKEN else "expected letters, digits, '_' and '-'"
+        raise ValueError(f"{shown(text)} is not a key of the blackboard; {wanted}")
     return key
 
 
@@ -48,5 +48,5 @@ def is_key(text: str) -> bool:
 
 
 def is_private(key: str) -> bool:
-    """Return whether a key is not handed on by ``_autoremap``."""
+    """Return whether ``_autoremap`` does not share a key."""
     return key.startswith("_")

@@ -1,4 +1,4 @@
-"""Reading untrusted XML files: elements know their place in the file, and the size is limited."""
+"""Reading of untrusted XML files, with the place of each element and limits of size."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from hmrsim.errors import reason_of
 from hmrsim.safe_xml import XmlError, parse
 
 MAX_BYTES: Final = 1 << 20
-"""Bytes of all files of a tree; a hand-written one has a few thousand."""
+"""The largest size of all files of a tree in bytes; a hand-written one has a few thousand."""
 MAX_NODES: Final = 10_000
-"""Elements of all files of a tree, and nodes of the tree that they make."""
+"""The largest number of elements in all files of a tree, and of nodes in the tree."""
 MAX_LETTERS: Final = 10_000
-"""Letters of a tag or an attribute."""
+"""The largest length of a tag or an attribute."""
 
 _MAX_INCLUDES: Final = 20
-"""How many files may include the next."""
+"""The largest depth of includes."""
 
 _INCLUDES: Final = ("include", "Include", "Import")
 _PATHS: Final = ("path", "src", "file")
-"""How BehaviorTree.CPP calls what is included, and how py_trees does."""
+"""The attributes of an included path in BehaviorTree.CPP and in py_trees."""
 
 
 class Element(_Element):
-    """An element that knows its place."""
+    """An element with its place in the file."""
 
     def __init__(self, tag: str, attributes: dict[str, str], origin: Origin) -> None:
         super().__init__(tag, attributes)
@@ -37,16 +37,16 @@ class Element(_Element):
 
 
 def read(path: str) -> Element:
-    """Return the root element of a file, with all that it includes in place.
+    """Return the root element of a file, with included files inserted.
 
     Raises:
-        TreeError: It can't be read, is no XML, or more than a tree can need.
+        TreeError: The file can't be read, is not XML, or exceeds a limit.
     """
     return _Reader(Path(path)).main()
 
 
 class _Reader:
-    """Reads a file and what it includes; what it includes twice it reads once."""
+    """Reads a file and the files that it includes, each once."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -74,7 +74,7 @@ class _Reader:
             raise TreeError(asked.says(f"can't read {file.file!r}: {reason_of(error)}")) from None
         self._left -= len(data)
         if self._left < 0:
-            raise TreeError(file.says(f"more than {MAX_BYTES} bytes are no tree"))
+            raise TreeError(file.says(f"larger than {MAX_BYTES} bytes, with all included files"))
         make = partial(self._element, file.file)
         try:
             root = parse(data, make, max_elements=MAX_NODES)
@@ -88,13 +88,13 @@ class _Reader:
     def _element(self, file: str, tag: str, attributes: dict[str, str], line: int) -> Element:
         self._elements += 1
         if self._elements > MAX_NODES:
-            raise XmlError(f"has more than {MAX_NODES} elements, with all that is included", line)
+            raise XmlError(f"has more than {MAX_NODES} elements, with all included files", line)
         if max(map(len, [tag, *attributes, *attributes.values()])) > MAX_LETTERS:
-            raise XmlError(f"has a text of more than {MAX_LETTERS} letters", line)
+            raise XmlError(f"has a text of more than {MAX_LETTERS} characters", line)
         return Element(tag, attributes, Origin(file, line, tag, attributes.get("name", "")))
 
     def _inline(self, root: Element, path: Path) -> None:
-        """Put what a file includes where it includes it."""
+        """Insert included files into an element."""
         children: list[Any] = list(root)
         root[:] = []
         for child in children:
@@ -104,7 +104,7 @@ class _Reader:
                 root.append(child)
 
     def _included_if_right(self, element: Element, path: Path) -> list[Any]:
-        """Return what a file includes; what is wrong with it is told when all has been read."""
+        """Return the trees of an included file; its mistakes are reported after all files have been read."""
         try:
             return self._included(element, path)
         except TreeError as error:
@@ -114,20 +114,20 @@ class _Reader:
     def _included(self, element: Element, path: Path) -> list[Any]:
         origin = element.origin
         if "ros_pkg" in element.attrib:
-            raise TreeError(origin.says("there are no ROS packages here; give a path relative to this file"))
+            raise TreeError(origin.says("ROS packages are not supported; give a path relative to this file"))
         name = next((element.attrib[key] for key in _PATHS if key in element.attrib), "")
         if not name.isprintable() or not name:
             raise TreeError(origin.says('needs path="…", relative to this file'))
         try:
             wanted = (path.parent / name).resolve()
         except (OSError, RuntimeError):
-            raise TreeError(origin.says(f"{shown(name)} leads nowhere")) from None
+            raise TreeError(origin.says(f"{shown(name)} is not a valid path")) from None
         if not wanted.is_relative_to(self._folder):
-            raise TreeError(origin.says(f"{shown(name)} is outside the folder of {self._path.name!r}, and not read"))
+            raise TreeError(origin.says(f"{shown(name)} is outside the folder of {self._path.name!r}"))
         if wanted in self._begun:
             raise TreeError(origin.says(f"{shown(name)} includes itself"))
         if len(self._begun) >= _MAX_INCLUDES:
-            raise TreeError(origin.says(f"files include each other more than {_MAX_INCLUDES} deep"))
+            raise TreeError(origin.says(f"includes are nested more than {_MAX_INCLUDES} deep"))
         if wanted in self._done:
             return []
         self._done.add(wanted)
@@ -135,15 +135,15 @@ class _Reader:
             raise TreeError(origin.says(f"{shown(name)}: {missing}"))
         root = self._read(wanted, Origin(str(self._path.parent / wanted.relative_to(self._folder)), 0), origin)
         if root.tag != "root":
-            raise TreeError(root.origin.says("is no file of trees; <root> is expected"))
+            raise TreeError(root.origin.says("not a file of trees; expected <root>"))
         return list(root)
 
 
 def _missing(path: Path) -> str:
-    """Return why a path is none of a file that can be read; empty if it is one."""
+    """Return why a path can't be read; empty if it can."""
     try:
         if path.is_file():
             return ""
-        return "is no regular file" if path.exists() else "there is no such file"
+        return "not a regular file" if path.exists() else "no such file"
     except OSError as error:
         return reason_of(error)

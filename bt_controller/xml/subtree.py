@@ -1,4 +1,4 @@
-"""Where one tree is used in another."""
+"""The use of one tree in another."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class SubTree(Decoration):
-    """Does as the tree that it stands for, which has a blackboard of its own."""
+    """Runs another tree with its own blackboard, and returns its status."""
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the tree."""

@@ -1,4 +1,4 @@
-"""Saying a checked file as py_trees' parser wants it.
+"""Translation of a checked file to the input of py_trees' parser.
 
 py_trees does the work: it makes the nodes, gives each subtree a namespace on the blackboard, and follows keys through
 them. It wants a name for each element, one tag for each class, and every key that a subtree shares.
@@ -28,19 +28,19 @@ if TYPE_CHECKING:
 
 SUBTREE: Final = "SubTree"
 _SHOWN_SUBTREE: Final = "#SubTree"
-"""A tag that no file can have."""
+"""A tag that can't occur in files."""
 
 _MAX_KEYS: Final = 1_000
 """The largest number of keys of one tree. py_trees formats all of them into an unused message for each node."""
 
 
 class Part(Element):
-    """An element as py_trees' parser takes it.
+    """An element for py_trees' parser.
 
     Attributes:
-        origin: Where it comes from.
-        shown: The name that its node is to have.
-        texts: What a subtree finds on its blackboard from the start.
+        origin: The place in the file.
+        shown: The name of its node.
+        texts: The initial blackboard entries of a subtree.
     """
 
     origin: Origin
@@ -50,12 +50,12 @@ class Part(Element):
 
 @dataclass
 class Translation:
-    """What py_trees builds a tree of.
+    """The input of py_trees' parser.
 
     Attributes:
-        trees: A <BehaviorTree> by ID.
+        trees: The <BehaviorTree> elements by ID.
         registry: The classes by tag.
-        keys: The keys that each tree uses, those of its subtrees that it shares with them among them.
+        keys: The keys of each tree, including those that its subtrees share with it.
     """
 
     trees: dict[str, Element] = field(default_factory=dict)
@@ -81,11 +81,11 @@ class Translation:
 
 
 def translate(calls: Mapping[str, Call], faults: Faults) -> Translation:
-    """Return some trees for py_trees; none of those of which *faults* hears.
+    """Return the trees for py_trees, without invalid ones.
 
     Args:
         calls: The root of each tree, by ID.
-        faults: Hears of trees that are in themselves, or too large.
+        faults: Collects recursive and too large trees.
     """
     result = Translation()
     sizes: dict[str, tuple[int, int]] = {}
@@ -99,22 +99,22 @@ def translate(calls: Mapping[str, Call], faults: Faults) -> Translation:
 
 
 def in_order(calls: Mapping[str, Call], faults: Faults) -> list[str]:
-    """Return the trees in an order in which each comes after those that it uses; *faults* hears if there is none."""
+    """Return the trees in an order in which each follows those that it uses; recursive trees are mistakes."""
     uses = {tree: [call for call in _all(root) if call.node is None] for tree, root in calls.items()}
     needed = {tree: [call.tree for call in used if call.tree in calls] for tree, used in uses.items()}
     try:
         return list(TopologicalSorter(needed).static_order())
     except CycleError as error:
-        # Each is used by the next.
+        # Each tree is used by the next one.
         used, user, *_ = error.args[1]
         call = next(call for call in uses[user] if call.tree == used)
         ring = " in ".join(map(repr, error.args[1]))
-        faults.add(call.origin, f"a tree can't be in itself: {ring}")
+        faults.add(call.origin, f"a tree can't contain itself: {ring}")
         return []
 
 
 def _excess(count: int, depth: int, keys: int) -> str:
-    """Return what is too much for py_trees; nothing if it is not."""
+    """Return which limit a tree exceeds, as text; empty if none."""
     if count > MAX_NODES:
         return f"have more than {MAX_NODES} nodes"
     if depth > MAX_DEPTH:
@@ -123,7 +123,7 @@ def _excess(count: int, depth: int, keys: int) -> str:
 
 
 def _wrapped(node: type[Any]) -> partial[Any]:
-    """Return a class as py_trees calls it.
+    """Return a class with the signature that py_trees inspects.
 
     For each node it would look through the constructors of all bases of the class, which takes longer than all the
     rest: a signature that is said need not be looked for.
@@ -140,7 +140,7 @@ def _all(call: Call) -> Iterator[Call]:
 
 
 def _size(part: Element, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
-    """Return how many nodes come of a part, and how deep they are in each other."""
+    """Return the number of nodes of a part, and their depth."""
     if part.tag == SUBTREE:
         return sizes[part.attrib["ID"]]
     children = [_size(child, sizes) for child in part]
@@ -148,7 +148,7 @@ def _size(part: Element, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int
 
 
 class _Translator:
-    """Translates one tree; those that it uses have been."""
+    """Translates one tree; its subtrees are translated already."""
 
     def __init__(self, result: Translation, tree: str) -> None:
         self._result = result
@@ -190,7 +190,7 @@ class _Translator:
         name: str,
         ports: Mapping[str, str] | None = None,
     ) -> Part:
-        """Return a part of a class that is made for its scripts: a port for each key that they use."""
+        """Return a part with a class generated for its scripts, which has a port for each of their keys."""
         tag = f"{origin.tag}#{len(self._result.registry)}"
         self._result.registry[tag] = _wrapped(node)
         known = {*node.input_ports(), *node.output_ports()}
@@ -212,7 +212,7 @@ class _Translator:
         return outer
 
     def _namespace(self, call: Call) -> str:
-        """Return a name for a subtree's part of the blackboard that no other subtree of this tree has."""
+        """Return a unique name within this tree for a subtree's namespace on the blackboard."""
         base = name = re.sub(r"[^\w-]|_{2,}", "_", call.origin.name or call.tree)
         number = 1
         while name in self._namespaces:

@@ -1,4 +1,4 @@
-"""The nodes that a file may use: ours, and those of the user's modules."""
+"""The nodes that a file may use: those of this package and of the user's modules."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ def vocabulary(modules: Iterable[str] = ()) -> dict[str, type[Any]]:
     """Return all nodes by tag.
 
     Args:
-        modules: The user's; each public class of theirs that has ports is a node, and its name is the tag.
+        modules: The user's modules; each public subclass of Node is a node with its name as the tag.
 
     Raises:
-        TreeError: A module can't be imported, has no nodes, or one whose tag is taken.
+        TreeError: A module can't be imported, has no nodes, or defines an existing tag.
     """
     found: dict[str, type[Any]] = dict(registry())
     for name in modules:
@@ -37,7 +37,7 @@ def vocabulary(modules: Iterable[str] = ()) -> dict[str, type[Any]]:
             raise TreeError(f"--nodes {name}: it defines no nodes, public subclasses of bt_controller.core.node.Node")
         for tag, value in classes.items():
             if tag in found:
-                raise TreeError(f"--nodes {name}: there is a node {tag!r} already; give the class another name")
+                raise TreeError(f"--nodes {name}: node {tag!r} exists already; rename the class")
             found[tag] = value
     return found
 

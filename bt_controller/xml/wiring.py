@@ -1,4 +1,4 @@
-"""What is connected with what, once py_trees has followed all keys: ports of one key, and keys that nothing writes."""
+"""Checks of the connections in a built tree: types of connected ports, and keys that nothing writes or reads."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ if TYPE_CHECKING:
     from bt_controller.xml.faults import Faults, Origin
 
 _LOOSE: Final = (object, str)
-"""The types of what goes with every other kind: text is read as the port wants it."""
+"""The types that match every kind: text is parsed by the port that reads it."""
 _NUMBERS: Final = (int, float)
 
 
 @dataclass(frozen=True)
 class _End:
-    """One end of a wire: a port.
+    """A port with its key.
 
     Attributes:
-        origin: Whose.
-        port: Its name.
-        key: Where it leads.
+        origin: The node's place in the file.
+        port: The port's name.
+        key: The key that it is connected to.
         kind: The kind of its values; None if unknown.
         written: Whether it is an output.
-        needed: Whether it is an input that can't go without a value.
+        needed: Whether it is a required input.
         scripted: Whether it is an entry of a script.
     """
 
@@ -47,11 +47,11 @@ class _End:
 
 
 def examine(nodes: Iterable[tuple[Behaviour, Origin]], faults: Faults) -> tuple[str, ...]:
-    """Look at a tree that has just been built on the blackboard in use.
+    """Check a tree that was just built on the blackboard in use.
 
     Args:
-        nodes: The nodes, and where they come from.
-        faults: Hears of ports that do not fit each other or what they find, and of scripts that may find nothing.
+        nodes: The nodes with their origins.
+        faults: Collects mismatched ports, invalid values, and warnings of script entries without a value.
 
     Returns:
         A line for each port that needs a value which nothing writes.
@@ -68,7 +68,7 @@ def examine(nodes: Iterable[tuple[Behaviour, Origin]], faults: Faults) -> tuple[
 
 
 def unread(keys: Iterable[str]) -> tuple[str, ...]:
-    """Return a line for each key that no node reads of the tree that has just been built on the blackboard in use."""
+    """Return a line for each key that no node reads, after the tree was built on the blackboard in use."""
     read = [_shown(key) for key, known in Blackboard.metadata.items() if known.read]
     lines = []
     for key in keys:
@@ -89,7 +89,7 @@ def _ends(node: PortsMixin, origin: Origin) -> Iterator[_End]:
 
 
 def _compare(ends: Iterable[_End], faults: Faults) -> None:
-    """Look whether what one port writes another can read."""
+    """Check that ports with the same key have matching kinds."""
     known: dict[str, _End] = {}
     for end in ends:
         if end.kind is None or end.kind.type in _LOOSE:
@@ -103,7 +103,7 @@ def _compare(ends: Iterable[_End], faults: Faults) -> None:
 
 
 def _read(ends: Iterable[_End], faults: Faults) -> None:
-    """Look whether texts that are on the blackboard already can be read."""
+    """Check that the initial texts on the blackboard are valid for their ports."""
     for end in ends:
         text = Blackboard.storage.get(end.key)
         if isinstance(text, str) and end.kind is not None and not end.written:

@@ -50,7 +50,7 @@ def test_another_seed_is_another_day(deliver):
     code, news, _, _ = deliver("--robots", "all", "--set", "seed=3")
 
     assert 0 == code
-    assert news[0][1].startswith("blood_samples is to go from ward_a to lab; ")
+    assert news[0][1].startswith("new task: blood_samples from ward_a to lab; ")
 
 
 def test_what_nobody_can_do_is_given_up(deliver):
@@ -58,4 +58,4 @@ def test_what_nobody_can_do_is_given_up(deliver):
     code, _, end, _ = deliver("--robots", "type:courier", "type:responder")
 
     assert (1, {"fleet": "FAILURE"}) == (code, end["robots"])
-    assert "meal is given up: nobody can do it" in json.dumps(end)
+    assert "meal is given up: no robot can do it" in json.dumps(end)

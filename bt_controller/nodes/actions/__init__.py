@@ -1,1 +1,1 @@
-"""Nodes that do something: one file a family."""
+"""Action nodes: one file for each family."""

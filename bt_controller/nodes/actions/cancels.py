@@ -41,7 +41,7 @@ class _Cancel(Leaf):
         self._client: ActionClient[Any, Any, Any] = kwargs["client"].action_client(robot, registry()[action])
 
     def update(self) -> Status:
-        """Ask the robot to cancel them all, also those that were sent in this tick."""
+        """Cancel all goals, including those that were sent in this tick."""
         try:
             self._client.cancel_all()
         except HmrsimError as error:

@@ -10,26 +10,26 @@ from bt_controller.nodes import Family
 from hmrsim.interfaces import nav2_msgs
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 
-_SUCCESS = output_port(BOOL, "Whether it has been done")
+_SUCCESS = output_port(BOOL, "Whether the action succeeded")
 
 
 class DockRobot(ActionNode):
-    """Drives to a dock and stays there: the dock of a name, or with ``use_dock_id="false"`` the one at a pose."""
+    """Drives to a dock and stays there: the dock ``dock_id``, or with ``use_dock_id="false"`` the one at a pose."""
 
     ACTION = "dock_robot"
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
-        "use_dock_id": input_port(BOOL, "Whether the name counts, or else the pose", default=True),
+        "use_dock_id": input_port(BOOL, "Whether to use dock_id, or else dock_pose", default=True),
         "dock_id": input_port(STRING, "The dock's name", default=""),
-        "dock_pose": input_port(POSE, "Where the dock is", required=False),
-        "dock_type": input_port(STRING, "What kind of dock is at that pose", default=""),
-        "max_staging_time": input_port(FINITE, "How long the way there may take, in seconds", default=1000.0),
-        "navigate_to_staging_pose": input_port(BOOL, "Whether to drive there first", default=True),
+        "dock_pose": input_port(POSE, "The dock's pose", required=False),
+        "dock_type": input_port(STRING, "The type of the dock at that pose", default=""),
+        "max_staging_time": input_port(FINITE, "Time limit of the drive to the dock, in seconds", default=1000.0),
+        "navigate_to_staging_pose": input_port(BOOL, "Whether to drive to the dock first", default=True),
     }
     OUTPUTS: ClassVar = {
         **ACTION_OUTPUTS,
         "success": _SUCCESS,
-        "num_retries": output_port(INT, "How often it was retried"),
+        "num_retries": output_port(INT, "Number of retries"),
     }
 
     def goal(self) -> nav2_msgs.DockRobot.Goal:
@@ -43,13 +43,13 @@ class DockRobot(ActionNode):
             navigate_to_staging_pose=self.read("navigate_to_staging_pose"),
         )
 
-    def take(self, result: Any) -> None:
-        """Tell that it has been done."""
+    def write_result(self, result: Any) -> None:
+        """Write that the action succeeded."""
         self.write("success", result.success)
         self.write("num_retries", result.num_retries)
 
-    def take_nothing(self) -> None:
-        """Tell that it has not been done."""
+    def clear_result(self) -> None:
+        """Write that the action did not succeed."""
         self.write("success", value=False)
 
 
@@ -59,8 +59,8 @@ class UndockRobot(ActionNode):
     ACTION = "undock_robot"
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
-        "dock_type": input_port(STRING, "What kind of dock it is", default=""),
-        "max_undocking_time": input_port(FINITE, "How long it may take, in seconds", default=30.0),
+        "dock_type": input_port(STRING, "The type of the dock", default=""),
+        "max_undocking_time": input_port(FINITE, "Time limit in seconds", default=30.0),
     }
     OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "success": _SUCCESS}
 
@@ -70,12 +70,12 @@ class UndockRobot(ActionNode):
             dock_type=self.read("dock_type"), max_undocking_time=self.read("max_undocking_time")
         )
 
-    def take(self, result: Any) -> None:
-        """Tell that it has been done."""
+    def write_result(self, result: Any) -> None:
+        """Write that the action succeeded."""
         self.write("success", result.success)
 
-    def take_nothing(self) -> None:
-        """Tell that it has not been done."""
+    def clear_result(self) -> None:
+        """Write that the action did not succeed."""
         self.write("success", value=False)
 
 

@@ -12,9 +12,9 @@ from bt_controller.nodes import Family
 
 
 class SetBlackboard(Leaf):
-    """Puts a value into an entry: a text, or what is in another entry. Fails if that has no value."""
+    """Writes a string or the value of another entry to an entry. Fails if that entry has no value."""
 
-    INPUTS: ClassVar = {"value": input_port(ANY, "What to put there")}
+    INPUTS: ClassVar = {"value": input_port(ANY, "The value to write")}
     OUTPUTS: ClassVar = {"output_key": output_port(ANY, "Key of the entry, with or without braces")}
     KEYS: ClassVar = ("output_key",)
 

@@ -1,6 +1,6 @@
 """Nav2's behaviors: short motions, and waiting.
 
-Lengths and speeds are in the world's unit, a second; times are simulated seconds.
+Lengths and speeds are in the world's unit of length; times are simulated seconds.
 """
 
 from __future__ import annotations
@@ -23,20 +23,18 @@ if TYPE_CHECKING:
 _MANEUVER_INPUTS: Final[Mapping[str, Port]] = MappingProxyType(
     {
         **ACTION_INPUTS,
-        "time_allowance": input_port(
-            FINITE, "How long it may take, in seconds; 0 for as long as it takes", default=10.0
-        ),
-        "disable_collision_checks": input_port(BOOL, "Goes along with the goal", default=False),
-        "is_recovery": input_port(BOOL, "Read and not needed: nobody counts recoveries here", default=True),
+        "time_allowance": input_port(FINITE, "Time limit in seconds; 0 for none", default=10.0),
+        "disable_collision_checks": input_port(BOOL, "Sent with the goal", default=False),
+        "is_recovery": input_port(BOOL, "Ignored: recoveries are not counted", default=True),
     }
 )
 
 
 class Spin(ActionNode):
-    """Turns on the spot."""
+    """Turns in place."""
 
     ACTION = "spin"
-    INPUTS: ClassVar = {**_MANEUVER_INPUTS, "spin_dist": input_port(FINITE, "How far, in radians", default=1.57)}
+    INPUTS: ClassVar = {**_MANEUVER_INPUTS, "spin_dist": input_port(FINITE, "Angle in radians", default=1.57)}
 
     def goal(self) -> nav2_msgs.Spin.Goal:
         """Return the goal of the input ports."""
@@ -48,10 +46,10 @@ class Spin(ActionNode):
 
 
 class Wait(ActionNode):
-    """Stands still; for a duration below 0 as long as for that above, as Nav2 does."""
+    """Stands still for the absolute value of the duration, as in Nav2."""
 
     ACTION = "wait"
-    INPUTS: ClassVar = {**ACTION_INPUTS, "wait_duration": input_port(FINITE, "How long, in seconds", default=1.0)}
+    INPUTS: ClassVar = {**ACTION_INPUTS, "wait_duration": input_port(FINITE, "Duration in seconds", default=1.0)}
 
     def goal(self) -> nav2_msgs.Wait.Goal:
         """Return the goal of the input ports."""
@@ -64,8 +62,8 @@ class BackUp(ActionNode):
     ACTION = "back_up"
     INPUTS: ClassVar = {
         **_MANEUVER_INPUTS,
-        "backup_dist": input_port(FINITE, "How far", default=0.15),
-        "backup_speed": input_port(FINITE, "How fast", default=0.025),
+        "backup_dist": input_port(FINITE, "Distance", default=0.15),
+        "backup_speed": input_port(FINITE, "Speed", default=0.025),
     }
 
     def goal(self) -> nav2_msgs.BackUp.Goal:
@@ -84,8 +82,8 @@ class DriveOnHeading(ActionNode):
     ACTION = "drive_on_heading"
     INPUTS: ClassVar = {
         **_MANEUVER_INPUTS,
-        "dist_to_travel": input_port(FINITE, "How far", default=0.15),
-        "speed": input_port(FINITE, "How fast", default=0.025),
+        "dist_to_travel": input_port(FINITE, "Distance", default=0.15),
+        "speed": input_port(FINITE, "Speed", default=0.025),
     }
 
     def goal(self) -> nav2_msgs.DriveOnHeading.Goal:

@@ -1,4 +1,4 @@
-"""Nodes for MoveIt's actions, which Nav2 does not have; their codes are MoveIt's, where 1 is success."""
+"""Nodes for MoveIt's actions, with MoveIt's error codes, where 1 is success."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, PlaceLocation
 
 
 class _MoveItNode(ActionNode):
-    """An action whose result has its code in a message."""
+    """An action whose result has a nested error code message."""
 
     UNANSWERED = MoveItErrorCodes.FAILURE
 
@@ -33,13 +33,13 @@ class Pickup(_MoveItNode):
 
 
 class Place(_MoveItNode):
-    """Puts down what it holds, where the robot is or at a pose within its reach."""
+    """Places a held item at the robot's pose, or at a pose within its reach."""
 
     ACTION = "place"
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
-        "attached_object_name": input_port(STRING, "The item; whatever it holds if left out", default=""),
-        "place_pose": input_port(POSE, "Where; where the robot is if left out", required=False),
+        "attached_object_name": input_port(STRING, "The item; by default the one that the robot holds", default=""),
+        "place_pose": input_port(POSE, "Pose of the item; by default the robot's pose", required=False),
     }
 
     def goal(self) -> moveit_msgs.Place.Goal:

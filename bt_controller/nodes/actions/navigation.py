@@ -1,4 +1,4 @@
-"""Nav2's actions that drive: to a pose, through poses."""
+"""Nav2's navigation actions: to a pose, and through poses."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses as ThroughPoses
 from hmrsim.interfaces.nav2_msgs import NavigateToPose as ToPose
 from hmrsim.interfaces.nav_msgs import Goals
 
-_TREE = input_port(STRING, "Goes along with the goal; robots here have no trees of their own", default="")
+_TREE = input_port(STRING, "Sent with the goal and ignored: simulated robots have no trees", default="")
 
 
 class NavigateToPose(ActionNode):
     """Drives to ``goal``."""
 
     ACTION = "navigate_to_pose"
-    INPUTS: ClassVar = {**ACTION_INPUTS, "goal": input_port(POSE, "Where to"), "behavior_tree": _TREE}
+    INPUTS: ClassVar = {**ACTION_INPUTS, "goal": input_port(POSE, "Destination"), "behavior_tree": _TREE}
 
     def goal(self) -> ToPose.Goal:
         """Return the goal of the input ports."""
@@ -29,7 +29,7 @@ class NavigateThroughPoses(ActionNode):
     """Drives through ``goals`` to the last of them."""
 
     ACTION = "navigate_through_poses"
-    INPUTS: ClassVar = {**ACTION_INPUTS, "goals": input_port(POSES, "Where to, in order"), "behavior_tree": _TREE}
+    INPUTS: ClassVar = {**ACTION_INPUTS, "goals": input_port(POSES, "Destinations in order"), "behavior_tree": _TREE}
 
     def goal(self) -> ThroughPoses.Goal:
         """Return the goal of the input ports."""

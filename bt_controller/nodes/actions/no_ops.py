@@ -1,7 +1,7 @@
 """Nav2's actions that have no effect in this simulator: they succeed at once.
 
 There are no costmaps, no particles and no collision monitor. There is one planner, one controller and so on, and no
-topic on which to choose others: selectors give their defaults.
+topic to select others: selectors write their defaults.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from bt_controller.core.ports import Port
 
-_NOT_NEEDED = "Read and not needed"
+_NOT_NEEDED = "Ignored"
 
 _KINDS = {"planner": PLANNER, "controller": CONTROLLER}
 
@@ -36,7 +36,7 @@ class _NoOp(Leaf):
 
     def update(self) -> Status:
         """Succeed."""
-        self.feedback_message = "nothing to do here"
+        self.feedback_message = "no effect in this simulator"
         return Status.SUCCESS
 
 
@@ -64,7 +64,7 @@ class ClearCostmapAroundPose(_NoOp):
 
 
 class ReinitializeGlobalLocalization(_NoOp):
-    """Robots know where they are."""
+    """Simulated robots are always localised."""
 
 
 class ToggleCollisionMonitor(_NoOp):
@@ -79,10 +79,10 @@ class _Selector(Leaf):
     WHAT: ClassVar[str]
 
     def update(self) -> Status:
-        """Choose the default."""
+        """Write the default."""
         choice = self.read(f"default_{self.WHAT}")
         if not choice:
-            self.feedback_message = f"there is no default_{self.WHAT}, and nobody else to choose"
+            self.feedback_message = f"there is no default_{self.WHAT} and no selection topic"
             return Status.FAILURE
         self.write(f"selected_{self.WHAT}", choice)
         return Status.SUCCESS
@@ -98,10 +98,10 @@ def _selector(tag: str, chosen: str) -> type[_Selector]:
             "__module__": __name__,
             "WHAT": chosen,
             "INPUTS": {
-                "topic_name": input_port(STRING, "Read and not needed: there is no such topic", required=False),
-                f"default_{chosen}": input_port(_KINDS.get(chosen, STRING), "What to select", default=""),
+                "topic_name": input_port(STRING, "Ignored: there is no selection topic", required=False),
+                f"default_{chosen}": input_port(_KINDS.get(chosen, STRING), "The default", default=""),
             },
-            "OUTPUTS": {f"selected_{chosen}": output_port(STRING, "What was selected")},
+            "OUTPUTS": {f"selected_{chosen}": output_port(STRING, "The selection")},
         },
     )
 

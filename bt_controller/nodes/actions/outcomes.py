@@ -12,7 +12,7 @@ class AlwaysSuccess(Leaf):
     """Succeeds."""
 
     def update(self) -> Status:
-        """Return that it does."""
+        """Return the status."""
         return Status.SUCCESS
 
 
@@ -20,7 +20,7 @@ class AlwaysFailure(Leaf):
     """Fails."""
 
     def update(self) -> Status:
-        """Return that it does."""
+        """Return the status."""
         return Status.FAILURE
 
 

@@ -19,13 +19,13 @@ _NONE = Path()
 
 
 class TruncatePath(Leaf):
-    """Puts a path on ``output_path`` without its last part, ``distance`` long; its last pose faces the goal."""
+    """Writes a path without its last ``distance`` to ``output_path``; the new last pose faces the goal."""
 
     INPUTS: ClassVar = {
         "input_path": input_port(PATH, "The path", required=False),
-        "distance": input_port(FINITE, "How much to leave out, in the world's unit of length", default=1.0),
+        "distance": input_port(FINITE, "Length to remove, in the world's unit of length", default=1.0),
     }
-    OUTPUTS: ClassVar = {"output_path": output_port(PATH, "What is left of it")}
+    OUTPUTS: ClassVar = {"output_path": output_port(PATH, "The truncated path")}
 
     def update(self) -> Status:
         """Cut the path."""
@@ -43,26 +43,26 @@ class TruncatePath(Leaf):
 
 
 class TruncatePathLocal(Located, Leaf):
-    """Puts the part of a path on ``output_path`` that is around the robot.
+    """Writes the part of a path around the robot to ``output_path``.
 
-    It begins ``distance_backward`` before the point of the path that is closest to the robot, or to ``pose``, and
-    ends ``distance_forward`` after it, or with the path if that is negative. The closest point is looked for on the
-    whole path, or only so far after the last one as ``max_robot_pose_search_dist`` says. Distances are along the
-    path, in the world's unit of length.
+    It begins ``distance_backward`` before the path's point closest to the robot, or to ``pose``, and ends
+    ``distance_forward`` after it, or with the path if that is negative. The search for the closest point covers the
+    whole path, or ``max_robot_pose_search_dist`` after the previous one. Distances are along the path, in the world's
+    unit of length.
     """
 
     INPUTS: ClassVar = {
         "input_path": input_port(PATH, "The path", required=False),
-        "distance_forward": input_port(FINITE, "How much of it after the robot; negative for all", default=8.0),
-        "distance_backward": input_port(FINITE, "How much of it before the robot", default=4.0),
+        "distance_forward": input_port(FINITE, "Length after the robot; negative for the whole rest", default=8.0),
+        "distance_backward": input_port(FINITE, "Length before the robot", default=4.0),
         "robot_frame": BASE_FRAME,
         "robot_base_frame": BASE_FRAME,
-        "transform_tolerance": input_port(DOUBLE, "Read and not needed", default=0.2),
-        "pose": input_port(POSE, "In place of the robot's", required=False),
-        "angular_distance_weight": input_port(DOUBLE, "How much a radian counts beside a length of one", default=0.0),
-        "max_robot_pose_search_dist": input_port(DOUBLE, "How far to look after the last point", default=math.inf),
+        "transform_tolerance": input_port(DOUBLE, "Ignored", default=0.2),
+        "pose": input_port(POSE, "Pose to use instead of the robot's", required=False),
+        "angular_distance_weight": input_port(DOUBLE, "Weight of a radian relative to a unit of length", default=0.0),
+        "max_robot_pose_search_dist": input_port(DOUBLE, "Search distance after the previous point", default=math.inf),
     }
-    OUTPUTS: ClassVar = {"output_path": output_port(PATH, "The part")}
+    OUTPUTS: ClassVar = {"output_path": output_port(PATH, "The part of the path")}
 
     def __init__(self, name: str, behaviour_class_name: str | None = None) -> None:
         super().__init__(name, behaviour_class_name=behaviour_class_name)
@@ -86,13 +86,13 @@ class TruncatePathLocal(Located, Leaf):
 
 
 class ConcatenatePaths(Leaf):
-    """Puts two paths, one after the other, on ``output_path``; fails if there is nothing to put there."""
+    """Writes the concatenation of two paths to ``output_path``; fails if it has no poses."""
 
     INPUTS: ClassVar = {
         "input_path1": input_port(PATH, "The first path", required=False),
         "input_path2": input_port(PATH, "The second path", required=False),
     }
-    OUTPUTS: ClassVar = {"output_path": output_port(PATH, "Both")}
+    OUTPUTS: ClassVar = {"output_path": output_port(PATH, "The concatenation")}
 
     def update(self) -> Status:
         """Join the paths."""
@@ -106,16 +106,16 @@ class ConcatenatePaths(Leaf):
 
 
 class GetPoseFromPath(Leaf):
-    """Puts one pose of a path on ``pose``; fails if it has no such pose."""
+    """Writes one pose of a path to ``pose``; fails if there is no such pose."""
 
     INPUTS: ClassVar = {
         "path": input_port(PATH, "The path", required=False),
-        "index": input_port(INT, "Which pose, from 0; negative from the end", default=-1),
+        "index": input_port(INT, "Index of the pose, from 0; negative from the end", default=-1),
     }
     OUTPUTS: ClassVar = {"pose": output_port(POSE, "The pose")}
 
     def update(self) -> Status:
-        """Take the pose."""
+        """Write the pose."""
         path, index = self.read("path") or _NONE, self.read("index")
         if not -len(path.poses) <= index < len(path.poses):
             self.feedback_message = f"no pose {index} in a path of {len(path.poses)}"

@@ -7,7 +7,7 @@ from bt_controller.nodes.path_check import PathCheck
 
 
 class ValidatePath(PathCheck):
-    """Succeeds if a path is open: is an ``IsPathValid``, as newer trees call it."""
+    """Succeeds if a path is open: same as ``IsPathValid``, under its name in newer trees."""
 
 
 FAMILY = Family("path_validation", {"ValidatePath": ValidatePath})

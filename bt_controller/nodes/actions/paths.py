@@ -1,4 +1,4 @@
-"""Nav2's actions that plan a path, and drive along one."""
+"""Nav2's actions that plan and follow paths."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from hmrsim.interfaces.nav_msgs import Path
 
 
 class ComputePathToPose(ActionNode):
-    """Plans a path to ``goal``, from where the robot is or from ``start``, and puts it on ``path``.
+    """Plans a path to ``goal``, from the robot's pose or from ``start``, and writes it to ``path``.
 
-    Without one, and when it is halted, it puts a path without poses there.
+    If there is no path, and upon a halt, it writes a path without poses.
     """
 
     ACTION = "compute_path_to_pose"
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
-        "goal": input_port(POSE, "Where to"),
-        "start": input_port(POSE, "Where from; from where the robot is if left out", required=False),
-        "use_start": input_port(BOOL, "Whether start counts", default=True),
-        "planner_id": input_port(PLANNER, "Which planner: GridBased, or none", default=""),
+        "goal": input_port(POSE, "Destination"),
+        "start": input_port(POSE, "Start; by default the robot's pose", required=False),
+        "use_start": input_port(BOOL, "Whether to use start", default=True),
+        "planner_id": input_port(PLANNER, "The planner: GridBased, or empty", default=""),
     }
     OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "path": output_port(PATH, "The path")}
 
@@ -39,33 +39,33 @@ class ComputePathToPose(ActionNode):
             planner_id=self.read("planner_id"),
         )
 
-    def take(self, result: Any) -> None:
-        """Give the path."""
+    def write_result(self, result: Any) -> None:
+        """Write the path."""
         self.write("path", result.path)
 
-    def take_nothing(self) -> None:
-        """Give a path without poses."""
+    def clear_result(self) -> None:
+        """Write a path without poses."""
         self.write("path", Path())
 
 
 class FollowPath(ActionNode):
-    """Drives along ``path``; when another one comes, or another id, it goes on along that.
+    """Follows ``path``; when the path or an id changes, the new goal preempts the old one.
 
-    A path without poses does not replace the current one: the planner has no path for the moment.
+    A path without poses, which a planner writes while it has none, does not replace the current one.
     """
 
     ACTION = "follow_path"
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
-        "path": input_port(PATH, "Where along"),
-        "controller_id": input_port(CONTROLLER, "Which controller: FollowPath, or none", default=""),
-        "goal_checker_id": input_port(STRING, "Any: robots here arrive exactly", default=""),
-        "progress_checker_id": input_port(STRING, "Any: the world's rules of traffic count", default=""),
-        "path_handler_id": input_port(STRING, "Any: robots here have one way to handle paths", default=""),
+        "path": input_port(PATH, "The path"),
+        "controller_id": input_port(CONTROLLER, "The controller: FollowPath, or empty", default=""),
+        "goal_checker_id": input_port(STRING, "Any: simulated robots arrive exactly", default=""),
+        "progress_checker_id": input_port(STRING, "Any: the world's traffic rules apply", default=""),
+        "path_handler_id": input_port(STRING, "Any: there is one path handler", default=""),
     }
     OUTPUTS: ClassVar = {
         **ACTION_OUTPUTS,
-        "tracking_feedback": output_port(ANY, "Never written: robots here are never off their path"),
+        "tracking_feedback": output_port(ANY, "Never written: simulated robots are never off their path"),
     }
 
     def goal(self) -> Follow.Goal:
@@ -77,8 +77,8 @@ class FollowPath(ActionNode):
             progress_checker_id=self.read("progress_checker_id"),
         )
 
-    def wants_other_goal(self) -> bool:
-        """Return whether the ports make another goal than the one that was sent."""
+    def should_replace_goal(self) -> bool:
+        """Return whether the goal of the input ports differs from the active one."""
         goal = self.goal()
         return bool(goal.path.poses) and goal != self._sent
 

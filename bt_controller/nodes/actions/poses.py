@@ -1,4 +1,4 @@
-"""Nav2's actions that make poses, and lists of goals."""
+"""Nav2's actions that read poses, and edit lists of goals."""
 
 from __future__ import annotations
 
@@ -18,43 +18,43 @@ _OUTPUT_GOALS = output_port(POSES, "The goals")
 
 
 def _no_text(text: str, _places: object) -> list[WaypointStatus]:
-    raise ValueError(f"{text!r} is no list of statuses; a key of the blackboard is expected")
+    raise ValueError(f"{text!r} is not a list of statuses; expected a key of the blackboard")
 
 
 _STATUSES = Kind("nav2_msgs/WaypointStatus[]", list, _no_text)
 
 
 class GetCurrentPose(Located, Leaf):
-    """Puts the robot's pose on ``current_pose``."""
+    """Writes the robot's pose to ``current_pose``."""
 
     INPUTS: ClassVar = {"global_frame": GLOBAL_FRAME, "robot_base_frame": BASE_FRAME}
-    OUTPUTS: ClassVar = {"current_pose": output_port(POSE, "Where the robot is")}
+    OUTPUTS: ClassVar = {"current_pose": output_port(POSE, "The robot's pose")}
 
     def update(self) -> Status:
-        """Tell the pose."""
+        """Write the pose."""
         self.write("current_pose", self.here)
         return Status.SUCCESS
 
 
 class RemovePassedGoals(Located, Leaf):
-    """Puts goals on ``output_goals`` without the first ones that the robot is near; the last one always stays.
+    """Writes the goals to ``output_goals`` without the first ones that the robot is near; the last one always remains.
 
-    Of ``input_waypoint_statuses``, if there are some, those of the goals that are left out become COMPLETED.
+    In ``input_waypoint_statuses``, if given, the removed goals become COMPLETED.
     """
 
     INPUTS: ClassVar = {
         "input_goals": _INPUT_GOALS,
-        "radius": input_port(FINITE, "What is near, in the world's unit of length", default=0.5),
+        "radius": input_port(FINITE, "Largest distance of a passed goal, in the world's unit of length", default=0.5),
         "robot_base_frame": BASE_FRAME,
-        "input_waypoint_statuses": input_port(_STATUSES, "How the waypoints have fared", required=False),
+        "input_waypoint_statuses": input_port(_STATUSES, "The waypoint statuses", required=False),
     }
     OUTPUTS: ClassVar = {
         "output_goals": _OUTPUT_GOALS,
-        "output_waypoint_statuses": output_port(_STATUSES, "How they have fared now"),
+        "output_waypoint_statuses": output_port(_STATUSES, "The updated waypoint statuses"),
     }
 
     def update(self) -> Status:
-        """Leave out what has been passed."""
+        """Remove the passed goals."""
         goals, statuses = list(self.read("input_goals")), list(self.read("input_waypoint_statuses") or ())
         while len(goals) > 1 and apart(goals[0], self.here) <= self.read("radius"):
             passed = goals.pop(0)
@@ -69,25 +69,25 @@ class RemovePassedGoals(Located, Leaf):
 
 
 class AppendGoalPoseToGoals(Leaf):
-    """Puts goals on ``output_goals`` with one more at their end."""
+    """Writes the goals with one more at the end to ``output_goals``."""
 
-    INPUTS: ClassVar = {"input_goals": _INPUT_GOALS, "goal_pose": input_port(POSE, "One more goal")}
+    INPUTS: ClassVar = {"input_goals": _INPUT_GOALS, "goal_pose": input_port(POSE, "The goal to append")}
     OUTPUTS: ClassVar = {"output_goals": _OUTPUT_GOALS}
 
     def update(self) -> Status:
-        """Add the goal."""
+        """Append the goal."""
         self.write("output_goals", [*self.read("input_goals"), self.read("goal_pose")])
         return Status.SUCCESS
 
 
 class GetNextFewGoals(Leaf):
-    """Puts the first ``num_goals`` goals on ``output_goals``; fails if there are no goals."""
+    """Writes the first ``num_goals`` goals to ``output_goals``; fails if there are no goals."""
 
-    INPUTS: ClassVar = {"input_goals": _INPUT_GOALS, "num_goals": input_port(INT, "How many")}
+    INPUTS: ClassVar = {"input_goals": _INPUT_GOALS, "num_goals": input_port(INT, "Number of goals")}
     OUTPUTS: ClassVar = {"output_goals": _OUTPUT_GOALS}
 
     def update(self) -> Status:
-        """Take the first ones."""
+        """Write the first goals."""
         goals = self.read("input_goals")
         if not goals:
             self.feedback_message = "there are no goals"

@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's Script: change the blackboard."""
+"""BehaviorTree.CPP's Script: a script that changes the blackboard."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from bt_controller.scripting.ports import Scripted
 
 
 class Script(Scripted, Leaf):
-    """Runs a script, and succeeds whatever its value is."""
+    """Runs a script, and succeeds whatever its value."""
 
     SCRIPTS: ClassVar = ("code",)
 
     def update(self) -> Status:
-        """Run it."""
+        """Run the script."""
         self.run("code")
         return Status.SUCCESS
 

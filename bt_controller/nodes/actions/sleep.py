@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's Sleep: let time go by."""
+"""BehaviorTree.CPP's Sleep: wait for simulated time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MILLISECONDS: Final = 1000
 
 
 class Sleep(Leaf):
-    """Runs for a time, and succeeds then."""
+    """Runs for a duration, and then succeeds."""
 
     INPUTS: ClassVar = {"msec": input_port(UNSIGNED, "Simulated milliseconds")}
 
@@ -24,11 +24,11 @@ class Sleep(Leaf):
         self._ends = now() + self.read("msec") / _MILLISECONDS
 
     def next_tick_time(self) -> float:
-        """Return when the time is over; one that has ended sleeps again when it is ticked again."""
+        """Return the end of the duration; a node that has ended sleeps again when it is ticked again."""
         return self._ends if self.status is Status.RUNNING else EACH_PERIOD
 
     def update(self) -> Status:
-        """Look at the clock."""
+        """Check the time."""
         return Status.SUCCESS if reached(self._ends) else Status.RUNNING
 
 

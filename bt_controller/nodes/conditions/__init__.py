@@ -1,1 +1,1 @@
-"""Nodes that look at something: one file a family."""
+"""Conditions: one file for each family."""

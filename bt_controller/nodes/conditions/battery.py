@@ -1,4 +1,4 @@
-"""Nav2's conditions about the robot's battery, which it tells of on its topic ``battery_state``."""
+"""Nav2's conditions on the robot's battery, from the topic ``battery_state``."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from bt_controller.core.topics import Topics
 
 _TOPIC = "battery_state"
-_BATTERY_TOPIC = input_port(STRING, f"Where robots tell of their batteries: {_TOPIC}", default=_TOPIC)
+_BATTERY_TOPIC = input_port(STRING, f"Topic of the battery state: {_TOPIC}", default=_TOPIC)
 
 
 class _Battery(Condition):
-    """Looks at the battery."""
+    """A condition on the battery."""
 
     INPUTS: ClassVar = {"battery_topic": _BATTERY_TOPIC}
 
     def setup(self, **kwargs: Any) -> None:
-        """Be ready for what the battery tells.
+        """Watch the battery's topic.
 
         Args:
             **kwargs: *topics* and *robot*, and the arguments of all nodes.
@@ -36,14 +36,14 @@ class _Battery(Condition):
         super().setup(**kwargs)
         topic = self.read("battery_topic")
         if topic.rpartition("/")[2] != _TOPIC:
-            raise PortError(f"{self._whose('battery_topic')}: no topic {topic!r}; batteries tell on {_TOPIC!r}")
+            raise PortError(f"{self._whose('battery_topic')}: no topic {topic!r}; the battery state is on {_TOPIC!r}")
         self._topics: Topics = kwargs["topics"]
         self._robots_name: str = kwargs["robot"]
         self._topics.watch(self._robots_name, _TOPIC)
 
     @property
     def battery(self) -> BatteryState:
-        """What the battery tells."""
+        """The latest battery state."""
         latest: BatteryState = self._topics.latest(self._robots_name, _TOPIC)
         return latest
 
@@ -52,13 +52,13 @@ class IsBatteryLow(_Battery):
     """Succeeds if the battery is at ``min_battery`` or below: a share from 0 to 1, or volts with ``is_voltage``."""
 
     INPUTS: ClassVar = {
-        "min_battery": input_port(DOUBLE, "What is low"),
+        "min_battery": input_port(DOUBLE, "Threshold"),
         "battery_topic": _BATTERY_TOPIC,
-        "is_voltage": input_port(BOOL, "Whether that is in volts", default=False),
+        "is_voltage": input_port(BOOL, "Whether the threshold is in volts", default=False),
     }
 
     def update(self) -> Status:
-        """Look at the battery."""
+        """Check the battery."""
         left = self.battery.voltage if self.read("is_voltage") else self.battery.percentage
         self.feedback_message = f"at {left:g}"
         return Status.SUCCESS if left <= self.read("min_battery") else Status.FAILURE
@@ -68,7 +68,7 @@ class IsBatteryCharging(_Battery):
     """Succeeds if the battery is being charged."""
 
     def update(self) -> Status:
-        """Look at the battery."""
+        """Check the battery."""
         charging = self.battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
         return Status.SUCCESS if charging else Status.FAILURE
 

@@ -1,4 +1,4 @@
-"""Nav2's conditions about error codes: whether it makes sense to try again."""
+"""Nav2's conditions on error codes, which tell whether a recovery may help."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-_ERROR_CODE = input_port(INT, "The code; none as long as nobody has written one", required=False)
+_ERROR_CODE = input_port(INT, "The error code; none before one is written", required=False)
 
 
 class AreErrorCodesPresent(Condition):
-    """Succeeds if ``error_code`` is one of ``error_codes_to_check``, which are written with ``;`` between them."""
+    """Succeeds if ``error_code`` is one of ``error_codes_to_check``, which are separated by ``;``."""
 
     INPUTS: ClassVar = {"error_code": _ERROR_CODE, "error_codes_to_check": input_port(INTS, "The codes to look for")}
 
     def update(self) -> Status:
-        """Look at the code."""
+        """Check the code."""
         return Status.SUCCESS if self.read("error_code") in self.codes() else Status.FAILURE
 
     def codes(self) -> Collection[int]:
@@ -33,7 +33,7 @@ class AreErrorCodesPresent(Condition):
 
 
 class _WouldARecoveryHelp(AreErrorCodesPresent):
-    """Succeeds if a recovery could make the code's cause go away."""
+    """Succeeds if a recovery may remove the cause of the error."""
 
     INPUTS: ClassVar = {"error_code": _ERROR_CODE}
     CODES: ClassVar[tuple[int, ...]]
@@ -44,7 +44,7 @@ class _WouldARecoveryHelp(AreErrorCodesPresent):
 
 
 class WouldAPlannerRecoveryHelp(_WouldARecoveryHelp):
-    """Succeeds if the planner found no path, took too long, or doesn't know why it failed."""
+    """Succeeds if the planner found no path, timed out, or failed for an unknown reason."""
 
     CODES = (
         ComputePathToPose.Result.UNKNOWN,
@@ -54,7 +54,7 @@ class WouldAPlannerRecoveryHelp(_WouldARecoveryHelp):
 
 
 class WouldAControllerRecoveryHelp(_WouldARecoveryHelp):
-    """Succeeds if the controller lost its patience, made no progress, was blocked, or doesn't know why it failed."""
+    """Succeeds if the controller ran out of patience, made no progress, was blocked, or failed without a reason."""
 
     CODES = (
         FollowPath.Result.UNKNOWN,
@@ -65,7 +65,7 @@ class WouldAControllerRecoveryHelp(_WouldARecoveryHelp):
 
 
 class WouldASmootherRecoveryHelp(_WouldARecoveryHelp):
-    """Succeeds if the smoother took too long, failed, or smoothed into something; no robot here smooths paths."""
+    """Succeeds if the smoother timed out, failed, or found a collision; path smoothing is not simulated."""
 
     CODES = (500, 502, 503, 504)
 

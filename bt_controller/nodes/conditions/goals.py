@@ -1,4 +1,4 @@
-"""Nav2's conditions about goals: whether there is another one, and whether the robot is near it.
+"""Nav2's conditions on goals: whether the goal has changed, and whether the robot is near it.
 
 Lengths are in the world's unit.
 """
@@ -18,27 +18,27 @@ from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
 from bt_controller.nodes.paths import Trail, apart, length_of
 
 
-def _if(true: bool) -> Status:  # noqa: FBT001 - it is the question
+def _if(true: bool) -> Status:  # noqa: FBT001 - a conversion of a bool
     return Status.SUCCESS if true else Status.FAILURE
 
 
 class GoalReached(Located, Condition):
-    """Succeeds if the robot is within 0.25 of ``goal``, whichever way it faces."""
+    """Succeeds if the robot is within 0.25 of ``goal``, whatever its orientation."""
 
     INPUTS: ClassVar = {
-        "goal": input_port(POSE, "Where to"),
+        "goal": input_port(POSE, "Destination"),
         "global_frame": GLOBAL_FRAME,
         "robot_base_frame": BASE_FRAME,
     }
     TOLERANCE: ClassVar = 0.25
 
     def update(self) -> Status:
-        """Look where the robot is."""
+        """Compare the robot's pose with the goal."""
         return _if(apart(self.read("goal"), self.here) <= self.TOLERANCE)
 
 
 class GoalUpdated(Condition):
-    """Succeeds if the goal or the goals have changed since it was ticked last; fails when it was idle."""
+    """Succeeds if ``goal`` or ``goals`` have changed since the last tick; fails at the first tick after being idle."""
 
     INPUTS: ClassVar = GOAL_PORTS
 
@@ -51,7 +51,7 @@ class GoalUpdated(Condition):
 
 
 class GlobalUpdatedGoal(Condition):
-    """Succeeds at its first tick, and whenever the goal or the goals have changed since its last, idle or not."""
+    """Succeeds at its first tick, and whenever ``goal`` or ``goals`` have changed since its last tick, idle or not."""
 
     INPUTS: ClassVar = GOAL_PORTS
 
@@ -64,16 +64,16 @@ class GlobalUpdatedGoal(Condition):
 
 
 class IsGoalNearby(Located, Condition):
-    """Succeeds if less than ``proximity_threshold`` of the path is left, from its point that is closest to the robot.
+    """Succeeds if less than ``proximity_threshold`` of the path remains after its point closest to the robot.
 
-    That point is looked for on the whole path, or only so far after the last one as ``max_robot_pose_search_dist``
-    says. Fails if there is no path.
+    The search for that point covers the whole path, or ``max_robot_pose_search_dist`` after the previous one. Fails if
+    there is no path.
     """
 
     INPUTS: ClassVar = {
         "path": input_port(PATH, "The path", required=False),
-        "proximity_threshold": input_port(FINITE, "What is near", default=1.0),
-        "max_robot_pose_search_dist": input_port(DOUBLE, "How far to look; negative for all of the path", default=-1.0),
+        "proximity_threshold": input_port(FINITE, "Threshold of the remaining length", default=1.0),
+        "max_robot_pose_search_dist": input_port(DOUBLE, "Search distance; negative for the whole path", default=-1.0),
         "global_frame": GLOBAL_FRAME,
         "robot_base_frame": BASE_FRAME,
     }
@@ -83,7 +83,7 @@ class IsGoalNearby(Located, Condition):
         self._trail = Trail()
 
     def update(self) -> Status:
-        """Look how much of the path is left."""
+        """Compare the remaining length of the path with the threshold."""
         path = self.read("path")
         if path is None or not path.poses:
             self.feedback_message = "there is no path"
@@ -99,7 +99,7 @@ class ArePosesNear(Condition):
     INPUTS: ClassVar = {
         "ref_pose": input_port(POSE, "One pose"),
         "target_pose": input_port(POSE, "The other"),
-        "tolerance": input_port(FINITE, "What is near", default=0.5),
+        "tolerance": input_port(FINITE, "Largest distance", default=0.5),
         "global_frame": GLOBAL_FRAME,
     }
 

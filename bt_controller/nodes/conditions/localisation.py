@@ -1,4 +1,4 @@
-"""Nav2's conditions about knowing where the robot is: here it always is known."""
+"""Nav2's conditions on localisation: a simulated robot is always localised."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _FRAMES: Final = ("map", "base_link")
 
 
 class InitialPoseReceived(Leaf):
-    """Succeeds, unless the file says that no pose was received: robots here know where they are from the start."""
+    """Succeeds unless the file sets the port to false: simulated robots are localised from the start."""
 
     INPUTS: ClassVar = {"initial_pose_received": input_port(BOOL, "Whether there is a pose", default=True)}
 
     def update(self) -> Status:
-        """Look what the file says."""
+        """Return the port's value as a status."""
         return Status.SUCCESS if self.read("initial_pose_received") else Status.FAILURE
 
 
@@ -29,7 +29,7 @@ class TransformAvailable(Leaf):
     INPUTS: ClassVar = {"child": input_port(STRING, "One frame"), "parent": input_port(STRING, "The other")}
 
     def update(self) -> Status:
-        """Look at the frames."""
+        """Check the frames."""
         unknown = [frame for frame in map(self.read, self.INPUTS) if frame not in _FRAMES]
         if unknown:
             self.feedback_message = f"no frame {unknown[0]!r}; there are {' and '.join(_FRAMES)}"

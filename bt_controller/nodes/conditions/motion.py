@@ -1,4 +1,4 @@
-"""Nav2's conditions about how the robot moves, in the world's unit of length; and simulated time."""
+"""Nav2's conditions on the robot's motion, in the world's unit of length and simulated time."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ if TYPE_CHECKING:
 
 
 class DistanceTraveled(Located, Condition):
-    """Succeeds each time the robot is ``distance`` away from where it was when the node succeeded last, or was idle.
+    """Succeeds each time the robot is ``distance`` away from its position at the last success or the first tick.
 
-    In a straight line.
+    The distance is measured in a straight line.
     """
 
     INPUTS: ClassVar = {
-        "distance": input_port(FINITE, "How far", default=1.0),
+        "distance": input_port(FINITE, "The distance", default=1.0),
         "global_frame": GLOBAL_FRAME,
         "robot_base_frame": BASE_FRAME,
     }
 
     def update(self) -> Status:
-        """Look where the robot is."""
+        """Compare the robot's position with the earlier one."""
         here = self.here
         if self.status is Status.INVALID:
             self._start = here
@@ -44,14 +44,14 @@ class DistanceTraveled(Located, Condition):
 class IsStopped(Located, Condition):
     """Succeeds if the robot has been slower than ``velocity_threshold`` for ``duration_stopped`` milliseconds.
 
-    RUNNING while it is, but not long enough yet; fails if it is faster, and counts anew then, as after a success or a
-    halt. The threshold goes for each direction, and for radians a second. The speed is looked at each period, so the
-    end of the time may be noticed less than a period late.
+    RUNNING while it is slow, but not long enough yet; fails if it is faster. The time is counted again after that, and
+    after a success or a halt. The threshold applies to each direction, and to radians per second. The speed is polled
+    once per period, so the node may succeed up to a period late.
     """
 
     INPUTS: ClassVar = {
-        "velocity_threshold": input_port(FINITE, "What is slow, a second", default=0.01),
-        "duration_stopped": input_port(FINITE, "How long, in milliseconds", default=1000.0),
+        "velocity_threshold": input_port(FINITE, "Largest speed, per second", default=0.01),
+        "duration_stopped": input_port(FINITE, "Duration in milliseconds", default=1000.0),
     }
 
     _until: float | None = None
@@ -61,7 +61,7 @@ class IsStopped(Located, Condition):
         self._until = None
 
     def update(self) -> Status:
-        """Look how fast the robot is."""
+        """Compare the robot's speed with the threshold."""
         velocity = self.odometry.twist.twist
         fastest = max(abs(velocity.linear.x), abs(velocity.linear.y), abs(velocity.angular.z))
         if fastest >= self.read("velocity_threshold"):
@@ -72,14 +72,14 @@ class IsStopped(Located, Condition):
 
 
 class CheckStopStatus(IsStopped):
-    """Succeeds if the robot has stood still for a time: is an ``IsStopped``, under another of its names."""
+    """Same as ``IsStopped``, under another name."""
 
 
 class IsStuck(Located, Condition):
-    """Succeeds if the robot has braked extremely hard: by 10 units of length per second squared or more.
+    """Succeeds if the robot has decelerated by 10 units of length per second squared or more.
 
-    Nav2 takes that for a collision. The robot's speed is compared with that of the previous tick, so the result
-    depends on how often the node is ticked.
+    Nav2 considers that a collision. The robot's speed is compared with that at the previous tick, so the result depends
+    on how often the node is ticked.
     """
 
     MIN_ACCELERATION: ClassVar = -10.0
@@ -87,7 +87,7 @@ class IsStuck(Located, Condition):
     _before: Odometry | None = None
 
     def update(self) -> Status:
-        """Look how the robot's speed has changed."""
+        """Compare the robot's speed with that at the previous tick."""
         before, self._before = self._before, self.odometry
         if before is None:
             return Status.FAILURE

@@ -7,11 +7,11 @@ from bt_controller.nodes.path_check import PathCheck
 
 
 class IsPathValid(PathCheck):
-    """Succeeds if a path is open: if it begins no lane that was open at some time and is not now.
+    """Succeeds if a path is open: if it enters no lane that was open earlier and is not open now.
 
-    Lanes are closed by faults, by doors, or because something lies on them. Who is on a closed lane may leave it. A
-    path without poses is not valid. Of a path that is not, ``collision_poses`` has the pose from which it is not
-    open; all of them with ``stop_at_first_collision="false"``.
+    Faults, doors and obstacles close lanes. A robot on a closed lane may leave it. A path without poses is not valid.
+    For an invalid path, ``collision_poses`` has the pose after which it is closed, or all such poses with
+    ``stop_at_first_collision="false"``.
     """
 
 

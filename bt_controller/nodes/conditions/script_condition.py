@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's ScriptCondition: ask the blackboard."""
+"""BehaviorTree.CPP's ScriptCondition: a script as a condition."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class ScriptCondition(Scripted, Condition):
     SCRIPTS: ClassVar = ("code",)
 
     def update(self) -> Status:
-        """Run it."""
+        """Run the script."""
         return Status.SUCCESS if self.holds("code") else Status.FAILURE
 
 

@@ -1,4 +1,4 @@
-"""Nav2's conditions about simulated time."""
+"""Nav2's conditions on simulated time."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from bt_controller.nodes import Family
 if TYPE_CHECKING:
     from hmrsim.interfaces.nav_msgs import Path
 
-_SECONDS = input_port(FINITE, "How long, in seconds", default=1.0)
+_SECONDS = input_port(FINITE, "Duration in seconds", default=1.0)
 
 
 class TimeExpired(Condition):
-    """Succeeds each time ``seconds`` have gone by since it succeeded last, or was idle."""
+    """Succeeds each time ``seconds`` have passed since its last success or its first tick."""
 
     INPUTS: ClassVar = {"seconds": _SECONDS}
 
     _until = 0.0
 
     def next_tick_time(self) -> float:
-        """Return when the time is over."""
+        """Return the end of the duration."""
         return self._until
 
     def update(self) -> Status:
-        """Look whether it is."""
+        """Check the time."""
         begins = self.status is Status.INVALID
         over = not begins and reached(self._until)
         if begins or over:
@@ -38,7 +38,7 @@ class TimeExpired(Condition):
 
 
 class PathExpiringTimer(Condition):
-    """Succeeds each time ``seconds`` have gone by since its first tick, its last success, or the last other path."""
+    """Succeeds each time ``seconds`` have passed since its first tick, its last success or the last change of path."""
 
     INPUTS: ClassVar = {"seconds": _SECONDS, "path": input_port(PATH, "The path", required=False)}
 
@@ -46,11 +46,11 @@ class PathExpiringTimer(Condition):
     _path: Path | None = None
 
     def next_tick_time(self) -> float:
-        """Return when the time is over."""
+        """Return the end of the duration."""
         return 0.0 if self._until is None else self._until
 
     def update(self) -> Status:
-        """Look whether it is."""
+        """Check the time."""
         path = self.read("path")
         if self._until is None or path != self._path:
             self._path = path

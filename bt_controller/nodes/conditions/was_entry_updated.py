@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's WasEntryUpdated: whether an entry was written."""
+"""BehaviorTree.CPP's WasEntryUpdated: detects writes to an entry."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from bt_controller.nodes.entry_updates import Watching
 
 
 class WasEntryUpdated(Watching, Condition):
-    """Succeeds if an entry has been written since it was ticked before, also with the value that it had; else fails."""
+    """Succeeds if an entry was written since the last tick, even with the same value; else fails."""
 
     INPUTS: ClassVar = {"entry": input_port(ANY, "Key of the entry, with or without braces")}
 
     def update(self) -> Status:
-        """Look at the entry."""
+        """Check the entry."""
         return Status.SUCCESS if self.updated() else Status.FAILURE
 
 

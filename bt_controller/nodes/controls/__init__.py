@@ -1,1 +1,1 @@
-"""Nodes with several children: one file a family."""
+"""Nodes with several children: one file for each family."""

@@ -1,4 +1,4 @@
-"""What sequences and fallbacks have in common: they go on after one outcome of a child, and end with the other."""
+"""The bases of sequences and fallbacks, which continue after one status of a child and end with the other."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 class InOrder(Control):
-    """Ticks its children one after the other; one that runs is ticked again, those before it are not.
+    """Ticks its children in order; a RUNNING child is ticked again, earlier ones are not.
 
     Attributes:
-        passes: The outcome of a child after which the next has its turn; also of the last, and so of the node.
+        passes: The status of a child after which the next is ticked; after the last, the node's status.
     """
 
     passes: ClassVar[Status]
@@ -31,7 +31,7 @@ class InOrder(Control):
         self._turn, self._counts = 0, False
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the current child, and those after it."""
+        """Tick the current child and the following ones."""
         while self._turn < len(self.children):
             child = self.children[self._turn]
             yield from child.tick()
@@ -43,16 +43,16 @@ class InOrder(Control):
 
 
 class Reactive(Control):
-    """Ticks its children from the first at each tick; the first that does not pass ends the tick, and halts the others.
+    """Ticks its children from the first at each tick; the first that does not pass ends the tick and halts the others.
 
     Attributes:
-        passes: The outcome of a child after which the next has its turn; also of the last, and so of the node.
+        passes: The status of a child after which the next is ticked; after the last, the node's status.
     """
 
     passes: ClassVar[Status]
 
     def next_ticked(self) -> Sequence[Behaviour]:
-        """Return the children up to the one that runs."""
+        """Return the children up to the RUNNING one."""
         running = [index for index, child in enumerate(self.children) if child.status is Status.RUNNING]
         return self.children[: running[0] + 1] if running else []
 

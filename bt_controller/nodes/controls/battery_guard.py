@@ -1,4 +1,4 @@
-"""BatteryGuard: a mission that is interrupted to charge, and goes on where it was."""
+"""BatteryGuard: a mission that is suspended to charge the battery, and then resumed."""
 
 from __future__ import annotations
 

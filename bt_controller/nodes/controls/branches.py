@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's IfThenElse and WhileDoElse: a condition, and what to do."""
+"""BehaviorTree.CPP's IfThenElse and WhileDoElse: a condition and its branches."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 class IfThenElse(Control):
-    """Ticks its second child if the first succeeds and its third if that fails, and ends as they do.
+    """Ticks its second child if the first succeeds, its third if the first fails, and returns that child's status.
 
-    The first child is not ticked again while the other runs. Without a third child it fails when the first does;
-    where the first is skipped, so is the node.
+    The first child is not ticked again while another is RUNNING. Without a third child the node fails if the first
+    does. If the first child is skipped, so is the node.
     """
 
     least, most = 2, 3
@@ -29,7 +29,7 @@ class IfThenElse(Control):
         self._branch = 0
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the condition, or what follows from it."""
+        """Tick the condition or the branch."""
         if self._branch == 0:
             condition = self.children[0]
             yield from condition.tick()
@@ -44,22 +44,23 @@ class IfThenElse(Control):
 
 
 class WhileDoElse(Control):
-    """Ticks its second child while the first succeeds and its third while that fails, and ends as they do.
+    """Ticks its second child while the first succeeds, its third while the first fails, and returns its status.
 
-    The first child is ticked at each tick; the child that is no longer meant is halted. While the first runs the
-    others wait. Without a third child it fails when the first does; where the first is skipped, so is the node.
+    The first child is ticked at each tick; when its status changes, the other branch is halted. While it is RUNNING,
+    no branch is ticked. Without a third child the node fails if the first does. If the first child is skipped, so is
+    the node.
     """
 
     least, most = 2, 3
 
     def next_ticked(self) -> Sequence[Behaviour]:
-        """Return the condition, and what runs."""
+        """Return the condition and the RUNNING branch."""
         condition, *branches = self.children
         running = [branch for branch in branches if branch.status is Status.RUNNING]
         return [condition, *running] if running else super().next_ticked()
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the condition, and what follows from it."""
+        """Tick the condition and the branch."""
         condition, *branches = self.children
         yield from condition.tick()
         if condition.status in (Status.RUNNING, Status.INVALID):

@@ -11,24 +11,24 @@ from bt_controller.nodes.controls._in_order import InOrder, Reactive
 
 
 class Fallback(InOrder):
-    """Succeeds with the first child that does. Fails when all children have, one after the other.
+    """Ticks its children in order until one succeeds; fails if all fail.
 
-    A child that runs is ticked again, those before it are not. Skipped children are passed over; if all are
-    skipped, so is the fallback.
+    A RUNNING child is ticked again, earlier ones are not. Skipped children are ignored; if all are skipped, so is the
+    fallback.
     """
 
     passes = Status.FAILURE
 
 
 class AsyncFallback(Fallback):
-    """Is a ``Fallback``: in BehaviorTree.CPP the others have a look between two children, here a tick is an instant."""
+    """Same as ``Fallback``: BehaviorTree.CPP yields between two children, but here a tick takes no time."""
 
 
 class ReactiveFallback(Reactive):
-    """Succeeds with the first child that does. Fails when all children have, in one tick.
+    """Ticks its children from the first at each tick until one succeeds; fails if all fail in one tick.
 
-    At each tick it begins with the first child, so that conditions are looked at again. When a child runs or
-    succeeds those after it are halted. Skipped children are passed over; if all are skipped, so is the fallback.
+    So conditions are evaluated again at each tick. When a child is RUNNING or succeeds, the following ones are halted.
+    Skipped children are ignored; if all are skipped, so is the fallback.
     """
 
     passes: ClassVar = Status.FAILURE

@@ -1,4 +1,4 @@
-"""Nav2's NonblockingSequence: a child that runs does not keep the next ones."""
+"""Nav2's NonblockingSequence: a RUNNING child does not block the following ones."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 
 class NonblockingSequence(Control):
-    """Ticks all its children each time, also those that have ended before.
+    """Ticks all its children at each tick, including those that have ended.
 
-    Fails as soon as one fails, and halts the others; succeeds when all have succeeded in one tick; else it runs.
-    Skipped if all its children are.
+    Fails as soon as one fails, and halts the others; succeeds when all succeed in one tick; else it is RUNNING. If all
+    children are skipped, so is the node.
     """
 
     def next_ticked(self) -> Sequence[Behaviour]:
-        """Return all the children."""
+        """Return all children."""
         return self.children if self.status is Status.RUNNING else ()
 
     def advance(self) -> Generator[Behaviour, None, Status]:

@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's parallels: all children at once, as far as a tree can."""
+"""BehaviorTree.CPP's parallels, which tick all children in each tick."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ class _SideBySide(Control):
         return [child.status for child in self.children].count(status)
 
     def _threshold(self, port: str) -> int:
-        """Return how many children a port means; -1 means all, -2 all but one.
+        """Return the threshold of a port; -1 stands for all children, -2 for all but one.
 
         Raises:
-            PortError: There are not so many.
+            PortError: There are fewer children.
         """
         number: int = self.read(port)
         meant = number if number >= 0 else max(len(self.children) + number + 1, 0)
@@ -44,16 +44,16 @@ class _SideBySide(Control):
 
 
 class Parallel(_SideBySide):
-    """Ticks all children that have not ended, each tick; succeeds and fails when as many of them have.
+    """Ticks all children that have not ended; succeeds or fails when the number of successes or failures is reached.
 
-    A negative number counts from the end: -1 is all of them. It fails, too, when it can't succeed any more. The
-    others are halted then. A skipped child is ticked again, and beside a negative *success_count* counts as a
-    success; if all are skipped, so is the node.
+    Negative numbers count from the end: -1 stands for all children. The node also fails when it can't succeed any
+    more. The remaining children are then halted. A skipped child is ticked again, and counts as a success if
+    *success_count* is negative; if all children are skipped, so is the node.
     """
 
     INPUTS: ClassVar = {
-        "success_count": input_port(CHILDREN, "How many children have to succeed; -1 is all", default=-1),
-        "failure_count": input_port(CHILDREN, "How many children have to fail; -1 is all", default=1),
+        "success_count": input_port(CHILDREN, "Number of children that have to succeed; -1 for all", default=-1),
+        "failure_count": input_port(CHILDREN, "Number of children that have to fail; -1 for all", default=1),
     }
 
     def advance(self) -> Generator[Behaviour, None, Status]:
@@ -76,14 +76,14 @@ class Parallel(_SideBySide):
 
 
 class ParallelAll(_SideBySide):
-    """Ticks all children until each has ended; fails if at least *max_failures* of them have, and succeeds otherwise.
+    """Ticks all children until each has ended; fails if at least *max_failures* of them failed, and succeeds otherwise.
 
-    A negative number counts from the end: -1 is all of them. Skipped children are not waited for; if all are
-    skipped, so is the node.
+    Negative numbers count from the end: -1 stands for all children. The node does not wait for skipped children; if
+    all are skipped, so is the node.
     """
 
     INPUTS: ClassVar = {
-        "max_failures": input_port(CHILDREN, "From how many failures on it fails; -1 is all", default=1)
+        "max_failures": input_port(CHILDREN, "Number of failures with which the node fails; -1 for all", default=1)
     }
 
     def advance(self) -> Generator[Behaviour, None, Status]:

@@ -1,4 +1,4 @@
-"""Nav2's PersistentSequence: which child's turn it is stands on the blackboard."""
+"""Nav2's PersistentSequence: a sequence that keeps its current child on the blackboard."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 
 
 class PersistentSequence(Control):
-    """A sequence that goes on where it was, also after it was halted: ``current_child_idx`` says with which child.
+    """A sequence that continues with the child ``current_child_idx``, even after it was halted.
 
-    A child that has succeeded or was skipped is followed by the next one. When one has failed, or all have been
-    ticked, the index is 0 again.
+    A child that succeeds or is skipped is followed by the next one. When one fails, or all have been ticked, the index
+    is reset to 0.
     """
 
     INPUTS: ClassVar = {
-        "current_child_idx": input_port(INT, "Which child's turn it is, from 0; written, too", default=0)
+        "current_child_idx": input_port(INT, "Index of the current child, from 0; also written", default=0)
     }
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the children from the one whose turn it is."""
+        """Tick the children from the current one."""
         index = self.read("current_child_idx")
         while index < len(self.children):
             child = self.children[index]
@@ -45,7 +45,7 @@ class PersistentSequence(Control):
         return Status.SUCCESS
 
     def _note(self, index: int) -> None:
-        """Write to the port that is read: py_trees knows ports of one direction only."""
+        """Write to the input port: ports of py_trees have one direction only."""
         Blackboard.set(self._get_blackboard_key("current_child_idx"), index)
 
 

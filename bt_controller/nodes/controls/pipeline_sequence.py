@@ -1,4 +1,4 @@
-"""Nav2's PipelineSequence: each child runs on while the next ones are ticked."""
+"""Nav2's PipelineSequence: children are ticked again while the following ones run."""
 
 from __future__ import annotations
 
@@ -16,11 +16,10 @@ if TYPE_CHECKING:
 
 
 class PipelineSequence(Control):
-    """Ticks its children in order, up to the last one that was ever reached, also those that have ended before.
+    """Ticks its children in order, up to the last one that was reached, including those that have ended.
 
-    A child that is RUNNING lets the next ones be ticked if one of them has been reached before. Fails when a child
-    fails; succeeds when the last child does and no child before it has failed, whether these run or not.
-    Skipped if all its children are.
+    A RUNNING child does not block the following ones if one of them was reached before. Fails when a child fails;
+    succeeds when the last child does and none before it has failed. If all children are skipped, so is the node.
     """
 
     def initialise(self) -> None:
@@ -28,11 +27,11 @@ class PipelineSequence(Control):
         self._reached = 0
 
     def next_ticked(self) -> Sequence[Behaviour]:
-        """Return the children up to the one that was reached."""
+        """Return the children up to the last one that was reached."""
         return self.children[: self._reached + 1] if self.status is Status.RUNNING else ()
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the children up to the first that runs and was not passed before."""
+        """Tick the children up to the first RUNNING one after those that were reached before."""
         skipped = 0
         for index, child in enumerate(self.children):
             yield from child.tick()

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 class RecoveryNode(Control):
-    """Succeeds when its first child does. When that fails the second is ticked, and if it succeeds the first again.
+    """Succeeds when its first child does. When that fails, ticks the second, and if that succeeds, the first again.
 
-    Fails when the second child fails or is skipped, or the first has failed once more than the number of retries.
-    Is skipped when the first child is. Halted, it forgets how often it has tried. After a thousand retries at one
-    instant the next comes a period later.
+    Fails when the second child fails or is skipped, or when the first has failed once more than the number of retries.
+    If the first child is skipped, so is the node. A halt resets the number of retries. After a thousand retries at one
+    instant the next one follows a period later.
     """
 
-    INPUTS: ClassVar = {"number_of_retries": input_port(INT, "How often to try again", default=1)}
+    INPUTS: ClassVar = {"number_of_retries": input_port(INT, "Number of retries", default=1)}
     least = most = 2
 
     def initialise(self) -> None:
@@ -35,7 +35,7 @@ class RecoveryNode(Control):
         self._turns = TurnCounter()
 
     def next_tick_time(self) -> float:
-        """Return that the first child is to begin again if none runs."""
+        """Return that the node needs polling if no child is RUNNING, as the first one is ticked again."""
         return super().next_tick_time() if self.next_ticked() else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:
@@ -43,7 +43,7 @@ class RecoveryNode(Control):
         first, second = self.children
         while True:
             child = second if self._recovers else first
-            if child is first and first.status is not Status.RUNNING and not self._turns.take():
+            if child is first and first.status is not Status.RUNNING and not self._turns.count():
                 return Status.RUNNING
             yield from child.tick()
             match child.status, self._recovers:

@@ -17,26 +17,24 @@ if TYPE_CHECKING:
 
 
 class RoundRobin(Control):
-    """Ticks one child after the other until one succeeds; the next time it goes on with the one after that.
+    """Ticks its children in order until one succeeds; the next time it continues with the child after that.
 
-    Fails when all children have failed in a row. After the last child comes the first one only with ``wrap_around``:
-    without it the node fails once when all its turns are over, and then begins with the first child. Skipped if all
-    its children are. Halted, it begins with the first child again.
+    Fails when all children have failed in a row. The first child follows the last one only with ``wrap_around``:
+    otherwise the node fails once after the last child, and then begins with the first. If all children are skipped, so
+    is the node. After a halt it begins with the first child.
 
-    Nav2's own fails already with the end of the last child, whatever that is; its documentation has it as it is here.
+    This is the documented behaviour; Nav2's implementation fails when the last child has ended, whatever its status.
     """
 
-    INPUTS: ClassVar = {
-        "wrap_around": input_port(BOOL, "Whether the first child comes after the last one", default=False)
-    }
+    INPUTS: ClassVar = {"wrap_around": input_port(BOOL, "Whether the first child follows the last one", default=False)}
 
     _next = 0
-    """Whose turn it is."""
+    """The index of the current child."""
     _failed = 0
-    """How many have failed in a row."""
+    """The number of consecutive failures."""
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the children from the one whose turn it is."""
+        """Tick the children from the current one."""
         count, skipped = len(self.children), 0
         while self._next < count and self._failed + skipped < count:
             child = self.children[self._next]
@@ -58,7 +56,7 @@ class RoundRobin(Control):
         return Status.INVALID if skipped == count else Status.FAILURE
 
     def terminate(self, new_status: Status) -> None:
-        """Begin with the first child if the node is halted; one that has ended and is reset keeps its turn."""
+        """Begin with the first child if the node is halted; a reset after its end changes nothing."""
         if new_status is Status.INVALID and self.status is Status.RUNNING:
             self._next = self._failed = 0
 

@@ -16,31 +16,31 @@ if TYPE_CHECKING:
 
 
 class Sequence(InOrder):
-    """Succeeds when all children have, one after the other. Fails with the first that does, and begins anew then.
+    """Ticks its children in order; succeeds if all succeed. Fails with the first that fails, and then starts over.
 
-    A child that runs is ticked again, those before it are not. Skipped children are passed over; if all are
-    skipped, so is the sequence.
+    A RUNNING child is ticked again, earlier ones are not. Skipped children are ignored; if all are skipped, so is the
+    sequence.
     """
 
     passes = Status.SUCCESS
 
 
 class AsyncSequence(Sequence):
-    """Is a ``Sequence``: in BehaviorTree.CPP the others have a look between two children, here a tick is an instant."""
+    """Same as ``Sequence``: BehaviorTree.CPP yields between two children, but here a tick takes no time."""
 
 
 class SequenceWithMemory(Sequence):
-    """Is a ``Sequence`` that does not tick again what has succeeded: after a failure it begins with the failed child.
+    """A ``Sequence`` that does not tick succeeded children again: after a failure it begins with the failed child.
 
-    Also after it was halted it goes on where it was. When all children have succeeded it begins anew.
+    After a halt it continues with the same child. When all children have succeeded it starts over.
     """
 
     def initialise(self) -> None:
-        """Begin where it was."""
+        """Continue with the current child."""
         self._counts = self._turn > 0
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the current child, and those after it."""
+        """Tick the current child and the following ones."""
         status = yield from super().advance()
         if self._turn == len(self.children):
             self._turn = 0
@@ -52,10 +52,10 @@ class SequenceWithMemory(Sequence):
 
 
 class ReactiveSequence(Reactive):
-    """Succeeds when all children have, in one tick. Fails with the first that does.
+    """Ticks its children from the first at each tick; succeeds if all succeed. Fails with the first failure.
 
-    At each tick it begins with the first child, so that conditions are looked at again. When a child runs or fails
-    those after it are halted. Skipped children are passed over; if all are skipped, so is the sequence.
+    So conditions are evaluated again at each tick. When a child is RUNNING or fails, the following ones are halted.
+    Skipped children are ignored; if all are skipped, so is the sequence.
     """
 
     passes: ClassVar = Status.SUCCESS

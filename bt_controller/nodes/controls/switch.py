@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 
 class Switch(Control):
-    """Ticks the child whose case equals the variable, and the last child if none does, and ends as that child does.
+    """Ticks the child whose case equals the variable, or else the last child, and returns that child's status.
 
-    Case 1 is the first child's, and so on. Values are equal as texts or as numbers. They are compared at each tick:
-    a child that is no longer meant is halted. Without a value of the variable the last child is meant.
+    Case 1 is the first child's, and so on. Values are compared as strings or as numbers, at each tick; a child that is
+    no longer selected is halted. If the variable has no value, the last child is selected.
     """
 
     def next_tick_time(self) -> float:
@@ -28,7 +28,7 @@ class Switch(Control):
         return EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child that is meant."""
+        """Tick the selected child."""
         meant = self._meant()
         for child in self.children:
             if child is not meant:
@@ -49,7 +49,7 @@ class Switch(Control):
 
 
 def _switch(cases: int) -> type[Switch]:
-    inputs = {"variable": input_port(ANY, "What is compared with the cases", required=False)}
+    inputs = {"variable": input_port(ANY, "Value to compare with the cases", required=False)}
     for number in range(1, cases + 1):
         inputs[f"case_{number}"] = input_port(ANY, f"Value for child {number}", required=False)
     parts = {"__doc__": Switch.__doc__, "__module__": __name__, "INPUTS": inputs, "least": cases + 1, "most": cases + 1}

@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's TryCatch: tidy up when something fails."""
+"""BehaviorTree.CPP's TryCatch: clean up after a failure."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 class TryCatch(Control):
-    """Ticks all children but the last as a sequence. When one of them fails it ticks the last, and fails then.
+    """Ticks all children except the last as a sequence. When one of them fails, ticks the last one, and then fails.
 
-    It fails however the last child ends. Skipped children are passed over; if all but the last are skipped, so is
-    the node. With *catch_on_halt* the last child is ticked once, too, when the node is halted before any has failed.
+    The node fails whatever the status of the last child. Skipped children are ignored; if all except the last are
+    skipped, so is the node. With *catch_on_halt* the last child is also ticked once if the node is halted.
     """
 
-    INPUTS: ClassVar = {"catch_on_halt": input_port(BOOL, "Whether a halt is caught, too", default=False)}
+    INPUTS: ClassVar = {"catch_on_halt": input_port(BOOL, "Whether a halt counts as a failure", default=False)}
     least = 2
 
     def initialise(self) -> None:
@@ -32,7 +32,7 @@ class TryCatch(Control):
         self._counts = self._catches = False
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the current child, and those after it."""
+        """Tick the current child and the following ones."""
         *tried, catch = self.children
         while self._turn < len(tried) and not self._catches:
             child = tried[self._turn]
@@ -50,7 +50,7 @@ class TryCatch(Control):
         return Status.RUNNING if catch.status is Status.RUNNING else Status.FAILURE
 
     def terminate(self, new_status: Status) -> None:
-        """Tick the last child if that is wanted of a halt; what it begins is halted, too."""
+        """Tick the last child upon a halt, with *catch_on_halt*, and halt it."""
         halted = new_status is Status.INVALID and self.status is Status.RUNNING
         if halted and not self._catches and self._turn < len(self.children) - 1 and self.read("catch_on_halt"):
             catch = self.children[-1]

@@ -1,1 +1,1 @@
-"""Nodes with one child: one file a family."""
+"""Nodes with one child: one file for each family."""

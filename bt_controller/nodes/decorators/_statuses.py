@@ -26,7 +26,7 @@ _STATUSES: Final[Mapping[str, Status]] = MappingProxyType(
 
 def _status(text: str, _places: Places | None) -> Status:
     if text.strip() not in _STATUSES:
-        raise ValueError(f"{text!r} is no status; SUCCESS, FAILURE, RUNNING or SKIPPED is expected")
+        raise ValueError(f"{text!r} is not a status; expected SUCCESS, FAILURE, RUNNING or SKIPPED")
     return _STATUSES[text.strip()]
 
 

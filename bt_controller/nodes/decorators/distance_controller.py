@@ -1,4 +1,4 @@
-"""Nav2's DistanceController: a child that is ticked each time the robot has come so far."""
+"""Nav2's DistanceController: a child that is ticked once per travelled distance."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
 
 
 class DistanceController(Located, Decoration):
-    """Ticks its child at once, and then whenever the robot is ``distance`` away from where it was at its last success.
+    """Ticks its child at once, and then whenever the robot is ``distance`` away from its position at the last success.
 
-    In the world's unit of length, in a straight line. Between its ticks the node is RUNNING; a child that runs is
+    The distance is in the world's unit of length, in a straight line. Otherwise the node is RUNNING. A RUNNING child is
     ticked until it has ended.
     """
 
     INPUTS: ClassVar = {
-        "distance": input_port(FINITE, "How far", default=1.0),
+        "distance": input_port(FINITE, "The distance", default=1.0),
         "global_frame": GLOBAL_FRAME,
         "robot_base_frame": BASE_FRAME,
     }
 
     def initialise(self) -> None:
-        """Begin here, if the node is idle."""
+        """Start at the current position, if the node is idle."""
         if self.status is Status.INVALID:
             self._first = True
             self._start = self.here
@@ -43,7 +43,7 @@ class DistanceController(Located, Decoration):
         return math.inf if self.child.status is Status.RUNNING else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child if the robot has come far enough."""
+        """Tick the child if the robot has travelled far enough."""
         far = apart(self._start, self.here) >= self.read("distance")
         if not (self._first or self.child.status is Status.RUNNING or far):
             return Status.RUNNING

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 
 class SkipUnlessUpdated(Watching, Decoration):
-    """Ticks its child if an entry has been written since it was ticked before, and ends as the child does.
+    """Ticks its child if an entry was written since the last check, and returns the child's status.
 
-    Otherwise it is skipped. While the child runs the entry is not looked at; a halt does not count as a look.
+    Otherwise it is skipped. The entry is not checked while the child is RUNNING; a halt does not count as a check.
     """
 
     INPUTS: ClassVar = {"entry": input_port(ANY, "Key of the entry, with or without braces")}
@@ -31,16 +31,16 @@ class SkipUnlessUpdated(Watching, Decoration):
         return super().next_tick_time() if self.child.status is Status.RUNNING else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Look at the entry, or go on with the child."""
+        """Check the entry, or tick the RUNNING child."""
         if self.child.status is not Status.RUNNING and not self.updated():
             return self.otherwise
         return (yield from self.tick_child())
 
 
 class WaitValueUpdate(SkipUnlessUpdated):
-    """Ticks its child if an entry has been written since it was ticked before, and ends as the child does.
+    """Ticks its child if an entry was written since the last check, and returns the child's status.
 
-    Otherwise it runs. While the child runs the entry is not looked at; a halt does not count as a look.
+    Otherwise it is RUNNING. The entry is not checked while the child is RUNNING; a halt does not count as a check.
     """
 
     otherwise = Status.RUNNING

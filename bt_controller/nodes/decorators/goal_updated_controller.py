@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 
 class GoalUpdatedController(Decoration):
-    """Ticks its child at once, and then whenever the goal or the goals have changed; between that it is RUNNING.
+    """Ticks its child at once, and then whenever ``goal`` or ``goals`` have changed; otherwise it is RUNNING.
 
-    A child that runs is ticked until it has ended.
+    A RUNNING child is ticked until it has ended.
     """
 
     INPUTS: ClassVar = GOAL_PORTS
@@ -36,7 +36,7 @@ class GoalUpdatedController(Decoration):
         return math.inf if self.child.status is Status.RUNNING else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child if the goal is another one."""
+        """Tick the child if the goal has changed."""
         goals = goals_of(self)
         if not (self._changed or goals != self._goals or self.child.status is Status.RUNNING):
             return Status.RUNNING

@@ -28,7 +28,7 @@ class GoalUpdater(Decoration):
     OUTPUTS: ClassVar = {"output_goal": output_port(POSE, "The goal"), "output_goals": output_port(POSES, "The goals")}
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Hand the goals on, and tick the child."""
+        """Copy the goals, and tick the child."""
         for what in ("goal", "goals"):
             value = self.read(f"input_{what}")
             if value is not None:

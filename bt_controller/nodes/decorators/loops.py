@@ -21,12 +21,11 @@ if TYPE_CHECKING:
 
 
 class Loop(Decoration):
-    """Takes the values out of a queue, one after the other, and ticks its child with each until that has ended.
+    """Removes the values from a queue one by one, and ticks its child with each until the child has ended.
 
-    Fails when the child does; has the status of *if_empty* when the queue is empty. A queue is a list on the
-    blackboard, which gets shorter; or a text with ``;`` between the values, of which each start has its own, and an
-    empty one none.
-    What is put in while the child takes no time comes with the next tick.
+    Fails when the child does; returns *if_empty* when the queue is empty. A queue is a list on the blackboard, from
+    which values are removed, or a string of values separated by ``;``, which each start of the node reads again.
+    Values that are appended while the child takes no time follow at the next tick.
     """
 
     kind: ClassVar[Kind[Any]]
@@ -39,11 +38,11 @@ class Loop(Decoration):
         self._own: list[Any] | None = self.read("queue") if text else None
 
     def next_tick_time(self) -> float:
-        """Return that the queue is to be looked at as long as the child does not run."""
+        """Return that the queue has to be polled, unless the child is RUNNING."""
         return super().next_tick_time() if self.child.status is Status.RUNNING else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child with the values that are there, until it runs or fails."""
+        """Tick the child with the current values, until it is RUNNING or fails."""
         turns = len(self._queue()) + (self.child.status is Status.RUNNING)
         for _ in range(turns + 1):
             if self.child.status is not Status.RUNNING:
@@ -58,10 +57,10 @@ class Loop(Decoration):
         return Status.RUNNING
 
     def _queue(self) -> list[Any]:
-        """Return what is left.
+        """Return the remaining values.
 
         Raises:
-            PortError: It is no queue.
+            PortError: The value of the port is not a queue.
         """
         if self._own is not None:
             return self._own
@@ -77,7 +76,7 @@ class Loop(Decoration):
         """Return a value of the queue.
 
         Raises:
-            PortError: It is of another kind.
+            PortError: The value is of another kind.
         """
         try:
             value = self.kind.read(item, None) if isinstance(item, str) else item
@@ -89,7 +88,7 @@ class Loop(Decoration):
 
 
 def _queue_of(kind: Kind[Any]) -> Kind[Any]:
-    """Return what a queue is: anything that is a list then, or a text with the values."""
+    """Return the kind of a queue: a list, or a string with the values."""
 
     def values(text: str, places: Places | None) -> list[Any]:
         return [kind.read(part.strip(), places) for part in text.split(";")] if text.strip() else []
@@ -103,10 +102,10 @@ def _loop(tag: str, kind: Kind[Any]) -> type[Loop]:
         "__module__": __name__,
         "kind": kind,
         "INPUTS": {
-            "queue": input_port(_queue_of(kind), f"The values: a list of {kind.name}, or a text with ';' between them"),
-            "if_empty": input_port(STATUS, "What it is when the queue is empty", default=Status.SUCCESS),
+            "queue": input_port(_queue_of(kind), f"The values: a list of {kind.name}, or a string separated by ';'"),
+            "if_empty": input_port(STATUS, "Status when the queue is empty", default=Status.SUCCESS),
         },
-        "OUTPUTS": {"value": output_port(kind, "The value of this turn")},
+        "OUTPUTS": {"value": output_port(kind, "The current value")},
     }
     return type(tag, (Loop,), parts)
 

@@ -1,4 +1,4 @@
-"""Nav2's PathLongerOnApproach: what to do when there is a detour shortly before the goal."""
+"""Nav2's PathLongerOnApproach: handling of a detour shortly before the goal."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ if TYPE_CHECKING:
 
 
 class PathLongerOnApproach(Decoration):
-    """Ticks its child when a new path to the same goal is much longer than the one before, which was short already.
+    """Ticks its child when a new path to the same goal is much longer than the previous, short one.
 
-    Short is less than ``prox_len``, in the world's unit of length; much longer is more than ``length_factor`` times
-    as long. Otherwise the node succeeds at once.
+    The previous path has to be shorter than ``prox_len``, in the world's unit of length, and the new one more than
+    ``length_factor`` times as long. Otherwise the node succeeds at once.
     """
 
     INPUTS: ClassVar = {
         "path": input_port(PATH, "The path", required=False),
-        "prox_len": input_port(FINITE, "What is short", default=3.0),
-        "length_factor": input_port(FINITE, "How many times longer is much longer", default=2.0),
+        "prox_len": input_port(FINITE, "Largest length of the previous path", default=3.0),
+        "length_factor": input_port(FINITE, "Smallest ratio of the lengths", default=2.0),
     }
 
     _old = Path()
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Compare the path with the one before, and tick the child if it is much longer."""
+        """Compare the path with the previous one, and tick the child if it is much longer."""
         new = self.read("path") or Path()
         if self.child.status is not Status.RUNNING and not self._is_detour(new):
             self._old = new

@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's Precondition: a script says whether a child may begin."""
+"""BehaviorTree.CPP's Precondition: a script that decides whether a child starts."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ if TYPE_CHECKING:
 
 
 class Precondition(Scripted, Decoration):
-    """Ticks its child if a script is true, and ends as the child does; otherwise it has the status of *else*.
+    """Ticks its child if a script is true, and returns the child's status; otherwise returns *else*.
 
-    While the child runs the script is not looked at.
+    The script is not evaluated while the child is RUNNING.
     """
 
     SCRIPTS: ClassVar = ("if",)
-    INPUTS: ClassVar = {"else": input_port(STATUS, "What it is where the script is false", default=Status.FAILURE)}
+    INPUTS: ClassVar = {"else": input_port(STATUS, "Status if the script is false", default=Status.FAILURE)}
 
     def next_tick_time(self) -> float:
-        """Return that the script is to be looked at again as long as the child does not run."""
+        """Return that the script has to be polled, unless the child is RUNNING."""
         return super().next_tick_time() if self.child.status is Status.RUNNING else EACH_PERIOD
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Run the script, or go on with the child."""
+        """Run the script, or tick the RUNNING child."""
         if self.child.status is not Status.RUNNING and not self.holds("if"):
             otherwise: Status = self.read("else")
             return otherwise

@@ -1,4 +1,4 @@
-"""Nav2's RateController: a child that is not ticked more often than so."""
+"""Nav2's RateController: a child that is ticked at a limited rate."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 
 class RateController(Decoration):
-    """Ticks its child at once, and then ``hz`` times a simulated second at most; between that it is RUNNING.
+    """Ticks its child at once, and then at most ``hz`` times per simulated second; otherwise it is RUNNING.
 
-    A child that runs is ticked until it has ended. The time counts from its last success, or from the beginning.
+    A RUNNING child is ticked until it has ended. The period counts from the last success, or from the first tick.
     """
 
-    INPUTS: ClassVar = {"hz": input_port(POSITIVE, "How often a second", default=10.0)}
+    INPUTS: ClassVar = {"hz": input_port(POSITIVE, "Rate in hertz", default=10.0)}
 
     _first = True
     _next = 0.0
@@ -37,13 +37,13 @@ class RateController(Decoration):
             self._next = now() + period_of(self, "hz")
 
     def next_tick_time(self) -> float:
-        """Return when the child's time comes, each period if it was skipped; it tells by itself while it runs."""
+        """Return when the child is due; a skipped one has to be polled, a RUNNING one has its own time."""
         if self.child.status is Status.RUNNING:
             return math.inf
         return EACH_PERIOD if self.status is Status.INVALID else self._next
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child if it is time."""
+        """Tick the child if it is due."""
         if not (self._first or self.child.status is Status.RUNNING or reached(self._next)):
             return Status.RUNNING
         self._first = False

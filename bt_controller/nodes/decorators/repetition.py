@@ -17,26 +17,26 @@ if TYPE_CHECKING:
 
     from py_trees.behaviour import Behaviour
 
-_FOR_EVER: Final = -1
+_FOREVER: Final = -1
 
 
 class _Again(Decoration):
-    """A decorator that may run while its child does not.
+    """A decorator that may be RUNNING while its child is not.
 
-    A child that ran, and for which no time has gone by, begins again when some has: its goals ended at once, and would
-    do so again and again at this very instant.
+    A child that was RUNNING and ended at the same instant starts again only after time has advanced: its goals ended at
+    once, and would do so again and again at this instant.
     """
 
     _began = 0.0
     _instant = False
 
     def initialise(self) -> None:
-        """Begin anew."""
+        """Start over."""
         self._instant = False
 
     @property
     def rests(self) -> bool:
-        """Whether the child is not to begin again before time has gone by."""
+        """Whether the child must not start again before time has advanced."""
         return self._instant and now() == self._began
 
     def take_turn(self) -> Generator[Behaviour, None, Status]:
@@ -49,14 +49,14 @@ class _Again(Decoration):
         return status
 
     def next_tick_time(self) -> float:
-        """Return that the child is to begin again if it does not run."""
+        """Return that the node needs polling if the child is not RUNNING, as it starts again."""
         return super().next_tick_time() if self.child.status is Status.RUNNING else EACH_PERIOD
 
 
 class _Counted(_Again):
-    """Ticks its child again after one outcome, as often as a port says; ends with any other outcome.
+    """Ticks its child again after one status, as often as a port says; ends with any other status.
 
-    The next turn comes at once; where there is no end to it, and the child takes no time, with the next tick.
+    The next repetition follows at once; an endless one of a child that takes no time, at the next tick.
     """
 
     port: ClassVar[str]
@@ -68,10 +68,10 @@ class _Counted(_Again):
         self._count = 0
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child until it runs or its turns are over."""
+        """Tick the child until it is RUNNING or the repetitions are over."""
         for _ in range(MAX_TURNS):
-            most = self.read(self.port)
-            if self._count >= most != _FOR_EVER:
+            limit = self.read(self.port)
+            if self._count >= limit != _FOREVER:
                 return self.again
             if self.rests:
                 break
@@ -80,37 +80,39 @@ class _Counted(_Again):
             if status is not self.again:
                 return status
             self._count += 1
-            if most == _FOR_EVER and not ran:
+            if limit == _FOREVER and not ran:
                 break
         return Status.RUNNING
 
 
 class Repeat(_Counted):
-    """Ticks its child *num_cycles* times, as long as that succeeds; succeeds then, and fails when the child does.
+    """Ticks its child until it has succeeded *num_cycles* times; fails when the child does.
 
-    Turns follow each other at once. After one that took no time the next comes a period later if the child ran, and
-    with the next tick if there is no end to it (-1), or after a thousand. Where the child is skipped, so is the node.
+    Repetitions follow each other at once. After one that took no time the next follows a period later if the child was
+    RUNNING, and at the next tick if the number is unlimited (-1) or after a thousand. If the child is skipped, so is
+    the node.
     """
 
-    INPUTS: ClassVar = {"num_cycles": input_port(INT, "How often the child has to succeed; -1 for ever")}
+    INPUTS: ClassVar = {"num_cycles": input_port(INT, "Number of successes; -1 for unlimited")}
     port = "num_cycles"
     again = Status.SUCCESS
 
 
 class RetryUntilSuccessful(_Counted):
-    """Ticks its child *num_attempts* times, as long as that fails; fails then, and succeeds when the child does.
+    """Ticks its child until it succeeds; fails when the child has failed *num_attempts* times.
 
-    Turns follow each other at once. After one that took no time the next comes a period later if the child ran, and
-    with the next tick if there is no end to it (-1), or after a thousand. Where the child is skipped, so is the node.
+    Repetitions follow each other at once. After one that took no time the next follows a period later if the child was
+    RUNNING, and at the next tick if the number is unlimited (-1) or after a thousand. If the child is skipped, so is
+    the node.
     """
 
-    INPUTS: ClassVar = {"num_attempts": input_port(INT, "How often the child may fail; -1 for ever")}
+    INPUTS: ClassVar = {"num_attempts": input_port(INT, "Number of attempts; -1 for unlimited")}
     port = "num_attempts"
     again = Status.FAILURE
 
 
 class KeepRunningUntilFailure(_Again):
-    """Runs until its child fails, and fails then; a child that has ended otherwise begins again with the next tick."""
+    """Runs until its child fails, and then fails; a child that has ended otherwise starts again at the next tick."""
 
     def advance(self) -> Generator[Behaviour, None, Status]:
         """Tick the child."""

@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's decorators that change how a child ends: Inverter, ForceSuccess, ForceFailure."""
+"""BehaviorTree.CPP's decorators that change a child's status: Inverter, ForceSuccess, ForceFailure."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class _Changed(Decoration):
-    """Ticks its child; one that runs or is skipped is left as it is."""
+    """Ticks its child and maps its status; RUNNING and skipped are unchanged."""
 
     becomes: ClassVar[Mapping[Status, Status]]
 
@@ -28,19 +28,19 @@ class _Changed(Decoration):
 
 
 class Inverter(_Changed):
-    """Succeeds when its child fails, and fails when that succeeds."""
+    """Succeeds when its child fails, and fails when its child succeeds."""
 
     becomes = MappingProxyType({Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS})
 
 
 class ForceSuccess(_Changed):
-    """Succeeds when its child has ended, however."""
+    """Succeeds when its child has ended, whatever its status."""
 
     becomes = MappingProxyType({Status.FAILURE: Status.SUCCESS})
 
 
 class ForceFailure(_Changed):
-    """Fails when its child has ended, however."""
+    """Fails when its child has ended, whatever its status."""
 
     becomes = MappingProxyType({Status.SUCCESS: Status.FAILURE})
 

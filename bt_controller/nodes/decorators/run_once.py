@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's RunOnce: never a second time."""
+"""BehaviorTree.CPP's RunOnce: a child that is executed once."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 class RunOnce(Decoration):
-    """Ticks its child until it has ended once, and ends as it does; from then on the child is not ticked any more.
+    """Ticks its child until it has ended once, and returns its status; after that the child is not ticked any more.
 
-    With *then_skip*, which is usual, the node is skipped then; otherwise it ends as the child did. A child that is
-    halted or skipped has not ended.
+    With *then_skip*, the default, the node is then skipped; otherwise it returns the child's last status. A child that
+    is halted or skipped has not ended.
     """
 
-    INPUTS: ClassVar = {"then_skip": input_port(BOOL, "Whether it is skipped afterwards", default=True)}
+    INPUTS: ClassVar = {"then_skip": input_port(BOOL, "Whether the node is skipped afterwards", default=True)}
 
     _outcome: Status | None = None
 

@@ -1,4 +1,4 @@
-"""Nav2's SingleTrigger: a child that has its turn once."""
+"""Nav2's SingleTrigger: a child that is executed once."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ if TYPE_CHECKING:
 
 
 class SingleTrigger(Decoration):
-    """Ticks its child until it has ended, and is what it is; after that it fails until it is reset.
+    """Ticks its child until it has ended, and returns its status; after that it fails until it is reset.
 
-    With ``is_global`` it fails for as long as the tree is run, however often it is reset.
+    With ``is_global`` a reset has no effect: the node fails until the end of the tree.
     """
 
-    INPUTS: ClassVar = {"is_global": input_port(BOOL, "Whether a reset changes nothing", default=False)}
+    INPUTS: ClassVar = {"is_global": input_port(BOOL, "Whether a reset has no effect", default=False)}
 
     _triggered = False
 
     def initialise(self) -> None:
-        """Be ready, if the node is idle."""
+        """Reset the trigger, if the node is idle."""
         if self.status is Status.INVALID and not self.read("is_global"):
             self._triggered = False
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child, if it has not ended before."""
+        """Tick the child unless it has ended before."""
         if self._triggered:
             return Status.FAILURE
         status = yield from self.tick_child()

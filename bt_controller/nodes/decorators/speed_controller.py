@@ -1,4 +1,4 @@
-"""Nav2's SpeedController: the faster the robot drives, the more often the child is ticked."""
+"""Nav2's SpeedController: a child whose tick rate increases with the robot's speed."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 
 
 class SpeedController(Located, Decoration):
-    """Ticks its child at once, and when the goal has changed; else at a rate that goes with the robot's speed.
+    """Ticks its child at once, when the goal has changed, and otherwise at a rate that depends on the robot's speed.
 
-    The rate is ``min_rate`` up to ``min_speed``, ``max_rate`` from ``max_speed`` on, and linear between them; it is
-    looked at whenever a period is over, and the first one is that of ``max_rate``. Speeds are in the world's unit of
-    length a second, rates in hertz of simulated time. Between its ticks the node is RUNNING; a child that runs is
-    ticked until it has ended.
+    The rate is ``min_rate`` up to ``min_speed``, ``max_rate`` from ``max_speed`` on, and linear in between; it is
+    computed at the end of each period, and the first period is that of ``max_rate``. Speeds are in the world's unit of
+    length per second, rates in hertz of simulated time. Otherwise the node is RUNNING. A RUNNING child is ticked until
+    it has ended.
     """
 
     INPUTS: ClassVar = {
-        "min_rate": input_port(POSITIVE, "Least rate", default=0.1),
-        "max_rate": input_port(POSITIVE, "Greatest rate", default=1.0),
-        "min_speed": input_port(FINITE, "Speed of the least rate", default=0.0),
-        "max_speed": input_port(FINITE, "Speed of the greatest rate", default=0.5),
+        "min_rate": input_port(POSITIVE, "Lowest rate", default=0.1),
+        "max_rate": input_port(POSITIVE, "Highest rate", default=1.0),
+        "min_speed": input_port(FINITE, "Speed of the lowest rate", default=0.0),
+        "max_speed": input_port(FINITE, "Speed of the highest rate", default=0.5),
         **GOAL_PORTS,
     }
 
@@ -42,18 +42,18 @@ class SpeedController(Located, Decoration):
     _next = 0.0
 
     def initialise(self) -> None:
-        """Begin a first period, if the node is idle."""
+        """Start the first period, if the node is idle."""
         if self.status is Status.INVALID:
             self._begin()
 
     def next_tick_time(self) -> float:
-        """Return when the period is over; one that was skipped is looked at, a child that runs tells by itself."""
+        """Return the end of the period; a skipped child has to be polled, a RUNNING one has its own time."""
         if self.child.status is Status.RUNNING:
             return math.inf
         return EACH_PERIOD if self.status is Status.INVALID else self._next
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child if it is time."""
+        """Tick the child if it is due."""
         if self._goals != goals_of(self):
             self._begin()
         over = reached(self._next)

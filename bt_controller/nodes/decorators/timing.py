@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's decorators that look at the clock: Delay, Timeout."""
+"""BehaviorTree.CPP's timing decorators: Delay, Timeout."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _MILLISECONDS: Final = 1000
 
 
 class Delay(Decoration):
-    """Runs for a time, and ticks its child then; ends as the child does."""
+    """Ticks its child after a delay, and returns the child's status."""
 
     INPUTS: ClassVar = {"delay_msec": input_port(UNSIGNED, "Simulated milliseconds")}
 
     def initialise(self) -> None:
-        """Begin to wait."""
+        """Start the delay."""
         self._begins = now() + self.read("delay_msec") / _MILLISECONDS
         self._waits = True
 
@@ -35,7 +35,7 @@ class Delay(Decoration):
         return self._begins if self.status is Status.RUNNING and self._waits else super().next_tick_time()
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child once the time has come."""
+        """Tick the child after the delay."""
         if self._waits and not reached(self._begins):
             return Status.RUNNING
         self._waits = False
@@ -43,25 +43,25 @@ class Delay(Decoration):
 
 
 class Timeout(Decoration):
-    """Ends as its child does. One that still runs after a time is halted, and the node fails; 0 is no limit.
+    """Returns its child's status. A child that is RUNNING after the time limit is halted, and the node fails.
 
-    A child that ends at this very time has made it.
+    A child that ends exactly at the limit counts as in time.
     """
 
     INPUTS: ClassVar = {"msec": input_port(UNSIGNED, "Simulated milliseconds; 0 for no limit")}
 
     def initialise(self) -> None:
-        """Begin to count the time."""
+        """Start the time limit."""
         self.feedback_message = ""
         limit = self.read("msec")
         self._ends = now() + limit / _MILLISECONDS if limit > 0 else math.inf
 
     def next_tick_time(self) -> float:
-        """Return when the time is over."""
+        """Return the end of the time limit."""
         return self._ends if self.status is Status.RUNNING else super().next_tick_time()
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child, and look at the clock."""
+        """Tick the child, and check the time limit."""
         status = yield from self.tick_child()
         if status is Status.RUNNING and self._ends < math.inf and reached(self._ends):
             self.feedback_message = "timed out"

@@ -221,7 +221,7 @@ def test_a_port_of_something_else_is_taken(options, word):
     began = time.monotonic()
     with socket.create_server((host, port)) as other:
         threading.Thread(target=_say, args=(other, word), daemon=True).start()
-        with pytest.raises(PortTaken, match=rf"{options.default} is taken"):
+        with pytest.raises(PortTaken, match=rf"{options.default} is in use"):
             open_server(options, join=True)
         other.shutdown(socket.SHUT_RDWR)
 

@@ -106,7 +106,7 @@ def test_what_nobody_gets_on_with_is_given_up():
     """The only robot is broken for ever."""
     day = Day([TEA], breakdown(3.0), robots=("ann",), patience=200.0)
 
-    assert {"tea": "it has waited for too long; ann failed"} == day.fleet_manager.task_queue.lost
+    assert {"tea": "it waited too long; ann failed"} == day.fleet_manager.task_queue.lost
 
 
 def test_who_is_done_gets_the_next_task_at_once():

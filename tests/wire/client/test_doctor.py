@@ -238,7 +238,7 @@ def test_action_that_two_programs_serve():
 
 def test_robot_out_of_reach_is_told_as_one():
     """A robot is, robots are."""
-    assert text(network(simulator=simulator(alive=frozenset()))).startswith("wall_e is out of reach: ")
+    assert text(network(simulator=simulator(alive=frozenset()))).startswith("wall_e is unreachable: ")
 
 
 @pytest.mark.parametrize(

@@ -116,7 +116,7 @@ def test_a_client_of_several_waits_for_one_that_starts_late(free_endpoint, mute_
 def test_a_taken_port_is_named():
     """A second simulator on the same port is told so, and which options help."""
     server, (endpoint,) = open_server(SessionOptions(listen=ANY_PORT))
-    with server, pytest.raises(PortTaken, match=rf"{endpoint} is taken.*--listen.*--connect"):
+    with server, pytest.raises(PortTaken, match=rf"{endpoint} is in use.*--listen.*--connect"):
         open_server(SessionOptions(listen=(endpoint,)))
 
 
@@ -149,9 +149,9 @@ def test_a_tool_can_listen():
 @pytest.mark.parametrize(
     ("endpoint", "message"),
     [
-        ("garbage", "'garbage' is no endpoint"),
-        ("", "'' is no endpoint"),
-        ("tcp/", "'tcp/' is no endpoint"),
+        ("garbage", "'garbage' is not an endpoint"),
+        ("", "'' is not an endpoint"),
+        ("tcp/", "'tcp/' is not an endpoint"),
         ("carrier-pigeon/127.0.0.1:7447", "no protocol 'carrier-pigeon'"),
         ("tcp/127.0.0.1", "'127.0.0.1' is not HOST:PORT"),
         ("tcp/127.0.0.1:99999", "not HOST:PORT with a port of 1 to 65535"),

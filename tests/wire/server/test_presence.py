@@ -69,7 +69,7 @@ def test_a_port_that_is_taken_is_named(serve):
     """And the options that help."""
     tester = serve(real_time_factor=0)
 
-    with pytest.raises(PortTaken, match=f"{re.escape(tester.endpoint)} is taken; .*--listen.*--connect"):
+    with pytest.raises(PortTaken, match=f"{re.escape(tester.endpoint)} is in use; .*--listen.*--connect"):
         serve.host(None, SessionOptions(listen=(tester.endpoint,)))
 
 

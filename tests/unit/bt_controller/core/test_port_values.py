@@ -104,5 +104,5 @@ def test_a_port_that_is_needed_has_to_have_a_value():
 
 def test_text_that_makes_no_sense_is_an_error_before_the_first_tick():
     """As with a file."""
-    with pytest.raises(PortError, match="Pose: port 'times': 'often' is no whole number"):
+    with pytest.raises(PortError, match="Pose: port 'times': 'often' is not a whole number"):
         node(Pose, pose="1;2", times="often").setup()

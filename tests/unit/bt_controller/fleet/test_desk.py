@@ -76,7 +76,7 @@ def test_what_nobody_can_do_is_given_up(task_queue):
     task_queue.waiting.append(waiting("rice", 3.0, types=("cook",)))
 
     assert ["rice"] == task_queue.give_up_waiting([robot("ann")], before=0.0)
-    assert (["milk"], {"rice": "nobody can do it"}) == (items(task_queue.waiting), task_queue.lost)
+    assert (["milk"], {"rice": "no robot can do it"}) == (items(task_queue.waiting), task_queue.lost)
 
 
 def test_what_has_waited_for_too_long_is_given_up(task_queue):
@@ -84,4 +84,4 @@ def test_what_has_waited_for_too_long_is_given_up(task_queue):
     task_queue.fail("ann")
 
     assert ["tea"] == task_queue.give_up_waiting([robot("ann")], before=1.0)
-    assert {"tea": "it has waited for too long; ann failed"} == task_queue.lost
+    assert {"tea": "it waited too long; ann failed"} == task_queue.lost

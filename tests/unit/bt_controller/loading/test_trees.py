@@ -115,7 +115,7 @@ def test_values_win_over_what_a_function_sets():
     ("name", "error"),
     [
         ("bt_test_missions", "'bt_test_missions' is no tree; expected FILE.xml or MODULE:FUNCTION"),
-        ("tree.xml", "^tree.xml: there is no such file$"),
+        ("tree.xml", "^tree.xml: no such file$"),
         (":plain", "':plain' is no tree; expected FILE.xml or MODULE:FUNCTION"),
         ("bt_test_absent:plain", r"bt_test_absent:plain: no module 'bt_test_absent' here \(.*\) or installed"),
         (
@@ -141,7 +141,7 @@ def test_what_is_no_tree_is_refused_in_one_line(name, error):
 @pytest.mark.parametrize(
     ("function", "error"),
     [
-        ("no_tree", "bt_test_missions:no_tree returned 42; the root of a tree is expected, a py_trees Behaviour"),
+        ("no_tree", "bt_test_missions:no_tree returned 42; expected the root of a tree, a py_trees Behaviour"),
         ("broken", r"bt_test_missions:broken: ZeroDivisionError: division by zero \(.*bt_test_missions\.py:37\)"),
     ],
 )

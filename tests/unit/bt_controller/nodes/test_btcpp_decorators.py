@@ -271,7 +271,9 @@ def test_a_precondition_fails_if_nothing_is_said(guarded):
 
 def test_a_precondition_takes_statuses_only(guarded):
     """Others are told when the tree is set up."""
-    with pytest.raises(PortError, match="port 'else': 'MAYBE' is no status; SUCCESS, FAILURE, RUNNING or SKIPPED is"):
+    with pytest.raises(
+        PortError, match="port 'else': 'MAYBE' is not a status; expected SUCCESS, FAILURE, RUNNING or SKIPPED"
+    ):
         guarded("false", "S", **{"else": "MAYBE"})
 
 
@@ -306,5 +308,5 @@ def test_a_precondition_that_can_t_be_told_is_an_error(guarded):
 
 def test_an_entry_of_a_script_is_not_named_as_a_port():
     """Nobody could say which is meant."""
-    with pytest.raises(ScriptError, match=r"script 'else > 1': 'else' is a port of Precondition, no entry"):
+    with pytest.raises(ScriptError, match=r"script 'else > 1': 'else' is a port of Precondition, not an entry"):
         Precondition.bind({"if": parse("else > 1")})

@@ -45,7 +45,7 @@ def test_an_entry_without_a_value_can_t_be_copied(node, tree, board):
 
     assert "F" == root.tick()
     assert "/target" not in board
-    assert "SetBlackboard1: port 'value' has no value: nothing has written it so far" == root.root.feedback_message
+    assert "SetBlackboard1: port 'value' has no value yet" == root.root.feedback_message
 
 
 def test_an_entry_is_removed(node, tree, board):
@@ -87,7 +87,7 @@ def test_a_script_that_can_t_be_run_is_an_error(node, tree):
     made = node(Script.bind({"code": parse("a = 1")}))
     made.origin = "tree.xml:7"
 
-    with pytest.raises(ScriptError, match=r"^Script1 \(tree.xml:7\): script 'a = 1': there is no entry 'a' yet"):
+    with pytest.raises(ScriptError, match=r"^Script1 \(tree.xml:7\): script 'a = 1': no entry 'a'"):
         tree(made).tick()
 
 
@@ -263,7 +263,7 @@ def test_what_is_put_in_meanwhile_comes_with_the_next_tick(loop, board):
 @pytest.mark.parametrize(
     ("queue", "error"),
     [
-        (["a"], "port 'queue': 'a' is no whole number"),
+        (["a"], "port 'queue': 'a' is not a whole number"),
         ([1.5], "port 'queue' holds int, got 1.5"),
         (3, "port 'queue' takes a list, got int 3"),
     ],

@@ -51,7 +51,7 @@ def test_no_sleep_succeeds_at_once(node, tree):
 
 def test_what_is_no_number_is_an_error(node, tree):
     """When the tree is set up already."""
-    with pytest.raises(PortError, match="port 'msec': 'soon' is no whole number"):
+    with pytest.raises(PortError, match="port 'msec': 'soon' is not a whole number"):
         tree(node(Sleep, msec="soon"))
 
 

@@ -141,5 +141,5 @@ def test_what_is_not_here_says_what_to_do(written):
     """In one line."""
     text = '<root BTCPP_format="4"><BehaviorTree ID="Main"><SequenceStar/></BehaviorTree></root>'
 
-    with pytest.raises(TreeError, match="<SequenceStar>: there is no such node: version 4 has SequenceWithMemory"):
+    with pytest.raises(TreeError, match="<SequenceStar>: unsupported node: version 4 has SequenceWithMemory"):
         load_file(written(text), registry(), tree=None, values={})

@@ -137,7 +137,7 @@ class TestGoals:
 
     def test_a_port_without_a_value_is_an_error_that_names_it(self, node, tree, known):
         """Nobody has planned."""
-        with pytest.raises(PortError, match=r"port 'path' has no value: nothing has written it so far"):
+        with pytest.raises(PortError, match=r"port 'path' has no value yet"):
             tree(node(FollowPath, path="{path}"), **known).tick()
 
 

@@ -208,7 +208,7 @@ class TestBattery:
         """There is none."""
         low = node(IsBatteryLow, min_battery="0.3", battery_topic="/battery_status")
 
-        with pytest.raises(PortError, match=r"no topic '/battery_status'; batteries tell on 'battery_state'"):
+        with pytest.raises(PortError, match=r"no topic '/battery_status'; the battery state is on 'battery_state'"):
             tree(low, **battery())
 
 

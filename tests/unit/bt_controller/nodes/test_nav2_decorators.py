@@ -71,7 +71,7 @@ class TestRateController:
 
     def test_a_rate_that_is_none_is_an_error(self, node, told, tree):
         """One line says whose it is."""
-        with pytest.raises(PortError, match=r"port 'hz': 0 is no rate; a number greater than 0 is expected"):
+        with pytest.raises(PortError, match=r"port 'hz': 0 is not a rate; expected a number greater than 0"):
             tree(node(RateController, told("S"), hz=0.0)).tick()
 
     def test_a_failure_is_its_own(self, node, told, tree):

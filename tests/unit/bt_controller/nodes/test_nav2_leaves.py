@@ -358,4 +358,4 @@ class TestSelectors:
         ticked = tree(node(registry()[tag]))
 
         assert "F" == ticked.tick()
-        assert f"there is no default_{what}, and nobody else to choose" == ticked.root.feedback_message
+        assert f"there is no default_{what} and no selection topic" == ticked.root.feedback_message

@@ -152,7 +152,7 @@ def test_no_path_is_not_valid(node, tree, world, path):
 
 
 def test_a_path_of_one_pose_is_valid(node, tree, world):
-    """It leads nowhere."""
+    """It is not a valid path."""
     assert "S" == tree(node(ValidatePath, path=Path(poses=[pose_stamped(0.0, 0.0)])), client=world).tick()
 
 

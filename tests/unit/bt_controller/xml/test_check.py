@@ -13,55 +13,64 @@ def _tree(body):
 
 
 NODES = [
-    ("<Sya/>", "<Sya>: there is no such node; did you mean 'Say'?"),
-    ("<Hover/>", "<Hover>: there is no such node; see bt-controller nodes"),
-    ('<Action ID="Sya"/>', "<Sya>: there is no such node; did you mean 'Say'?"),
+    ("<Sya/>", "<Sya>: unknown node; did you mean 'Say'?"),
+    ("<Hover/>", "<Hover>: unknown node; see bt-controller nodes"),
+    ('<Action ID="Sya"/>', "<Sya>: unknown node; did you mean 'Say'?"),
     ("<Action/>", '<Action>: needs ID="…", the name of a node'),
-    ('<Control ID="Say"/>', "<Control>: 'Say' is none; write <Say> as it is"),
+    ('<Control ID="Say"/>', "<Control>: 'Say' is not of this kind; use <Say>"),
     ("<A/>", '<A>: is no node but a tree; write <SubTree ID="A"/>'),
-    ("<Say><Say/></Say>", "<Say>: has 1 child; none may be there"),
-    ("<Same/>", "<Same>: has no children; exactly 1 may be there"),
-    ('<All name="x"/>', "<All> 'x': has no children; at least 1 may be there"),
-    ("<Two><Say/><Say/><Say/></Two>", "<Two>: has 3 children; exactly 2 may be there"),
+    ("<Say><Say/></Say>", "<Say>: has 1 child; expected none"),
+    ("<Same/>", "<Same>: has no children; expected exactly 1"),
+    ('<All name="x"/>', "<All> 'x': has no children; expected at least 1"),
+    ("<Two><Say/><Say/><Say/></Two>", "<Two>: has 3 children; expected exactly 2"),
 ]
 
 PORTS = [
-    ('<Say txt="a"/>', "<Say>: there is no port 'txt'; did you mean 'text'?"),
-    ('<Go goal="1;2" x=""/>', "<Go>: there is no port 'x'; it has goal, speed, note, code, where"),
-    ('<Same x=""><Say/></Same>', "<Same>: there is no port 'x'; it has none"),
-    ('<Say ID="x"/>', "<Say>: there is no port 'ID'; it has text"),
+    ('<Say txt="a"/>', "<Say>: unknown port 'txt'; did you mean 'text'?"),
+    ('<Go goal="1;2" x=""/>', "<Go>: unknown port 'x'; it has goal, speed, note, code, where"),
+    ('<Same x=""><Say/></Same>', "<Same>: unknown port 'x'; it has none"),
+    ('<Say ID="x"/>', "<Say>: unknown port 'ID'; it has text"),
     ("<Go/>", "<Go>: port 'goal' is missing; write goal=\"…\""),
-    ('<Go goal="1;2;3;4"/>', "<Go>: port 'goal': '1;2;3;4' is no pose; x;y, x;y;yaw, Nav2's nine fields or the name"),
-    ('<Go goal="1;2" speed="fast"/>', "<Go>: port 'speed': 'fast' is no number"),
-    ('<Go goal="1;2" code="7"/>', "<Go>: port 'code': '7' is a value, and this is an output; write code=\"{…}\""),
-    ('<Say text="{a b}"/>', "<Say>: port 'text': '{a b}' is no key of the blackboard; letters, digits, '_' and '-'"),
-    ('<Say text="{a.b}"/>', "'{a.b}' is no key of the blackboard"),
-    ('<Say text="{/a}"/>', "'{/a}' is no key of the blackboard"),
-    ('<Say text="{name}"/>', "'{name}' is no key of the blackboard; another name, that one is taken, is expected"),
-    ('<Say text="hi {name}"/>', "'hi {name}' is no value; braces are for keys of the blackboard: {key}"),
-    ('<Say text="{}"/>', "'{}' is no value; braces are for keys"),
-    ('<Say text="a__DOT__b"/>', "'a__DOT__b' is no value; '__const_' and '__DOT__' mean something to py_trees"),
-    ('<Put value="1" to="a b"/>', "port 'to': 'a b' is a value, and this is an output"),
+    (
+        '<Go goal="1;2;3;4"/>',
+        "<Go>: port 'goal': '1;2;3;4' is not a pose; expected x;y, x;y;yaw, Nav2's nine fields or the name",
+    ),
+    ('<Go goal="1;2" speed="fast"/>', "<Go>: port 'speed': 'fast' is not a number"),
+    (
+        '<Go goal="1;2" code="7"/>',
+        "<Go>: port 'code': '7' is a value, but the port is an output; use a key: code=\"{…}\"",
+    ),
+    (
+        '<Say text="{a b}"/>',
+        "<Say>: port 'text': '{a b}' is not a key of the blackboard; expected letters, digits, '_' and '-'",
+    ),
+    ('<Say text="{a.b}"/>', "'{a.b}' is not a key of the blackboard"),
+    ('<Say text="{/a}"/>', "'{/a}' is not a key of the blackboard"),
+    ('<Say text="{name}"/>', "'{name}' is not a key of the blackboard; the name is reserved"),
+    ('<Say text="hi {name}"/>', "'hi {name}' is not a value; braces enclose keys of the blackboard: {key}"),
+    ('<Say text="{}"/>', "'{}' is not a value; braces enclose keys"),
+    ('<Say text="a__DOT__b"/>', "'a__DOT__b' is not a value; '__const_' and '__DOT__' are reserved by py_trees"),
+    ('<Put value="1" to="a b"/>', "port 'to': 'a b' is a value, but the port is an output"),
 ]
 
 SCRIPTS = [
-    ('<Say _skipif="x"/>', "<Say>: there is no attribute '_skipif'; did you mean '_skipIf'?"),
-    ('<Say _autoremap="true"/>', "<Say>: there is no attribute '_autoremap'; there are _failureIf"),
+    ('<Say _skipif="x"/>', "<Say>: unknown attribute '_skipif'; did you mean '_skipIf'?"),
+    ('<Say _autoremap="true"/>', "<Say>: unknown attribute '_autoremap'; there are _failureIf"),
     ('<Say _skipIf="x &gt;"/>', "<Say>: _skipIf: script 'x >'"),
     ('<Script code=""/>', "<Script>: code: script ''"),
     ("<Script/>", '<Script>: needs code="…", a script'),
-    ('<Say _post="name := 1"/>', "<Say>: _post: an entry can't be called 'name' here"),
+    ('<Say _post="name := 1"/>', "<Say>: _post: 'name' is not a valid name of an entry"),
 ]
 
 SUBTREES = [
     ("<SubTree/>", '<SubTree>: needs ID="…", that of a <BehaviorTree>'),
-    ('<SubTree ID="AA"/>', "<SubTree>: there is no tree 'AA'; did you mean 'A'?"),
-    ('<SubTree ID="A"/>', "<SubTree>: a tree can't be in itself: 'A' in 'A'"),
-    ('<SubTree ID="A"><Say/></SubTree>', "<SubTree>: has children; they belong into its <BehaviorTree>"),
+    ('<SubTree ID="AA"/>', "<SubTree>: unknown tree 'AA'; did you mean 'A'?"),
+    ('<SubTree ID="A"/>', "<SubTree>: a tree can't contain itself: 'A' in 'A'"),
+    ('<SubTree ID="A"><Say/></SubTree>', "<SubTree>: has children; move them to its <BehaviorTree>"),
     ('<SubTree ID="A" _autoremap="yes"/>', "<SubTree>: _autoremap: 'yes' is neither true nor false"),
-    ('<SubTree ID="A" _atoremap="1"/>', "<SubTree>: there is no attribute '_atoremap'; did you mean '_autoremap'?"),
-    ('<SubTree ID="A" x="{"/>', "<SubTree>: port 'x': '{' is no value"),
-    ('<SubTree ID="A" x.y="1"/>', "<SubTree>: port 'x.y': that is no name of a key"),
+    ('<SubTree ID="A" _atoremap="1"/>', "<SubTree>: unknown attribute '_atoremap'; did you mean '_autoremap'?"),
+    ('<SubTree ID="A" x="{"/>', "<SubTree>: port 'x': '{' is not a value"),
+    ('<SubTree ID="A" x.y="1"/>', "<SubTree>: port 'x.y': not a valid key"),
 ]
 
 
@@ -94,22 +103,22 @@ DOCUMENTS = [
     ),
     (
         f'<root main_tree_to_excute="A">{_tree("<Say/>")}</root>',
-        "tree.xml:1: <root>: there is no attribute 'main_tree_to_excute'; did you mean 'main_tree_to_execute'?",
+        "tree.xml:1: <root>: unknown attribute 'main_tree_to_excute'; did you mean 'main_tree_to_execute'?",
     ),
     (
         f'<root main_tree_to_execute="B">{_tree("<Say/>")}</root>',
-        "tree.xml:1: <root>: there is no tree 'B'; there are A",
+        "tree.xml:1: <root>: unknown tree 'B'; there are A",
     ),
     (f"<root>{_tree('<Say/>')}<BehaviourTree/></root>", "did you mean 'BehaviorTree'?"),
     ("<root><BehaviorTree><Say/></BehaviorTree></root>", 'tree.xml:1: <BehaviorTree>: has no ID; write ID="…"'),
-    (f"<root>{_tree('')}</root>", "tree.xml:1: <BehaviorTree>: 'A' has 0 children; exactly 1 is expected"),
-    (f"<root>{_tree('<Say/><Say/>')}</root>", "tree.xml:1: <BehaviorTree>: 'A' has 2 children; exactly 1 is expected"),
-    (f"<root>\n{_tree('<Say/>')}\n{_tree('<Say/>')}</root>", "there is a tree 'A' already, at tree.xml:2"),
+    (f"<root>{_tree('')}</root>", "tree.xml:1: <BehaviorTree>: 'A' has 0 children; expected exactly 1"),
+    (f"<root>{_tree('<Say/><Say/>')}</root>", "tree.xml:1: <BehaviorTree>: 'A' has 2 children; expected exactly 1"),
+    (f"<root>\n{_tree('<Say/>')}\n{_tree('<Say/>')}</root>", "tree 'A' is already defined at tree.xml:2"),
     (
         '<root><BehaviorTree ID="A"><Say/></BehaviorTree><BehaviorTree ID="B"><Say/></BehaviorTree></root>',
-        "<root>: does not say which tree to run; main_tree_to_execute or --tree, one of A, B",
+        "<root>: names no tree to run; give main_tree_to_execute or --tree, one of A, B",
     ),
-    (RING, "<SubTree>: a tree can't be in itself: "),
+    (RING, "<SubTree>: a tree can't contain itself: "),
     (MODEL, "tree.xml:2: <SubTree>: port 'x' is missing; write x=\"…\", as its model wants it"),
 ]
 
@@ -131,9 +140,9 @@ def test_all_mistakes_are_told_at_once(files):
         files.load(f'<root main_tree_to_execute="A">\n{_tree("<Say/>")}\n{other}</root>')
 
     assert [
-        "tree.xml:4: <Two>: there is no port 'x'; it has none",
-        "tree.xml:5: <Sya>: there is no such node; did you mean 'Say'?",
-        "tree.xml:6: <Say>: there is no port 'txt'; did you mean 'text'?",
+        "tree.xml:4: <Two>: unknown port 'x'; it has none",
+        "tree.xml:5: <Sya>: unknown node; did you mean 'Say'?",
+        "tree.xml:6: <Say>: unknown port 'txt'; did you mean 'text'?",
     ] == str(caught.value).splitlines()
 
 
@@ -143,7 +152,7 @@ def test_there_is_an_end_of_mistakes(files):
         files.load(_tree("<All>" + "<Hover/>\n" * 1000 + "</All>"))
 
     lines = str(caught.value).splitlines()
-    assert (51, "that is 50 mistakes; there may be more") == (len(lines), lines[-1])
+    assert (51, "stopped after 50 mistakes") == (len(lines), lines[-1])
 
 
 def test_a_line_is_never_longer_than_a_few_hundred_characters(files):
@@ -161,7 +170,7 @@ def test_the_tree_to_run_can_be_chosen(files):
 
     with files.built(text, tree="B") as root:
         assert root.name == "Put"
-    with pytest.raises(TreeError, match="there is no tree 'D'; there are A, B"):
+    with pytest.raises(TreeError, match="unknown tree 'D'; there are A, B"):
         files.load(text, tree="D")
 
 
@@ -224,16 +233,16 @@ class TestSize:
 
 
 LIMITS = [
-    ('<RateController hz="0"><AlwaysSuccess/></RateController>', "port 'hz': '0' is no number greater than 0"),
-    ('<Timeout msec="-1"><AlwaysSuccess/></Timeout>', "port 'msec': '-1' is no whole number from 0 to 4294967295"),
-    ('<Delay delay_msec="-1"><AlwaysSuccess/></Delay>', "port 'delay_msec': '-1' is no whole number from 0"),
-    ('<Sleep msec="4294967296"/>', "port 'msec': '4294967296' is no whole number from 0"),
-    ('<Wait wait_duration="inf"/>', "port 'wait_duration': 'inf' is no finite number"),
-    ('<BackUp backup_dist="-inf"/>', "port 'backup_dist': '-inf' is no finite number"),
-    ('<LoopInt queue="1;x" value="{v}"><AlwaysSuccess/></LoopInt>', "port 'queue': 'x' is no whole number"),
+    ('<RateController hz="0"><AlwaysSuccess/></RateController>', "port 'hz': '0' is not a number greater than 0"),
+    ('<Timeout msec="-1"><AlwaysSuccess/></Timeout>', "port 'msec': '-1' is not a whole number from 0 to 4294967295"),
+    ('<Delay delay_msec="-1"><AlwaysSuccess/></Delay>', "port 'delay_msec': '-1' is not a whole number from 0"),
+    ('<Sleep msec="4294967296"/>', "port 'msec': '4294967296' is not a whole number from 0"),
+    ('<Wait wait_duration="inf"/>', "port 'wait_duration': 'inf' is not a finite number"),
+    ('<BackUp backup_dist="-inf"/>', "port 'backup_dist': '-inf' is not a finite number"),
+    ('<LoopInt queue="1;x" value="{v}"><AlwaysSuccess/></LoopInt>', "port 'queue': 'x' is not a whole number"),
     (
         '<BatteryGuard until="90"><AlwaysSuccess/><AlwaysSuccess/></BatteryGuard>',
-        "port 'until': '90' is no number from 0 to 1",
+        "port 'until': '90' is not a number from 0 to 1",
     ),
     (
         '<Parallel success_count="5"><AlwaysSuccess/></Parallel>',
@@ -257,10 +266,10 @@ def test_a_value_beyond_its_limits_is_told(files, body, error):
 
 
 DOUBTS = [
-    ('<ComputePathToPose goal="1;2" planner_id="grid_based"/>', "port 'planner_id': no robot here serves 'grid_based'"),
-    ('<FollowPath path="1;2" controller_id="DWB"/>', "port 'controller_id': no robot here serves 'DWB'"),
-    ('<PlannerSelector default_planner="Smac"/>', "port 'default_planner': no robot here serves 'Smac'"),
-    ('<ControllerSelector default_controller="DWB"/>', "port 'default_controller': no robot here serves 'DWB'"),
+    ('<ComputePathToPose goal="1;2" planner_id="grid_based"/>', "port 'planner_id': no robot serves 'grid_based'"),
+    ('<FollowPath path="1;2" controller_id="DWB"/>', "port 'controller_id': no robot serves 'DWB'"),
+    ('<PlannerSelector default_planner="Smac"/>', "port 'default_planner': no robot serves 'Smac'"),
+    ('<ControllerSelector default_controller="DWB"/>', "port 'default_controller': no robot serves 'DWB'"),
 ]
 
 
@@ -302,8 +311,8 @@ def test_no_main_tree_hides_no_recursion(files):
         files.load(RING.replace(' main_tree_to_execute="A"', ""))
 
     first, second = str(caught.value).splitlines()
-    assert "does not say which tree to run" in first
-    assert "a tree can't be in itself: " in second
+    assert "names no tree to run" in first
+    assert "a tree can't contain itself: " in second
 
 
 def test_a_tree_without_an_id_is_one_mistake(files):
@@ -316,7 +325,7 @@ def test_a_tree_without_an_id_is_one_mistake(files):
 
 def test_an_empty_id_is_that_of_no_tree(files):
     """--tree ''."""
-    with pytest.raises(TreeError, match="<root>: there is no tree ''; there are A"):
+    with pytest.raises(TreeError, match="<root>: unknown tree ''; there are A"):
         files.load(_tree("<Say/>"), tree="")
 
 
@@ -325,4 +334,4 @@ def test_a_long_value_is_shortened(files):
     with pytest.raises(TreeError) as caught:
         files.load(_tree(f'<Go goal="1;2" speed="{"9x" * 1000}"/>'))
 
-    assert f"port 'speed': '{'9x' * 30}…' is no number" in str(caught.value)
+    assert f"port 'speed': '{'9x' * 30}…' is not a number" in str(caught.value)

@@ -72,7 +72,7 @@ class TestCheck:
     def test_an_empty_module_is_wrong_use(self, capsys):
         """In our words."""
         assert main(["check", "tree.xml", "--nodes", ""]) == 2
-        assert capsys.readouterr().err == "bt-controller: --nodes: '' is no name of a module\n"
+        assert capsys.readouterr().err == "bt-controller: --nodes: '' is not a module name\n"
 
     def test_the_tree_can_be_chosen(self, capsys):
         """--tree."""
@@ -97,9 +97,9 @@ class TestCheck:
         out, err = capsys.readouterr()
         assert out == ""
         assert err.splitlines()[0] == (
-            "bt-controller: tree.xml:4: <NavigateToPos>: there is no such node; did you mean 'NavigateToPose'?"
+            "bt-controller: tree.xml:4: <NavigateToPos>: unknown node; did you mean 'NavigateToPose'?"
         )
-        assert err.splitlines()[1].startswith("bt-controller: tree.xml:5: <Sleep>: there is no port 'sec'; ")
+        assert err.splitlines()[1].startswith("bt-controller: tree.xml:5: <Sleep>: unknown port 'sec'; ")
 
     def test_a_file_needs_no_ending(self, files, capsys):
         """It is known by how it begins."""
@@ -121,7 +121,7 @@ class TestCheck:
         with pytest.raises(SystemExit, match="2"):
             main(["check", "tree.xml", "--set", text])
 
-        assert f"{text!r} is no KEY=VALUE, such as goal=kitchen" in capsys.readouterr().err
+        assert f"{text!r} is not KEY=VALUE, such as goal=kitchen" in capsys.readouterr().err
 
     def test_a_value_may_have_any_letters(self):
         """Only the first = counts."""
@@ -140,7 +140,7 @@ class TestRun:
         """Before a simulator is looked for, too."""
         assert main(["run", "tree.xml", "--robot", "wall_e", "--set", "goal=1;2;3;4"]) == 2
         assert capsys.readouterr().err.startswith(
-            "bt-controller: tree.xml:4: <NavigateToPose>: port 'goal': --set goal=1;2;3;4: '1;2;3;4' is no pose; "
+            "bt-controller: tree.xml:4: <NavigateToPose>: port 'goal': --set goal=1;2;3;4: '1;2;3;4' is not a pose; "
         )
 
     def test_a_tree_that_is_skipped_is_told_as_such(self, capsys):

@@ -38,9 +38,9 @@ def test_elements_know_file_line_tag_and_name(files):
         (b'<!DOCTYPE r SYSTEM "file:///etc/passwd"><root/>', "has a DOCTYPE"),
         (b"<a>" * (MAX_DEPTH + 1), "is nested deeper than 100"),
         (b"<root>" + b"<a/>" * MAX_NODES, "has more than 10000 elements"),
-        (b"<root a='" + b"x" * (MAX_LETTERS + 1) + b"'/>", "has a text of more than 10000 letters"),
-        (b"<" + b"x" * (MAX_LETTERS + 1) + b"/>", "has a text of more than 10000 letters"),
-        (b"<root>" + b" " * MAX_BYTES, "more than 1048576 bytes are no tree"),
+        (b"<root a='" + b"x" * (MAX_LETTERS + 1) + b"'/>", "has a text of more than 10000 characters"),
+        (b"<" + b"x" * (MAX_LETTERS + 1) + b"/>", "has a text of more than 10000 characters"),
+        (b"<root>" + b" " * MAX_BYTES, "larger than 1048576 bytes, with all included files"),
     ],
 )
 def test_what_is_no_file_of_trees_is_refused_in_one_line(files, text, error):
@@ -74,7 +74,7 @@ def test_encodings_that_a_file_names_are_read(files, encoding):
 
 def test_a_missing_file_is_one_line():
     """It is named as the user did."""
-    with pytest.raises(TreeError, match=r"^nowhere\.xml: there is no such file$"):
+    with pytest.raises(TreeError, match=r"^nowhere\.xml: no such file$"):
         read("nowhere.xml")
 
 
@@ -103,12 +103,12 @@ class TestInclude:
         ("text", "error"),
         [
             ('<include path="/etc/passwd"/>', r"^tree\.xml:1: <include>: '/etc/passwd' is outside the folder"),
-            ('<include path="../x.xml"/>', "'../x.xml' is outside the folder of 'tree.xml', and not read"),
-            ('<include path="x.xml"/>', "'x.xml': there is no such file"),
-            ('<include path="."/>', "'.': is no regular file"),
+            ('<include path="../x.xml"/>', "'../x.xml' is outside the folder of 'tree.xml'"),
+            ('<include path="x.xml"/>', "'x.xml': no such file"),
+            ('<include path="."/>', "'.': not a regular file"),
             ('<include path="a&#10;b"/>', 'needs path="…", relative to this file'),
             ("<include/>", 'needs path="…", relative to this file'),
-            ('<include ros_pkg="nav2" path="x.xml"/>', "there are no ROS packages here; give a path"),
+            ('<include ros_pkg="nav2" path="x.xml"/>', "ROS packages are not supported; give a path"),
             ('<include path="tree.xml"/>', "'tree.xml' includes itself"),
         ],
     )
@@ -135,7 +135,7 @@ class TestInclude:
             files.write(f"<root>{' ' * (MAX_BYTES // 2)}</root>", f"{number}.xml")
         files.write("".join(f'<include path="{number}.xml"/>' for number in range(3)))
 
-        with pytest.raises(TreeError, match=r"^1\.xml: more than 1048576 bytes are no tree"):
+        with pytest.raises(TreeError, match=r"^1\.xml: larger than 1048576 bytes, with all included files"):
             read("tree.xml")
 
     def test_a_chain_of_files_has_an_end(self, files):
@@ -143,7 +143,7 @@ class TestInclude:
         for number in range(30):
             files.write(f'<include path="{number + 1}.xml"/>', f"{number}.xml")
 
-        with pytest.raises(TreeError, match=r"19\.xml:1: <include>: files include each other more than 20 deep"):
+        with pytest.raises(TreeError, match=r"19\.xml:1: <include>: includes are nested more than 20 deep"):
             read("0.xml")
 
     def test_what_is_wrong_with_several_is_told_at_once(self, files):
@@ -155,9 +155,9 @@ class TestInclude:
         with pytest.raises(TreeError) as caught:
             read("tree.xml")
         assert [
-            "a.xml:1: <include>: 'c.xml': there is no such file",
+            "a.xml:1: <include>: 'c.xml': no such file",
             "b.xml:1: is not valid XML: no element found",
-            "tree.xml:1: <include>: 'x.xml': there is no such file",
+            "tree.xml:1: <include>: 'x.xml': no such file",
         ] == str(caught.value).splitlines()
 
 
@@ -167,5 +167,5 @@ def test_what_is_no_regular_file_is_not_opened(tmp_path, make):
     path = tmp_path / "tree.xml"
     make(path)
 
-    with pytest.raises(TreeError, match=r"tree\.xml: is no regular file$"):
+    with pytest.raises(TreeError, match=r"tree\.xml: not a regular file$"):
         read(str(path))

@@ -73,7 +73,7 @@ def test_public_classes_with_ports_are_nodes_by_their_names():
             "bt_test_empty",
             "^--nodes bt_test_empty: it defines no nodes, public subclasses of bt_controller.core.node.Node$",
         ),
-        ("bt_test_taken", "^--nodes bt_test_taken: there is a node 'AlwaysSuccess' already; give the class another"),
+        ("bt_test_taken", "^--nodes bt_test_taken: node 'AlwaysSuccess' exists already; rename the class"),
     ],
 )
 def test_modules_without_nodes_are_refused(module, error):
@@ -104,5 +104,5 @@ def test_load_knows_them(files):
     path = files.write('<BehaviorTree ID="A"><Greet whom="eve"/></BehaviorTree>')
 
     assert load(path, nodes=["bt_test_nodes"]).build("wall_e").name == "Greet"
-    with pytest.raises(TreeError, match="<Greet>: there is no such node"):
+    with pytest.raises(TreeError, match="<Greet>: unknown node"):
         load(path)

@@ -74,13 +74,13 @@ def test_what_is_given_is_not_missing(files):
 
 def test_a_given_value_has_to_be_what_its_ports_take(files):
     """The line is that of the node that reads it."""
-    with pytest.raises(TreeError, match=r"^tree\.xml:2: <Go>: port 'speed': 'fast' is no number$"):
+    with pytest.raises(TreeError, match=r"^tree\.xml:2: <Go>: port 'speed': 'fast' is not a number$"):
         files.load(_tree('<Go goal="1;2" speed="{v}"/>'), values={"v": "fast"})
 
 
 def test_a_value_for_a_subtree_has_to_be_what_its_ports_take(files):
     """Which ports those are, py_trees finds out."""
-    with pytest.raises(TreeError, match=r"^tree\.xml:3: <Go>: port 'goal': '1;2;3;4' is no pose"):
+    with pytest.raises(TreeError, match=r"^tree\.xml:3: <Go>: port 'goal': '1;2;3;4' is not a pose"):
         files.load(_tree('<SubTree ID="S" g="1;2;3;4"/>', SUB))
 
 
@@ -94,7 +94,7 @@ def test_a_switch_needs_no_variable(files):
 
 def test_a_given_value_that_is_wrong_is_told_as_it_was_given(files):
     """A place is known to the simulator only; until then any name will do."""
-    with pytest.raises(TreeError, match=r"port 'goal': --set x=1;2;3;4: '1;2;3;4' is no pose; "):
+    with pytest.raises(TreeError, match=r"port 'goal': --set x=1;2;3;4: '1;2;3;4' is not a pose; "):
         files.load(_tree('<Go goal="{x}"/>'), values={"x": Given("1;2;3;4", "x")})
 
 

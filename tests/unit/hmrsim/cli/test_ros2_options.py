@@ -87,7 +87,7 @@ def test_a_domain_of_thousands_of_digits_is_2(capsys):
     code = main(["run", "scenario1", "--ros2", "--ros-domain-id", "7" * 5000])
 
     assert 2 == code
-    assert "--ros-domain-id: '77777777777777777777' is no domain" in capsys.readouterr().err
+    assert "--ros-domain-id: '77777777777777777777' is not a domain id" in capsys.readouterr().err
 
 
 def test_variables_for_runs_with_ros_are_no_mistake_without(monkeypatch):
