@@ -107,15 +107,16 @@ export class Signs {
       const width = this.width(c, font, name);
       const beside = gap + width / 2 + 1;
       const below = gap + HEIGHT / 2;
-      const spots = [[0, below], [0, -below], [beside, 0], [-beside, 0], ...(row
-        ? [[NUDGE, below], [-NUDGE, below], [NUDGE, -below], [-NUDGE, -below]]
-        : [[beside, below], [-beside, below], [beside, -below], [-beside, -below]]),
-      ...(close && !row ? [[0, below + HEIGHT], [0, -below - HEIGHT]] : [])];
+      const nudged = row ? [[NUDGE, below], [-NUDGE, below], [NUDGE, -below], [-NUDGE, -below]] : [];
+      const direct = [[0, below], [0, -below], ...nudged, [beside, 0], [-beside, 0]];
+      const apart = row ? [] : [[beside, below], [-beside, below], [beside, -below], [-beside, -below],
+        ...(close ? [[0, below + HEIGHT], [0, -below - HEIGHT]] : [])];
       const [left, right] = this.seen;
       const sight = px >= left && px <= right;
-      const near = spots.filter(([dx]) => !sight || (px + dx - width / 2 >= left && px + dx + width / 2 <= right));
-      const found = (...rooms) => near.find(([dx, dy]) => this.fits(px + dx, py + dy, width, rooms));
-      const spot = found(this.walls, this.lanes) ?? found(this.walls) ?? (close && !row && found());
+      const near = ([dx]) => !sight || (px + dx - width / 2 >= left && px + dx + width / 2 <= right);
+      const find = (spots, ...rooms) => spots.find((spot) => near(spot) && this.fits(px + spot[0], py + spot[1], width, rooms));
+      const spot = find(direct, this.walls, this.lanes) ?? find(direct, this.walls) ??
+        find(apart, this.walls, this.lanes) ?? find(apart, this.walls) ?? (close && !row && find([...direct, ...apart]));
       if (!spot) continue;
       const [x0, y0] = [px + spot[0], py + spot[1]];
       this.room.take(x0 - width / 2 - 2, y0 - HEIGHT / 2, width + 4, HEIGHT);
