@@ -1,7 +1,7 @@
 """A controller's first goal: ``python -m benchmarks._first_goal ENDPOINT client|bare`` says when it is accepted.
 
 *client* is hmrsim's own, *bare* nothing but Zenoh and JSON. Both are started along with the simulator, so that they
-try until somebody is there.
+try until the server answers.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ HMRSIM = (sys.executable, "-m", "hmrsim.cli")
 """The command ``hmrsim``, of the Python that runs now."""
 
 ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-"""For commands: whoever installs hmrsim has it compiled, so that only the first start takes the time for that."""
+"""For commands: an installed hmrsim is compiled, so that only the first start takes the time for that."""
 
 _PATIENCE = 10.0
 _TICKS = os.sysconf("SC_CLK_TCK")
@@ -126,7 +126,7 @@ def threads(pid: int | str) -> int:
 
 
 def free_port() -> int:
-    """Return a port of this machine that nobody listens on."""
+    """Return a free port of this machine."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])

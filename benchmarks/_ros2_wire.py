@@ -26,7 +26,7 @@ _ACCEPTED = 1
 
 
 def open_session(endpoint: str) -> zenoh.Session:
-    """Return a session as rmw_zenoh opens it, but that it tries again soon where nobody is there yet."""
+    """Return a session as rmw_zenoh opens it, but with quick retries while there is no router yet."""
     config = zenoh.Config()
     for key, value in {
         "mode": "peer",
@@ -85,8 +85,8 @@ class RosGoalSender:
         self._send_goal = _Service(session, f"{name}/send_goal", type_.send_goal, 1)
         self._get_result = _Service(session, f"{name}/get_result", type_.get_result, 2)
         self._cancel_goal = _Service(session, f"{name}/cancel_goal", type_.cancel_goal, 3)
-        nobody = {"goal_id": {"uuid": bytes(16)}, "goal": registry()[action].goal()}
-        self._goal = type_.send_goal.request.encode(nobody)[len(_HEADER) + 16 :]
+        unknown = {"goal_id": {"uuid": bytes(16)}, "goal": registry()[action].goal()}
+        self._goal = type_.send_goal.request.encode(unknown)[len(_HEADER) + 16 :]
         self._no_time = type_.cancel_goal.request.encode(CancelGoal.Request())[len(_HEADER) + 16 :]
         self._id = b""
 

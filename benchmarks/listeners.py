@@ -1,4 +1,4 @@
-"""What listening costs: a process that follows the feedback of every robot, and what nobody listens to."""
+"""The cost of subscribers: a process that follows the feedback of every robot, and feedback without a subscriber."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _heard(robots: int, rate: float, window: float, side: int) -> list[Row]:
             simulator, listening, messages = _shares(world, listener, window)
     name = f"{robots:,} robots at {rate:g} Hz"
     return [
-        Row(f"{name}: simulator, nobody listens", alone, "% of a core"),
+        Row(f"{name}: simulator, no subscriber", alone, "% of a core"),
         Row(f"{name}: simulator", simulator, "% of a core", at_most=_TARGETS.get((robots, rate))),
         Row(f"{name}: listener", listening, "% of a core"),
         Row(f"{name}: received, of those expected", 100 * messages / (robots * rate), "%"),
@@ -106,7 +106,7 @@ def _listen(pipe: Connection, endpoint: str) -> None:
 
 
 def _unheard(world: World, rounds: int) -> Row:
-    """Return what feedback costs that nobody listens to, against a simulator that can't give any.
+    """Return the cost of feedback without a subscriber, against a simulator that can't give any.
 
     Both do the same: equal seeds, and equal spans of simulated time, turn about.
     """
@@ -121,7 +121,7 @@ def _unheard(world: World, rounds: int) -> Row:
     variants = [Variant("silent", partial(_go_on, silent, span)), Variant("giving", partial(_go_on, giving, span))]
     took = medians(variants, rounds)
     return Row(
-        f"{len(world.robots):,} robots, feedback that nobody listens to, against none",
+        f"{len(world.robots):,} robots, feedback without a subscriber, against none",
         span / took["giving"],
         "simulated s/s",
         took["giving"] / took["silent"],

@@ -106,7 +106,7 @@ def _null_controller(world: World, rounds: int, folder: Path) -> list[Row]:
 
 
 def _alone(world: World) -> Simulator:
-    """Return a simulator that does the same in this process, with nobody to tell."""
+    """Return a simulator that does the same in this process, without a client."""
     crowd = Wanderers(world)
     simulator = Simulator(world, RunSettings(keep_results=10), [crowd])
     plan_everything(simulator)

@@ -80,7 +80,7 @@ def _messages(rounds: int) -> list[Row]:
         calls: dict[str, tuple[Callable[[], object], float | None]] = {
             "NavigateToPose feedback: encode": (partial(type_.encode, message), _LIMIT),
             "NavigateToPose feedback: decode": (partial(type_.decode, payload), _LIMIT),
-            "feedback that is sent, and nobody listens to in ROS": (partial(publications.emit, feedback), None),
+            "feedback that is sent, without a subscriber in ROS": (partial(publications.emit, feedback), None),
             "status of one goal, which is latched: two changes": (change, None),
         }
         took = medians([Variant(name, partial(_repeat, call)) for name, (call, _) in calls.items()], rounds // 10)
@@ -112,7 +112,7 @@ def _status(status: GoalStatus) -> StatusChanged:
 
 @contextmanager
 def _published(world: World, *sinks: Sink) -> Iterator[tuple[Simulator, Publications]]:
-    """Publish of a simulation to nobody."""
+    """Publish of a simulation without subscribers."""
     made: list[Publications] = []
     session, (endpoint,) = open_server(SessionOptions(listen=("tcp/127.0.0.1:0",)))
 
@@ -140,7 +140,7 @@ def _published(world: World, *sinks: Sink) -> Iterator[tuple[Simulator, Publicat
 
 
 def _unheard(world: World, rounds: int) -> Row:
-    """Return what feedback costs that nobody listens to, against a simulator that is on the wire and gives none."""
+    """Return the cost of feedback without a subscriber, against a simulator that is on the wire and gives none."""
     crowds = Wanderers(world), Wanderers(world)
     with _published(world, crowds[0]) as (giving, _), _published(world, crowds[1]) as (silent, _):
         silent.dispatcher.sample_feedback = lambda *_: None  # type: ignore[method-assign]
@@ -151,7 +151,7 @@ def _unheard(world: World, rounds: int) -> Row:
         variants = [Variant("silent", partial(_go_on, silent)), Variant("giving", partial(_go_on, giving))]
         took = medians(variants, rounds)
     return Row(
-        f"{len(world.robots)} robots, feedback that nobody listens to, against none",
+        f"{len(world.robots)} robots, feedback without a subscriber, against none",
         _SPAN / took["giving"],
         "simulated s/s",
         took["giving"] / took["silent"],

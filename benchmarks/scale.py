@@ -1,4 +1,4 @@
-"""How fast many robots run with nobody watching: simulated seconds a wall second, all of them driving.
+"""How fast many robots run without a subscriber: simulated seconds per wall second, all of them driving.
 
 The ratio says how much faster bare simpy is: as many processes that only wait for lanes' ends.
 """

@@ -1,7 +1,7 @@
 """What the rules of traffic cost a lane that is driven: the same crowd under each policy, in turns.
 
 One crowd goes about its errands in the warehouse, another wanders without rest over a grid of single tracks, where a
-robot in four meets somebody head on. The ratio is to robots that pass through each other, of processor time a lane.
+robot in four meets another head on. The ratio is to robots that pass through each other, of processor time a lane.
 """
 
 from __future__ import annotations

@@ -63,7 +63,7 @@ def demo() -> None:
     console = Console(width=WIDTH, record=True, file=io.StringIO(), force_terminal=True)
     console.print(Text.from_ansi(screen), end="")
     picture = console.export_svg(title="hmrsim demo", unique_id="demo")
-    # The fonts that rich names are on another host; whoever looks has one of his own.
+    # The fonts that rich names are on another host; each viewer has its own.
     picture = re.sub(r"@font-face \{.*?\}\s*", "", picture, flags=re.DOTALL)
     (DOCS / "demo.svg").write_text(picture, encoding="utf-8")
 

@@ -13,11 +13,11 @@ import zenoh
 
 KEY = "hmrsim/_planner/compute_path_to_pose"
 DETOUR = 100.0
-"""Metres that somebody would rather go than through the kitchen."""
+"""Metres of detour that are preferred to the way through the kitchen."""
 
 
 def main(endpoint: str = "tcp/127.0.0.1:7447") -> None:
-    """Plan for whoever asks, until eve has been to the shelf."""
+    """Plan on request, until eve has been to the shelf."""
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", json.dumps([endpoint]))

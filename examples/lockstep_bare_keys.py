@@ -19,7 +19,7 @@ def main(endpoint: str = "tcp/127.0.0.1:7447") -> None:
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", json.dumps([endpoint]))
     with zenoh.open(config) as session:
-        # Whoever holds a token is known to be alive: when it goes, the others need not wait.
+        # The token shows that the participant is alive: when it is gone, the others need not wait.
         token = session.liveliness().declare_token(f"hmrsim/_participant/{NAME}")
         epoch = ask(session, "join", {"name": NAME})["epoch"]
         ways = {robot: list(places) for robot, places in ROUNDS.items()}

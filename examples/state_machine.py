@@ -1,4 +1,4 @@
-"""Fetch and deliver as a finite-state machine in plain Python: nobody has to write a tree.
+"""Fetch and deliver as a finite-state machine in plain Python, without a behaviour tree.
 
 Start ``hmrsim run scenario1 --clock lockstep`` first, then run ``python examples/state_machine.py [ENDPOINT]``.
 """

@@ -33,7 +33,8 @@ _HEAD: Final = """\
 #     y 6   packing stations, driven through from west to east
 #
 # Goods come in at the west, where the dock road leads north, and go out at the east, where it leads south. Docks are
-# driven through, too. All is one-way but the bays, of which each robot has its own: nobody meets anybody head-on.
+# driven through, too. All lanes but those of the bays are one-way, and each robot has its own bay, so that no
+# robots meet head-on.
 name: warehouse
 units: m
 bounds: [0, 0, 80, 52]

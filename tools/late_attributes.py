@@ -1,7 +1,7 @@
 """Finds attributes that objects are given after their construction: ``python -m tools.late_attributes``.
 
 A constructor is to get all that its object needs. So a class may not declare a function that others are to set, and
-nobody may set a function of another object: neither one that its class declares, nor one that it begins with.
+code must not set a function of another object: neither one that its class declares, nor one that it begins with.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _PACKAGES: Final = ("hmrsim", "hmrsim_zenoh", "bt_controller")
 
 _RECORDS: Final = {"Protocol", "NamedTuple", "BaseModel", "TypedDict", "dataclass"}
-"""What makes a class one whose fields are its constructor's, or nobody's."""
+"""Marks of a class whose fields are set by its constructor only."""
 
 
 def main() -> int:

@@ -14,7 +14,7 @@ from hmrsim.interfaces.std_msgs import Header
 class BatteryState(Message):
     """A battery: volts, degrees Celsius, amperes (negative when it discharges) and ampere hours.
 
-    *percentage* is from 0 to 1. What ROS says is NaN because nobody measures it is 0 here.
+    *percentage* is from 0 to 1. Values that are NaN in ROS as they are not measured are 0 here.
     """
 
     POWER_SUPPLY_STATUS_UNKNOWN: ClassVar[int] = 0
