@@ -1,4 +1,4 @@
-"""What happened in a run: read from a trace or a recording, told as a page, as JSON or as tables.
+"""Reports on runs: from a trace or a recording, as a page, as JSON or as tables.
 
 The command `hmrsim report` uses it.
 """

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from hmrsim.report.occurrence import Commanded
 
 _MAX_CHARACTERS: Final = 80
-"""Characters of what was asked for."""
+"""Maximum characters of a goal's summary."""
 
 
 @dataclass(slots=True)
 class Book:
-    """All goals, in order of acceptance, and those that were rejected: when, and during which faults."""
+    """All goals, in order of acceptance, and the rejected ones, with their times and the active faults."""
 
     goals: list[Pursuit] = field(default_factory=list)
     rejected: list[tuple[int, SendGoalRejected, tuple[str, ...]]] = field(default_factory=list)
@@ -33,17 +33,17 @@ class Book:
     _known: dict[str, Pursuit] = field(default_factory=dict)
 
     def ask_of(self, _at: int, event: GoalAccepted) -> None:
-        """Take note of what is asked for by the goal that is going to be accepted next."""
+        """Record the message of the goal that will be accepted next."""
         self._asked[event.robot, event.action] = event.goal
 
     def command(self, _at: int, command: Commanded) -> None:
-        """Likewise of what a line of a trace asks for, if it is that of a goal."""
+        """Likewise, from a line of a trace, if it is a goal's."""
         line = command.line or {}
         if line.get("command") == "send_goal":
             self._asked[text(line, "robot"), text(line, "action")] = line.get("goal")
 
     def change(self, at: int, event: GoalStatusChanged) -> Pursuit:
-        """Take note of the status of a goal, and return the goal."""
+        """Record the status of a goal, and return the goal."""
         robot, action, goal_id, status = event.robot, event.action, event.goal_id, GoalStatus(event.status)
         if status is GoalStatus.UNKNOWN:
             raise Misfit("status is that of no goal")
@@ -76,7 +76,7 @@ def error_in(result: Any) -> tuple[int | None, str]:
 
 @cache
 def name_of(action: str, code: int | None) -> str:
-    """Return what an action calls an error code, or another one whose code it hands on; empty if none does."""
+    """Return the name of an action's error code, which may be one that it passes on; empty if it has none."""
     known = registry().get(action)
     if known is None or not code:
         return ""
@@ -95,7 +95,7 @@ def _named(result: type[Message], code: int) -> str:
 
 
 def target_of(asked: Any) -> tuple[str, Point | None]:
-    """Return what a goal asks for in a few words, and the first point that it names."""
+    """Return a summary of a goal, and the first point in it."""
     points = list(_points(asked, 0))
     words = [f"({x:g}, {y:g})" for x, y in points[:3]] + list(_words(asked, 0))[:3]
     summary = ", ".join(words) + (f" and {len(points) - 3} more" if len(points) > 3 else "")  # noqa: PLR2004 - as above

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 _WIDTH, _HEIGHT = 1000.0, 160.0
 MAX_BATTERIES: Final = 60
-"""Curves that are shown."""
+"""Maximum number of curves."""
 
 _CURVE: Final = (300.0, 60.0)
 
@@ -28,7 +28,7 @@ class Curve(NamedTuple):
 
 
 def throughput_chart(buckets: Sequence[Bucket]) -> tuple[str, int]:
-    """Return how many goals ended when, as SVG, and the most of any stretch of time."""
+    """Return the chart of the goals that ended as SVG, and the maximum of its intervals."""
     most = max((each.succeeded + each.canceled + each.aborted for each in buckets), default=0)
     if not most:
         return "", 0

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from hmrsim.report.troubles import Trouble
 
 _MAX_POINTS: Final = 300
-"""Of a battery's curve."""
+"""Maximum points of a battery's curve."""
 
 
 def report_of(inputs: ReportInput) -> model.Report:
-    """Return the report of what was read; the story must have ended."""
+    """Return the report of a run, whose story must have ended."""
     story, source = inputs.story, inputs.source
     goals = [goal_of(goal, exact=source.exact) for goal in story.book.goals]
     robots = _robots(story, exact=source.exact)
@@ -163,7 +163,7 @@ def _spans(tracks: Iterable[Track]) -> Iterator[model.Span]:
 
 
 def _thinned(curve: list[tuple[int, float]]) -> tuple[tuple[float, float], ...]:
-    """Return a curve with no more points than can be told apart, with its peaks."""
+    """Return a curve with a limited number of points, which keeps its peaks."""
     if len(curve) > _MAX_POINTS:
         size = math.ceil(len(curve) / (_MAX_POINTS // 3))
         parts = [curve[i : i + size] for i in range(0, len(curve), size)]

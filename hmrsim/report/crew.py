@@ -18,24 +18,24 @@ class Crew:
 
     Attributes:
         tracks: The accounts, by name.
-        began: When the run began; None before anything has happened.
+        began: When the run began; None before the first occurrence.
     """
 
     tracks: dict[str, Track] = field(default_factory=dict)
     began: int | None = None
 
     def add(self, name: str, kind: str) -> None:
-        """Take note of a robot that is there from the beginning."""
+        """Record a robot that exists from the beginning."""
         self.tracks[name] = Track(name, kind, self.began or 0)
 
     def track(self, name: str, at: int, kind: str = "") -> Track:
-        """Return the account of a robot, caught up."""
+        """Return the account of a robot, up to date."""
         track = self.tracks.get(name)
         if track is None:
             began = at if kind or self.began is None else self.began
             track = self.tracks[name] = Track(name, kind, began)
         elif track.ended is not None:
-            # One of its name has come again.
+            # A robot of this name was added again.
             track.return_at(at)
         track.catch_up(at)
         return track
@@ -52,7 +52,7 @@ class Crew:
             self._leave(track, at, event.kind)
 
     def teleported(self, at: int, event: Teleported) -> None:
-        """Take note of who was put elsewhere."""
+        """Record a robot that was teleported."""
         track = self.tracks.get(event.entity)
         if track is not None and track.ended is None:
             track.catch_up(at)
@@ -60,7 +60,7 @@ class Crew:
             track.settle(at)
 
     def begin_anew(self, at: int, event: SimulationReset | WorldLoaded) -> None:
-        """Take note that all were put where they begin; what holds of them is told anew."""
+        """Record a reset: all robots are at their start, and their states are published again."""
         for track in self.tracks.values():
             if track.ended is None:
                 track.catch_up(at)
@@ -70,7 +70,7 @@ class Crew:
                 track.settle(at)
 
     def keep(self, names: set[str], at: int) -> None:
-        """Take note that all others are there no longer."""
+        """Record that all others were removed."""
         for track in self.tracks.values():
             if track.ended is None and track.name not in names:
                 self._leave(track, at, "end")

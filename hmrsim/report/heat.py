@@ -26,7 +26,7 @@ _MIN_RADIUS: Final = 3.0
 
 
 def heat_map(report: Report, world: World) -> str:
-    """Return the map as SVG, whose colours are the page's."""
+    """Return the map as SVG, in the page's colours."""
     drawing = Drawing(world, width=1100.0, legend=False)
     drawing.colours = {name: f"var(--{name.replace('_', '-')})" for name in drawing.colours}
     most = most_drives(report)
@@ -43,12 +43,12 @@ def heat_map(report: Report, world: World) -> str:
 
 
 def most_drives(report: Report) -> int:
-    """Return how often the lane or way was driven that was driven most, in one direction."""
+    """Return the number of drives of the most used lane or segment, in one direction."""
     return max([1, *(lane.drives for lane in report.lanes if lane.begin), *(path.drives for path in report.paths)])
 
 
 def step_of(drives: int, most: int) -> int:
-    """Return the colour of so many drives, from 1."""
+    """Return the colour of a number of drives, from 1."""
     return max(1, math.ceil(STEPS * drives / most))
 
 

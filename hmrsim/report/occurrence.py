@@ -16,17 +16,17 @@ LATEST = 2**62
 
 
 class Misfit(ValueError):
-    """What is said to have happened is not said as this version says it."""
+    """An occurrence is not in the format of this version."""
 
 
 class SceneSeen(NamedTuple):
-    """All that can be seen at some time (`hmrsim.simulation.snapshot`)."""
+    """The complete state at some time (`hmrsim.simulation.snapshot`)."""
 
     fields: Mapping[str, Any]
 
 
 class BatterySeen(NamedTuple):
-    """What is in a robot's battery: a share, and units of energy if they are known."""
+    """The charge of a robot's battery: a share, and units of energy if they are known."""
 
     robot: str
     percentage: float
@@ -34,13 +34,13 @@ class BatterySeen(NamedTuple):
 
 
 class Commanded(NamedTuple):
-    """Something came from outside, before which nothing else may have happened for long; its line if one was read."""
+    """An external command, which may follow a long time without events; with its line if one was read."""
 
     line: Mapping[str, Any] | None = None
 
 
 class Malformed(NamedTuple):
-    """An event that was read, and is not as its kind is."""
+    """An event that does not have the fields of its kind."""
 
     kind: str
     error: str
@@ -50,11 +50,11 @@ Happening = Event | SceneSeen | BatterySeen | Commanded | Malformed
 
 
 class Occurrence(NamedTuple):
-    """Something happened, or was seen.
+    """An event, or a sample, with its time.
 
     Attributes:
-        at: When, in nanoseconds of simulated time.
-        event: What.
+        at: In nanoseconds of simulated time.
+        event: The event.
     """
 
     at: int
@@ -62,7 +62,7 @@ class Occurrence(NamedTuple):
 
     @property
     def counted(self) -> str:
-        """As what it is counted in a report; empty for not at all."""
+        """The kind under which a report counts it; empty if it is not counted."""
         match self.event:
             case Event() as event:
                 return event.kind if event.traced else ""
@@ -74,11 +74,11 @@ class Occurrence(NamedTuple):
 
 
 COMMAND = "command"
-"""The kind of a trace's lines that say what came from outside."""
+"""The kind of a trace's lines of external commands."""
 
 
 def occurrence_of(event: Mapping[str, Any]) -> Occurrence:
-    """Return what an event says that was read.
+    """Return the occurrence of an event in plain values.
 
     Raises:
         Misfit: It has no kind, or no time.
@@ -101,7 +101,7 @@ def time_of(stamp: Any) -> int:
 
 
 def text(fields: Mapping[str, Any], key: str, default: str | None = None) -> str:
-    """Return a field that has to be text."""
+    """Return a field that must be text."""
     value = fields.get(key, default)
     if not isinstance(value, str):
         raise Misfit(f"{key} is not text")
@@ -109,7 +109,7 @@ def text(fields: Mapping[str, Any], key: str, default: str | None = None) -> str
 
 
 def texts(fields: Mapping[str, Any], key: str) -> tuple[str, ...]:
-    """Return a field that has to be a list of text; left out it is empty."""
+    """Return a field that must be a list of text; empty if it is missing."""
     value = fields.get(key, ())
     if not isinstance(value, (list, tuple)) or not all(isinstance(each, str) for each in value):
         raise Misfit(f"{key} is not a list of text")
@@ -117,7 +117,7 @@ def texts(fields: Mapping[str, Any], key: str) -> tuple[str, ...]:
 
 
 def records(fields: Mapping[str, Any], key: str) -> list[dict[str, Any]]:
-    """Return a field that has to be a list of objects; left out it is empty."""
+    """Return a field that must be a list of objects; empty if it is missing."""
     value = fields.get(key) or []
     if not isinstance(value, list) or not all(isinstance(each, dict) for each in value):
         raise Misfit(f"{key} is not a list of objects")
@@ -125,7 +125,7 @@ def records(fields: Mapping[str, Any], key: str) -> list[dict[str, Any]]:
 
 
 def whole(fields: Mapping[str, Any], key: str) -> int:
-    """Return a field that has to be a whole number."""
+    """Return a field that must be a whole number."""
     value = fields.get(key)
     if not isinstance(value, int):
         raise Misfit(f"{key} is not a whole number")
@@ -133,7 +133,7 @@ def whole(fields: Mapping[str, Any], key: str) -> int:
 
 
 def number(fields: Mapping[str, Any], key: str) -> float:
-    """Return a field that has to be a finite number."""
+    """Return a field that must be a finite number."""
     return _finite(fields.get(key))
 
 
@@ -146,7 +146,7 @@ def point(fields: Mapping[str, Any], key: str) -> tuple[float, float]:
 
 
 def lane(fields: Mapping[str, Any]) -> tuple[str, str] | None:
-    """Return the lane that is named, if any."""
+    """Return the lane in a field, if any."""
     if fields.get("lane") is None:
         return None
     named = texts(fields, "lane")

@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from hmrsim.report.story import Story
 
 _BUCKETS: Final = 40
-"""About so many stretches of time are counted goals in."""
+"""Approximate number of intervals in which goals are counted."""
 
 
 def goal_of(goal: Pursuit, *, exact: bool) -> model.Goal:
-    """Return what a report says of a goal; without motions it is not known how far it led."""
+    """Return the entry of a goal; its distance is unknown without motions."""
     target, at = target_of(goal.asked)
     return model.Goal(
         robot=goal.robot,
@@ -47,7 +47,7 @@ def goal_of(goal: Pursuit, *, exact: bool) -> model.Goal:
 
 
 def errors_of(story: Story) -> Iterator[model.Error]:
-    """Return what went wrong, in order of time."""
+    """Return the errors, in order of time."""
     found = [_aborted(goal) for goal in story.book.goals if goal.status is GoalStatus.ABORTED]
     found += [_rejected(*each) for each in story.book.rejected]
     yield from sorted(found, key=lambda error: (error.at, error.robot, error.goal_id))
@@ -91,7 +91,7 @@ def _rejected(at: int, event: SendGoalRejected, faults: tuple[str, ...]) -> mode
 
 
 def throughput_of(story: Story) -> Iterator[model.Bucket]:
-    """Return how many goals ended when."""
+    """Return the numbers of goals that ended, by interval."""
     began, ended = story.began or 0, story.now
     if ended <= began:
         return
@@ -112,7 +112,7 @@ def throughput_of(story: Story) -> Iterator[model.Bucket]:
 
 
 def _nice(seconds: float) -> float:
-    """Return a length of time that people count in, no less than so many seconds."""
+    """Return a round length of time that is not less than some seconds."""
     for step in (0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600):
         if step >= seconds:
             return step

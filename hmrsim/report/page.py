@@ -26,15 +26,15 @@ if TYPE_CHECKING:
     from hmrsim.report.model import Report
 
 _MAX_ROWS: Final = 500
-"""Of a table; more are in the JSON and in the CSV files."""
+"""Maximum rows of a table; the JSON and the CSV files have all."""
 
 
 def page_of(report: Report, definition: Mapping[str, Any]) -> str:
     """Return the page.
 
     Args:
-        report: What it says.
-        definition: The world of which it is, as a native file has it.
+        report: The report.
+        definition: The world of the run, as in a native file.
     """
     script, style = (_part(name) for name in ("page.js", "page.css"))
     chart, most = throughput_chart(report.throughput)
@@ -44,7 +44,7 @@ def page_of(report: Report, definition: Mapping[str, Any]) -> str:
         .render(
             report=report,
             unit=report.world.units,
-            # All that is made of SVG has been escaped by those who made it.
+            # SVG was escaped by the functions that made it.
             heat=_map(report, definition),
             most_drives=most_drives(report),
             steps=range(1, STEPS + 1),
@@ -65,7 +65,7 @@ def page_of(report: Report, definition: Mapping[str, Any]) -> str:
 
 
 def _map(report: Report, definition: Mapping[str, Any]) -> Markup:
-    """Return the map; nothing of a world that this version can't read."""
+    """Return the map; nothing for a world that this version can't read."""
     try:
         world = world_of(dict(definition), "world")
     except WorldError:
@@ -74,7 +74,7 @@ def _map(report: Report, definition: Mapping[str, Any]) -> Markup:
 
 
 def _waited_for(report: Report) -> list[tuple[str, str, int, float]]:
-    """Return who waited for what, how often and how long; the longest first."""
+    """Return which robots waited for what, how often and how long; the longest first."""
     found: dict[tuple[str, str], tuple[int, float]] = {}
     for wait in report.waits:
         for what in wait.robots or (wait.why or "something",):

@@ -20,7 +20,7 @@ _MAX_PATHS: Final = 5000
 
 
 def lanes_of(story: Story) -> Iterator[model.Lane]:
-    """Return how lanes were used, by name; first what was driven off them."""
+    """Return the usage of lanes, by name; that off the lanes comes first."""
     drives, meters, times = Counter[Any](), defaultdict[Any, list[float]](list), Counter[Any]()
     for track in story.crew.tracks.values():
         for lane, use in track.lanes.items():
@@ -51,7 +51,7 @@ def lanes_of(story: Story) -> Iterator[model.Lane]:
 
 
 def paths_of(story: Story) -> Iterator[model.Path]:
-    """Return the ways that were driven off the lanes; of very many those that were driven most."""
+    """Return the segments that were driven off the lanes; if there are too many, the most used ones."""
     paths = Counter[Any]()
     for track in story.crew.tracks.values():
         paths.update(track.paths)
@@ -60,7 +60,7 @@ def paths_of(story: Story) -> Iterator[model.Path]:
 
 
 def fixtures_of(story: Story) -> Iterator[model.Fixture]:
-    """Return how doors, lifts and docks were used."""
+    """Return the usage of doors, lifts and docks."""
     sites, standings, whole = story.sites, story.waiting.standings, story.now - (story.began or 0)
     kinds: tuple[tuple[Any, dict[str, Use]], ...] = (
         ("door", sites.doors),

@@ -1,4 +1,4 @@
-"""One goal of a run, and one wait on the way to it: each knows the other."""
+"""Goals of a run and the waits during them, which refer to each other."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True, eq=False)
 class Pursuit:
-    """One goal, as far as it has come; times in nanoseconds."""
+    """A goal and its progress; times in nanoseconds."""
 
     robot: str
     action: str
@@ -36,7 +36,7 @@ class Pursuit:
 
 @dataclass(slots=True)
 class Standing:
-    """A robot stands on its way, or in a queue."""
+    """A wait of a robot on its way, or in a queue."""
 
     robot: str
     began: int
@@ -51,5 +51,5 @@ class Standing:
 
     @property
     def what(self) -> str:
-        """For what it waits, in a few words."""
+        """What it waits for, as text."""
         return self.why or ", ".join(self.robots) or "something"

@@ -18,15 +18,15 @@ def in_seconds(nanoseconds: int) -> float:
 
 
 def rounded(value: float) -> float:
-    """Return a sum without what binary arithmetic added to it."""
+    """Return a sum without the errors of binary arithmetic."""
     return round(value, _DIGITS) + 0.0
 
 
 def length(standing: Standing) -> int:
-    """Return for how many nanoseconds a robot stood."""
+    """Return the nanoseconds that a robot waited."""
     return (standing.ended or standing.began) - standing.began
 
 
 def as_text(value: Any) -> str:
-    """Return a value that should be text; what is not is empty."""
+    """Return a value if it is text, else an empty text."""
     return value if isinstance(value, str) else ""

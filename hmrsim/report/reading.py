@@ -1,4 +1,4 @@
-"""Reading a trace or a recording to the story of a run; no other file is read."""
+"""Reading a trace or a recording into the story of a run; no other file is read."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ if TYPE_CHECKING:
 
 
 class ReportInput(NamedTuple):
-    """What was read.
+    """The content of a trace or a recording.
 
     Attributes:
-        story: What happened.
-        source: Of what it was read.
+        story: The story of the run.
+        source: The kind and the quality of the source.
         header: The trace's first line, or a recording's world information.
-        definition: The world, as a native file has it.
+        definition: The world, as in a native file.
     """
 
     story: Story
@@ -53,11 +53,11 @@ class ReportInput(NamedTuple):
 
 
 def of_trace(lines: Callable[[], Iterable[str]]) -> ReportInput:
-    """Return what a trace tells, by running it again; if that comes out differently, what it says itself.
+    """Return the content of a trace by replaying it; if the replay differs, from its lines alone.
 
     Args:
-        lines: Gives its lines with their ends, from the first one; called twice where need be. A last line without
-            an end is half a line, and left out.
+        lines: Returns its lines with their ends, from the first one; called twice if necessary. A last line without
+            an end is incomplete, and left out.
 
     Raises:
         TraceError: It is not a trace.
@@ -93,7 +93,7 @@ _MISSING: Final = (
 
 
 def _as_written(lines: Iterable[str], header: Mapping[str, Any], why: str) -> ReportInput:
-    """Return what the lines of a trace say themselves."""
+    """Return the content of a trace from its lines alone."""
     story, last = Story(crew=Crew(began=0)), ""
     for name, robot in _robots(header):
         story.crew.add(name, robot)
@@ -118,7 +118,7 @@ def _as_written(lines: Iterable[str], header: Mapping[str, Any], why: str) -> Re
 
 
 class Recorded(Protocol):
-    """A recording, as far as a report needs it."""
+    """The interface of a recording that a report needs."""
 
     world: Any
     info: Any
@@ -131,16 +131,16 @@ class Recorded(Protocol):
 
 
 def of_recording(recording: Recorded) -> ReportInput:
-    """Return what a recording tells."""
+    """Return the content of a recording."""
     story = Story()
     for _, key, payload in recording.samples():
         occurrence = _sampled(key, payload)
         if occurrence is not None:
             story.take(occurrence)
-    # Time goes on after the last event; but what a damaged file says of it may be anything.
+    # Time continues after the last event, but a damaged file may have any end.
     story.end(recording.end if recording.end <= LATEST else None)
     notes = ["Energy is what the batteries said, once a second or so."] if story.metered else []
-    # That is known for sure when all has been read.
+    # This is known only after everything was read.
     if recording.truncated:
         notes.append("The recording was cut short: what came later is not known.")
     if story.began:
@@ -160,7 +160,7 @@ _SEED: Final = re.compile(r"[0-9]{1,20}")
 
 
 def _sampled(key: str, payload: Mapping[str, Any]) -> Occurrence | None:
-    """Return what a sample of a recording tells a report, if anything."""
+    """Return the occurrence of a sample of a recording, if it has one."""
     if not isinstance(payload, dict):
         return None
     try:
@@ -179,7 +179,7 @@ def _sampled(key: str, payload: Mapping[str, Any]) -> Occurrence | None:
 
 
 def _battery(robot: str, state: Mapping[str, Any]) -> BatterySeen:
-    """Return units of energy of a state in ampere hours, by the nominal voltage that its voltage is in line with."""
+    """Return the energy of a battery state in ampere hours, by the nominal voltage that its voltage implies."""
     share = number(state, "percentage")
     if not 0.0 <= share <= 1.0:
         raise Misfit("percentage is not a share")

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Use:
-    """How one of them was used: how often, by whom, how long."""
+    """The usage of one door, lift or dock."""
 
     uses: int = 0
     robots: set[str] = field(default_factory=set)
@@ -29,12 +29,12 @@ class Use:
     since: int | None = None
 
     def begin(self, at: int) -> None:
-        """Take note that it is in use from now on."""
+        """Record that it is in use from now on."""
         if self.since is None:
             self.since = at
 
     def end(self, at: int) -> None:
-        """Take note that it is in use no longer."""
+        """Record that it is no longer in use."""
         if self.since is not None:
             self.time, self.since = self.time + at - self.since, None
 
@@ -49,7 +49,7 @@ class Sites:
     closed: dict[tuple[str, str], Use] = field(default_factory=lambda: defaultdict(Use))
 
     def take(self, at: int, event: object) -> None:
-        """Take note of what happened, if it concerns one of them."""
+        """Record an event, if it concerns one of them."""
         match event:
             case DoorOpening() | DoorOpened() | DoorClosed():
                 self._door(at, event)
@@ -63,7 +63,7 @@ class Sites:
                 self.closed[lane].end(at)
 
     def see(self, at: int, scene: Mapping[str, Any]) -> None:
-        """Take over what a scene says."""
+        """Start from the state of a scene."""
         for use in (use for kind in (self.doors, self.lifts, self.docks, self.closed) for use in kind.values()):
             use.end(at)
             use.inside.clear()
@@ -81,7 +81,7 @@ class Sites:
                 self.closed[named].begin(at)
 
     def end(self, at: int) -> None:
-        """Take note that the run has ended."""
+        """Record the end of the run."""
         for use in (use for kind in (self.doors, self.lifts, self.docks, self.closed) for use in kind.values()):
             use.end(at)
 

@@ -41,24 +41,24 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
 _SAMPLED: Final = (SceneSeen, BatterySeen)
-"""What may come late, so that it does not tell that time began anew."""
+"""Occurrences that may arrive late, so that they do not indicate a reset of time."""
 
 _EMPTY: Final = BatteryEmpty.kind
-"""What ails a robot with an empty battery."""
+"""Why a robot with an empty battery is disabled."""
 
 
 @dataclass
 class Story:
-    """Takes occurrences in order of time, and keeps what a report says of them.
+    """Processes occurrences in order of time, and collects the content of a report.
 
-    Time that began anew goes on where it was; so all times are nanoseconds since the run began.
+    Time continues after a reset, so all times are nanoseconds since the run began.
 
     Attributes:
         crew: The robots.
         book: The goals.
         sites: Doors, lifts, docks and closed lanes.
-        waiting: Who waited.
-        now: When the last thing happened.
+        waiting: The waits.
+        now: The time of the last occurrence.
     """
 
     crew: Crew = field(default_factory=Crew)
@@ -74,7 +74,7 @@ class Story:
     _anew: bool = True
 
     def __post_init__(self) -> None:
-        """Say who takes note of what."""
+        """Map each kind of occurrence to its handler."""
         crew, self.waiting = self.crew, Waiting(self.crew)
         self._takers: dict[type, Callable[[int, Any], object]] = {
             SceneSeen: self._scene,
@@ -102,14 +102,14 @@ class Story:
         }
 
     def take(self, occurrence: Occurrence) -> None:
-        """Take note of what happened; what can't be understood is left out, and counted."""
+        """Process an occurrence; an invalid one is ignored, and counted."""
         try:
             self._take(occurrence)
         except ValueError as error:
             self._left_out(occurrence.at, Malformed(occurrence.counted or type(occurrence.event).__name__, str(error)))
 
     def end(self, at: int | None = None) -> None:
-        """Take note that the run has ended, at some time or when the last thing happened."""
+        """Record the end of the run, at some time or that of the last occurrence."""
         if at is not None and at + self._offset > self.now:
             self.now = at + self._offset
         self.crew.keep(set(), self.now)
@@ -117,23 +117,23 @@ class Story:
 
     @property
     def began(self) -> int | None:
-        """When the first thing happened."""
+        """The time of the first occurrence."""
         return self.crew.began
 
     @property
     def seen(self) -> bool:
-        """Whether it was seen what there was in the beginning."""
+        """Whether the initial state is known."""
         return not self._anew
 
     @property
     def metered(self) -> bool:
-        """Whether it is known what is in any battery."""
+        """Whether the charge of any battery is known."""
         return any(track.charge is not None for track in self.crew.tracks.values())
 
     # --- taking ---------------------------------------------------------------------------------------------------
 
     def _take(self, occurrence: Occurrence) -> None:
-        # A stamp of one nanosecond is that of time 0, which ROS could not tell from none.
+        # A stamp of one nanosecond is that of time 0, which ROS reads as unset.
         at = (0 if occurrence.at == 1 else occurrence.at) + self._offset
         if self.crew.began is None:
             self.crew.began = self.now = at
@@ -172,10 +172,10 @@ class Story:
         self._anew = False
 
     def _see(self, robot: Mapping[str, Any], at: int, *, gone: bool) -> None:
-        """Take over what a scene says of a robot."""
+        """Start from the state of a robot in a scene."""
         track = self.crew.track(text(robot, "name"), at, text(robot, "type", "") if gone else "")
         track.type = text(robot, "type", "")
-        # What else ails it are faults, of which the scene tells by itself.
+        # Other reasons are faults, which the scene lists separately.
         ailments, battery = robot.get("ailments"), robot.get("battery")
         track.disabled_reasons = {_EMPTY} if isinstance(ailments, dict) and _EMPTY in ailments else set()
         if isinstance(battery, dict):
@@ -186,7 +186,7 @@ class Story:
                 self.book.ask_of(at, GoalAccepted.from_json(goal))
                 self._status(at, GoalStatusChanged.from_json(goal))
         motion = self._motion_in(robot, at, track)
-        # It may have been told already that it drives, or waits.
+        # Events may have said already that it drives, or waits.
         if motion is None or not track.drives(motion):
             track.halt(at)
             if motion is not None:

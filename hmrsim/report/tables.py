@@ -1,4 +1,4 @@
-"""A report as tables of CSV, a row a thing: plain headers, simulated seconds, nothing for the unknown."""
+"""A report as CSV tables: plain headers, simulated seconds, empty cells for unknown values."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _HEADERS = {
 
 
 def _row(thing: BaseModel) -> dict[str, Any]:
-    """Return the fields of a thing; names in a list are separated by semicolons."""
+    """Return the cells of a row; names in a list are separated by semicolons."""
     return {
         name: "; ".join(value) if isinstance(value, tuple) else int(value) if isinstance(value, bool) else value
         for name, value in thing

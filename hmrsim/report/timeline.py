@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from hmrsim.report.model import FaultSpan, Goal, Report, Span, Wait
 
 WIDTH: Final = 10_000
-"""Of a row, in units of its own; it is drawn as wide as there is room."""
+"""The width of a row, in its own units; it is scaled to the available width."""
 
 _ROWS: Final = 1_000
 _MAX_BARS: Final = 20_000
 _RESOLUTIONS: Final = (0.0, 2.5, 10.0, 40.0, 160.0)
-"""What is drawn together, in units of a row, where there is too much for a browser."""
+"""The length, in units of a row, within which goals are merged if there are too many for a browser."""
 
 _STEPS: Final = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 43200, 86400)
 _TICKS: Final = 8
@@ -34,14 +34,14 @@ class Row(NamedTuple):
 
 
 class Tick(NamedTuple):
-    """A time that is written above, and where: in percent of the width."""
+    """A label of the time axis, and its position in percent of the width."""
 
     at: float
     text: str
 
 
 class Timeline(NamedTuple):
-    """All rows; *left_out* robots have none; *together* is what short goals of a row were drawn as one within.
+    """All rows; *left_out* robots have none; *together* is the length within which short goals are merged.
 
     *waits_left_out* are not drawn, as there are too many.
     """
@@ -65,7 +65,7 @@ class _Scale(NamedTuple):
 
 
 class _Bar(NamedTuple):
-    """Goals that are drawn as one."""
+    """Goals that are drawn as one bar."""
 
     began: float
     ended: float
@@ -116,7 +116,7 @@ def timeline_of(report: Report) -> Timeline:
 
 
 def _bars(goals: list[Goal], end: float, gap: float) -> list[_Bar]:
-    """Return what is drawn of a robot's goals; those that are short and near each other are one."""
+    """Return the bars of a robot's goals; short goals that are near each other are merged."""
     bars: list[_Bar] = []
     busy_until = float("-inf")
     for goal in goals:
@@ -156,7 +156,7 @@ def _about(goal: Goal) -> str:
 
 
 def _states(spans: list[Span], scale: _Scale) -> Iterator[str]:
-    """Return a path for each state that is not told one by one."""
+    """Return a path for each state without tooltips."""
     parts: dict[str, list[str]] = defaultdict(list)
     for span in spans:
         if span.state != "idle":

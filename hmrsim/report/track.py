@@ -18,15 +18,15 @@ if TYPE_CHECKING:
     from hmrsim.report.pursuit import Pursuit, Standing
 
 _INSTANT: Final = 5
-"""Nanoseconds: what ends so shortly before or after something else ends with it, as stamps are rounded."""
+"""Nanoseconds within which two ends count as simultaneous, as stamps are rounded."""
 
 _MAX_SECONDS: Final = 1e9
-"""Seconds; no piece of way takes longer."""
+"""Maximum seconds of a segment."""
 
 
 @dataclass(slots=True)
 class Motion:
-    """A piece of way, or a turn, from when it began."""
+    """A segment or a turn, with its start time."""
 
     began: int
     until: int
@@ -40,7 +40,7 @@ class Motion:
 
     @classmethod
     def of(cls, at: int, event: MotionBegan, goal: Pursuit | None) -> Motion:
-        """Return the piece that an event tells of.
+        """Return the segment of an event.
 
         Raises:
             Misfit: It describes none.
@@ -54,7 +54,7 @@ class Motion:
         return cls(at, until, start, end, length, event.lane, profile, behind, goal)
 
     def driven(self, at: int) -> float:
-        """Return how far it has led by some time."""
+        """Return the distance driven on it by some time."""
         if at >= self.until - _INSTANT:
             return self.length
         elapsed = (at - self.began) / NANOSECONDS
@@ -75,7 +75,7 @@ class LaneUse:
 
 @dataclass(slots=True)
 class Track:
-    """What is known of one robot.
+    """The account of one robot.
 
     The caller changes its attributes; `settle` then records the resulting state.
     """
@@ -105,7 +105,7 @@ class Track:
     _last: Motion | None = None
 
     def __post_init__(self) -> None:
-        """Begin where it comes."""
+        """Start at the point where it was added."""
         self._since = self.began
 
     @property
@@ -118,24 +118,24 @@ class Track:
         return found
 
     def waiting_for(self, goal: Pursuit, at: int) -> Standing | None:
-        """Return what it waits for with a goal, or waited for until this very instant."""
+        """Return what it waits for during a goal, or waited for until this instant."""
         for standing in (self.standing, self.queued, *self.stood[-1:]):
             if standing is not None and standing.goal is goal and standing.ended in (None, at):
                 return standing
         return None
 
     def stand_no_more(self, at: int, until: str) -> None:
-        """Take note that it goes on, or has given up, if it stood on its way."""
+        """Record the end of its wait on its way, if it waited."""
         standing, self.standing = self.standing, None
         self._keep(standing, at, until)
 
     def stop_queueing(self, at: int, until: str) -> None:
-        """Take note that it is in no queue any more."""
+        """Record that it has left the queue."""
         queued, self.queued = self.queued, None
         self._keep(queued, at, until)
 
     def _keep(self, standing: Standing | None, at: int, until: str) -> None:
-        """Keep what lasted for some time."""
+        """Keep a state that lasted for some time."""
         if standing is None or standing.began == at:
             return
         standing.ended, standing.until = at, until
@@ -145,7 +145,7 @@ class Track:
             standing.goal.waited += at - standing.began
 
     def return_at(self, at: int) -> None:
-        """Be there again after it has left."""
+        """Record that it was added again."""
         self.ended, self._since, self._state = None, at, "idle"
 
     def catch_up(self, at: int) -> None:
@@ -157,7 +157,7 @@ class Track:
             self.settle(ended)
 
     def halt(self, at: int, where: Point | None = None) -> None:
-        """End the piece that it drives; *where* is where it stands then, if that is known."""
+        """End the current segment; *where* is the robot's point then, if that is known."""
         motion = self.motion
         if motion is None:
             return
@@ -173,17 +173,17 @@ class Track:
             use.time += at - motion.began
 
     def drives(self, motion: Motion) -> bool:
-        """Return whether it drives a piece already, as far as that can be known of when and where."""
+        """Return whether it drives a segment already, judged by time and place."""
         known = self.motion
         return known is not None and known.end == motion.end and abs(known.began - motion.began) <= _INSTANT
 
     def go(self, motion: Motion) -> None:
-        """Begin a piece of way; one under way is cut short where this one begins."""
+        """Begin a segment; a current one ends where this one begins."""
         self.halt(motion.began, motion.start)
         self.motion = motion
         if motion.length <= 0:
             return
-        # Who goes on at another speed drives the same lane, not once more.
+        # A robot that continues at another speed is still on the same drive.
         last, self._last = self._last, motion
         if last is not None and (last.lane, last.end) == (motion.lane, motion.end) and last.start != motion.start:
             return
@@ -193,7 +193,7 @@ class Track:
             self.paths[a, b] += 1
 
     def settle(self, at: int) -> None:
-        """Take note of the state that it is in from now on."""
+        """Record its state from now on."""
         state = self._now()
         if state == self._state:
             return
@@ -201,7 +201,7 @@ class Track:
         self._state, self._since = state, at
 
     def leave(self, at: int) -> None:
-        """Take note that it is there no longer, or that the run has ended."""
+        """Record that it was removed, or that the run has ended."""
         self.catch_up(at)
         self.halt(at)
         self._close(at)
@@ -230,7 +230,7 @@ class Track:
         return "busy" if self.running else "idle"
 
     def weigh(self, at: int, charge: float, share: float) -> None:
-        """Take note of what is in its battery."""
+        """Record the charge of its battery."""
         if self.charge is not None:
             change = charge - self.charge
             self.used, self.charged = self.used + max(0.0, -change), self.charged + max(0.0, change)
@@ -238,7 +238,7 @@ class Track:
         self.measure(at, share)
 
     def measure(self, at: int, share: float) -> None:
-        """Take note of the share of its battery that is left."""
+        """Record the remaining share of its battery."""
         if not self.curve or self.curve[-1] != (at, share):
             self.curve.append((at, share))
 

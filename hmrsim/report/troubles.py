@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Trouble:
-    """A fault, from when it began; *robot* is empty if it is no robot's."""
+    """A fault that has begun; *robot* is empty for a fault of another subject."""
 
     name: str
     fault: str
@@ -26,20 +26,20 @@ class Trouble:
 
 @dataclass(slots=True)
 class Troubles:
-    """All faults, in order, and those that go on."""
+    """All faults, in order, and the active ones."""
 
     all: list[Trouble] = field(default_factory=list)
     going_on: dict[str, Trouble] = field(default_factory=dict)
 
     def begin(self, at: int, event: FaultBegan) -> Trouble:
-        """Take note that a fault has begun, and return it."""
+        """Record that a fault has begun, and return it."""
         trouble = Trouble(event.name, event.fault, event.robot, event.settings, at)
         self.all.append(trouble)
         self.going_on[trouble.name] = trouble
         return trouble
 
     def end(self, at: int, name: str) -> Trouble | None:
-        """Take note that a fault is over, and return it if it was known."""
+        """Record that a fault has ended, and return it if it was known."""
         trouble = self.going_on.pop(name, None)
         if trouble is not None:
             trouble.ended = at
@@ -51,7 +51,7 @@ class Troubles:
 
 
 def hit(trouble: Trouble, track: Track, *, begins: bool) -> None:
-    """Take note of what a fault does to its robot, as far as that is another state."""
+    """Record the effect of a fault on the state of its robot."""
     hurt = {"breakdown": track.disabled_reasons, "messages_lost": track.cut_off}.get(trouble.fault)
     if hurt is not None:
         (hurt.add if begins else hurt.discard)(trouble.name)

@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 @dataclass
 class Waiting:
-    """Takes note of robots that stand on their way, or in the queue of a dock.
+    """Records robots that wait on their way, or in the queue of a dock.
 
     Attributes:
         crew: The robots.
-        deadlocks: When, which robots, on which lanes.
+        deadlocks: Their times, robots and lanes.
     """
 
     crew: Crew
@@ -32,7 +32,7 @@ class Waiting:
         return sorted(stood, key=lambda standing: (standing.began, standing.robot))
 
     def begin(self, at: int, event: events.Waiting) -> None:
-        """Take note of one that waits on its way."""
+        """Record a robot that waits on its way."""
         track = self.crew.track(event.robot, at)
         track.stand_no_more(at, event.kind)
         track.halt(at, event.at)
@@ -41,7 +41,7 @@ class Waiting:
         track.settle(at)
 
     def end(self, at: int, event: events.WentOn | events.Rerouted | events.MadeRoom) -> None:
-        """Take note of one that goes on, or elsewhere."""
+        """Record a robot that continues, or takes another route."""
         track = self.crew.track(event.robot, at)
         track.stand_no_more(at, event.kind)
         if isinstance(event, events.Rerouted) and track.goal is not None:
@@ -49,17 +49,17 @@ class Waiting:
         track.settle(at)
 
     def queue(self, at: int, event: DockQueued) -> None:
-        """Take note of one in the queue of a dock."""
+        """Record a robot in the queue of a dock."""
         track = self.crew.track(event.robot, at)
         track.stop_queueing(at, events.Waiting.kind)
         track.queued = Standing(track.name, at, "dock", why=event.dock, goal=track.goal)
 
     def dock(self, at: int, event: Docked) -> None:
-        """Take note of one whose turn it was."""
+        """Record a robot that has left the queue for its bay."""
         self.crew.track(event.robot, at).stop_queueing(at, "docked")
 
     def lock(self, at: int, event: events.Deadlock) -> None:
-        """Take note of some that wait for each other."""
+        """Record a deadlock."""
         self.deadlocks.append((at, event.robots, event.lanes))
         for name in event.robots:
             track = self.crew.tracks.get(name)

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 
 class Watcher:
-    """A sink that tells what happens, and begins with what there is.
+    """A sink that passes on occurrences, beginning with the initial state.
 
     Args:
-        simulator: Whom to watch; it has not begun.
+        simulator: The simulator; it has not started.
         take: Called with each occurrence, in order.
     """
 
@@ -36,11 +36,11 @@ class Watcher:
         self._see()
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether it listens to a topic: to what happens, and to how robots move."""
+        """Return whether it wants a topic: events and motions."""
         return topic in (Topic.EVENTS, Topic.MOTION)
 
     def emit(self, event: Event) -> None:
-        """Tell what happened."""
+        """Pass on an event."""
         if isinstance(event, EventStamped):
             what = event.event
             if isinstance(what, RouteTaken):
@@ -48,7 +48,7 @@ class Watcher:
             self._take(Occurrence(event.stamp, what))
             if isinstance(what, SimulationReset | WorldLoaded):
                 self._see()
-            # In between the charge falls, or rises, and never both.
+            # Between two events the charge is monotonic.
             robot = getattr(what, "robot", None)
             if isinstance(robot, str) and what.traced:
                 self._weigh(robot)
@@ -58,12 +58,12 @@ class Watcher:
                 self._weigh(event.robot)
 
     def weigh_all(self) -> None:
-        """Tell what is in all batteries."""
+        """Pass on the charge of all batteries."""
         for robot in self._simulator.robots:
             self._weigh(robot)
 
     def commanded(self, _command: Command, _by: str, moment: Moment) -> None:
-        """Tell the time: what is asked for may be that it begins anew."""
+        """Pass on the time, as the command may reset it."""
         self._take(Occurrence(stamp(moment.now), Commanded()))
 
     def _see(self) -> None:

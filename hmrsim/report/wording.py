@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 UNKNOWN = "\N{EN DASH}"
-"""What is shown of what is not known, or not there."""
+"""The text for unknown and missing values."""
 
 _MINUTE, _HOUR = 60, 3600
 
@@ -20,7 +20,7 @@ def seconds(value: float | None) -> str:
 
 
 def times(count: int, what: str = "") -> str:
-    """Return how often something happened."""
+    """Return a number with its noun."""
     if what:
         return f"{count:,} {what}{'' if count == 1 else 's'}"
     return "once" if count == 1 else f"{count:,} times"
@@ -39,7 +39,7 @@ def share(value: float | None) -> str:
     if value is None:
         return UNKNOWN
     percent = 100 * value
-    # What is not all or nothing does not look like it.
+    # Shares other than 0 and 1 are not rounded to these.
     if 0 < percent < 0.1 or 99.9 < percent < 100:  # noqa: PLR2004
         return "< 0.1 %" if percent < 1 else "> 99.9 %"
     return f"{percent:.1f} %".replace(".0 %", " %")
