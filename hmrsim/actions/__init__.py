@@ -27,20 +27,20 @@ F = TypeVar("F", bound=Message)
 F_contra = TypeVar("F_contra", bound=Message, contravariant=True)
 
 FRAMES = ("", "map")
-"""What poses may be in: the map, by its name or by none."""
+"""The frames of poses: the map, by its name or as the default."""
 
 
 class Report(Protocol[F_contra]):
     """Publishes the feedback of an executing goal."""
 
     def send(self, feedback: F_contra) -> None:
-        """Send this feedback to the subscribers now."""
+        """Publish this feedback now."""
 
     def sample(self, source: Callable[[], F_contra | Mapping[str, Any]]) -> None:
-        """Ask *source* for feedback, or for its plain values, at the feedback rate, and when the goal ends."""
+        """Publish the feedback of *source*, or its plain values, at the feedback rate, and when the goal ends."""
 
     def on_failure(self, make: Callable[[int, str], Any]) -> None:
-        """Have *make* give the result if the goal ends otherwise, in place of the action's *failure*."""
+        """Let *make* build the result if the goal does not succeed, in place of the action's *failure*."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,8 @@ class Codes:
     Attributes:
         canceled: In the result of a canceled goal.
         preempted: ... of a goal that another goal preempted.
-        rejected: In the answer to a goal that is not accepted.
-        unknown: For what has no code of its own.
+        rejected: In the answer to a rejected goal.
+        unknown: For errors without a code of their own.
         busy: For a goal that finds the base held; None when it preempts the goal that holds the base.
     """
 
@@ -64,11 +64,11 @@ class Codes:
 
 @dataclass(frozen=True)
 class Order(Generic[G]):
-    """How a robot's script asks for an action.
+    """The order in scripts for an action.
 
     Attributes:
-        word: What the line begins with, such as ``Go``.
-        usage: What may follow, for people.
+        word: The first word of the line, such as ``Go``.
+        usage: The syntax of its arguments, as text.
         goal: Makes the goal of what follows; names are looked up in the world. Raises ValueError, whose text says
             what is wrong, when it makes no sense there.
     """
@@ -80,15 +80,15 @@ class Order(Generic[G]):
 
 @dataclass(frozen=True)
 class Action(Generic[G, R, F]):
-    """One kind of thing that a robot can be asked to do.
+    """An action of robots or of the world.
 
     Attributes:
-        name: As in keys, and that of its module.
+        name: Its name in keys, and that of its module.
         ros_type: The ROS name of the action, such as ``nav2_msgs/action/Wait``.
         goal: The goal's message type.
         result: The result's message type.
         feedback: The feedback's message type.
-        process: Pursues one goal: yields simulation events, returns the result. Raises `GoalAborted` when it
+        process: Executes one goal: yields simulation events, returns the result. Raises `GoalAborted` when it
             can't be done. An interrupt means that the goal is canceled or preempted: leave the robot usable.
         failure: Makes the result of a goal that ended otherwise, from a code and a text.
         codes: The codes for that.
@@ -128,7 +128,7 @@ class Action(Generic[G, R, F]):
     example_after: str | None = None
 
     def form(self) -> dict[str, Any]:
-        """Return the JSON Schema of what of a goal people fill in, with a title and a description."""
+        """Return the JSON Schema of the form for a goal, with a title and a description."""
         about = inspect.getmodule(self.process)
         text = inspect.getdoc(about) or "" if about else ""
         described = {"title": self.title or title_of(self.name), "description": text.partition("\n")[0]}
@@ -145,6 +145,6 @@ def registry() -> dict[str, AnyAction]:
 
 
 def error_of(result: Message) -> str:
-    """Return what a result says of an error, in the field of Nav2, MoveIt or the simulation; empty if nothing."""
+    """Return a result's error message, in the field of Nav2, MoveIt or the simulation; empty if there is none."""
     code, outcome = getattr(result, "error_code", None), getattr(result, "result", None)
     return getattr(result, "error_msg", "") or getattr(code, "message", "") or getattr(outcome, "error_message", "")

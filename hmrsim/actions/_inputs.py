@@ -23,11 +23,11 @@ class Input:
     Attributes:
         title: Its label.
         unit: ``m`` and ``m/s`` become the world's unit of length.
-        default: What it is filled with; None for the message's own default, or nothing where it is required.
-        minimum: The least value that makes sense.
-        required: Whether it has to be filled in.
-        choices: What of the world is proposed: ``items``, ``held`` (items that the robot holds) or ``docks``.
-        advanced: Whether most people leave it as it is.
+        default: Its initial value; None for the message's default, or empty where it is required.
+        minimum: The minimum value.
+        required: Whether it is required.
+        choices: Which entities are proposed: ``items``, ``held`` (items that the robot holds) or ``docks``.
+        advanced: Whether most users keep its default.
     """
 
     title: str
@@ -66,7 +66,7 @@ def goal_schema(goal: type[BaseModel], inputs: Mapping[str, Input] | None) -> di
 
 
 def title_of(name: str) -> str:
-    """Return the label of a field or an action of which nothing else is said: its name in words."""
+    """Return the default label of a field or an action: its name in words."""
     return name.replace("_", " ").capitalize()
 
 

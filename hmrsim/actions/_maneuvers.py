@@ -25,7 +25,7 @@ R = TypeVar("R", Wait.Result, Spin.Result, BackUp.Result, DriveOnHeading.Result)
 
 
 def keep_time(robot: Robot, report: Report[Any], result: type[R]) -> Callable[[], R]:
-    """Have the result say how long it took, however the goal ends; return what makes that of one that succeeds."""
+    """Put the elapsed time into the result, however the goal ends; return the factory of a successful result."""
     began = robot.now
 
     def make(code: int, message: str) -> R:
@@ -36,10 +36,10 @@ def keep_time(robot: Robot, report: Report[Any], result: type[R]) -> Callable[[]
 
 
 def perform(robot: Robot, piece: Piece, allowance: Duration, timeout: int) -> Generator[Any, Any, None]:
-    """Have a robot make a motion in the time that is allowed; zero is any time.
+    """Let a robot make a motion within the time allowance; zero is no limit.
 
     Raises:
-        GoalAborted: The time is over, and the robot stands where it was then; with the code *timeout*.
+        GoalAborted: The time is over, and the robot has stopped; with the code *timeout*.
     """
     seconds = allowance.to_seconds()
     late = 0 < seconds < piece.duration
@@ -51,16 +51,16 @@ def perform(robot: Robot, piece: Piece, allowance: Duration, timeout: int) -> Ge
 def drive_straight(
     robot: Robot, goal: BackUp.Goal | DriveOnHeading.Goal, how_far: float, codes: Any
 ) -> Generator[Any, Any, None]:
-    """Have a robot drive straight ahead, or back if *how_far* is negative, as fast as the goal says and it can.
+    """Let a robot drive straight ahead, or back if *how_far* is negative, at the goal's speed or its own maximum.
 
     Args:
-        robot: Which; it faces the same way all the time.
+        robot: The robot; its yaw does not change.
         goal: The goal.
         how_far: In the world's unit.
-        codes: Where the action's codes are.
+        codes: The action's result type, which has its codes.
 
     Raises:
-        GoalAborted: Something stands in the way, and the robot before it; or the time is over.
+        GoalAborted: Something blocks the way, and the robot stands before it; or the time is over.
     """
     flaw = _flaw(goal)
     if flaw:
@@ -76,7 +76,7 @@ def drive_straight(
 
 
 def travelled_from(robot: Robot) -> Callable[[], dict[str, float]]:
-    """Return what gives the feedback of a robot that drives straight on from where it is now."""
+    """Return the source of the feedback of a robot that drives straight from its current pose."""
     start: Point = robot.pose().point
     return lambda: {"distance_traveled": robot.distance_to(start)}
 
@@ -90,7 +90,7 @@ def _flaw(goal: BackUp.Goal | DriveOnHeading.Goal) -> str:
 
 
 def distance_ordered(text: str, world: World) -> dict[str, Any]:
-    """Return the fields of the goal to drive so far, and so fast; as fast as robots do of which nothing is said.
+    """Return the fields of the goal to drive a distance at a speed, by default that of robots without one.
 
     Raises:
         ValueError: The words aren't one or two positive numbers.

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def point_of(at: PoseStamped) -> Point:
-    """Return where a pose is."""
+    """Return the point of a pose."""
     return at.pose.position.x, at.pose.position.y
 
 
@@ -37,14 +37,14 @@ def facing(at: PoseStamped) -> float:
 
 
 def no_planner(robot: Robot) -> str | None:
-    """Return why a robot can't take a goal now for which a way has to be planned; None when it can."""
+    """Return why a robot can't accept a goal now that needs planning; None when it can."""
     if robot.planner == "external" and not robot.plans.present:
         return f"{robot.name} has an external planner, and none has announced itself"
     return None
 
 
 def plan(robot: Robot, goal: PoseStamped, start: PoseStamped | None = None) -> Generator[Any, Any, Way]:
-    """Return the way to a pose, from where the robot is or from another pose.
+    """Return the route to a pose, from the robot's pose or from another one.
 
     Raises:
         GoalAborted: There is none, with the code of ComputePathToPose.
@@ -66,10 +66,10 @@ def plan(robot: Robot, goal: PoseStamped, start: PoseStamped | None = None) -> G
 
 
 def drive(robot: Robot, way: Way, final_yaw: float | None) -> Generator[Any, Any, None]:
-    """Have a robot drive a way, then face *final_yaw*, if any; to points it drives straight from where it is.
+    """Let a robot drive a route or straight to points, then turn to *final_yaw*, if any.
 
     Raises:
-        GoalAborted: Something stands in the way, and the robot before it; or it can't go on.
+        GoalAborted: Something blocks the way, and the robot stands before it; or it can't continue.
     """
     route, blocked = (way, "") if isinstance(way, Route) else robot.straight_through(way)
     yield from robot.drive(route, None if blocked else final_yaw)
@@ -78,7 +78,7 @@ def drive(robot: Robot, way: Way, final_yaw: float | None) -> Generator[Any, Any
 
 
 def extent(robot: Robot, way: Way) -> tuple[float, float]:
-    """Return how long a way is, and how many seconds it takes a robot if nothing gets in its way."""
+    """Return the length of a route, and the seconds that it takes a robot without obstructions."""
     if isinstance(way, Route):
         return way.length, sum(leg.seconds(robot.speed) for leg in way.legs)
     total = sum(distance(a, b) for a, b in pairwise(way))
@@ -90,11 +90,11 @@ def _nothing() -> tuple[float, float]:
 
 
 def navigation_of(robot: Robot, ahead: Callable[[], tuple[float, float]] = _nothing) -> Callable[[], dict[str, Any]]:
-    """Return what gives the feedback of a robot that sets out now, in plain values: it is made more often than all.
+    """Return the source of the feedback of a robot that sets out now, in plain values, as it is the most frequent.
 
     Args:
-        robot: Which.
-        ahead: Gives length and seconds of what comes after the way that it drives.
+        robot: The robot.
+        ahead: Returns length and seconds of the routes after the current one.
     """
     began, recoveries = robot.now, robot.recoveries
 

@@ -17,7 +17,7 @@ def numbers(words: list[str]) -> list[float]:
     """Return words as numbers.
 
     Raises:
-        ValueError: One is none, or not finite.
+        ValueError: One is not a number, or not finite.
     """
     values = []
     for word in words:
@@ -32,7 +32,7 @@ def numbers(words: list[str]) -> list[float]:
 
 
 def pose(x: float, y: float, yaw: float = 0.0) -> PoseStamped:
-    """Return a pose of the plane as a ROS message; the frame is the default one."""
+    """Return a pose in the plane as a ROS message; the frame is the default one."""
     facing = Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
     return PoseStamped(pose=Pose(position=Point(x=x, y=y), orientation=facing))
 
@@ -67,7 +67,7 @@ def places(text: str, world: World) -> list[PoseStamped]:
 
 
 def check_reachable(x: float, y: float) -> None:
-    """Do nothing if a map can have this point.
+    """Check that a map can have this point.
 
     Raises:
         ValueError: It is beyond all coordinates.

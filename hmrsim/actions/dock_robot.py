@@ -27,11 +27,11 @@ _RESULT, _STAGE = DockRobot.Result, DockRobot.Feedback
 
 
 class _Docking:
-    """How far a robot is with it.
+    """The progress of docking.
 
     Args:
-        robot: Which.
-        report: Tells of it.
+        robot: The robot.
+        report: Publishes its feedback.
     """
 
     def __init__(self, robot: Robot, report: Report[DockRobot.Feedback]) -> None:
@@ -41,7 +41,7 @@ class _Docking:
         report.sample(self._feedback)
 
     def enter(self, stage: int) -> None:
-        """Tell that a stage begins."""
+        """Publish that a stage begins."""
         self._stage = stage
         self._report.send(DockRobot.Feedback.model_validate(self._feedback()))
 
@@ -67,7 +67,7 @@ def _process(
                         docking.enter(_STAGE.NAV_TO_STAGING_POSE)
                         way = yield from plan(robot, pose(*dock.staging))
                         if 0.0 < goal.max_staging_time <= robot.now - began:
-                            # Time goes on while an external planner plans, and the timeout was not checked.
+                            # Time advances while an external planner plans, without a check of the timeout.
                             raise late
                         yield from drive(robot, _shared(way) if isinstance(way, Route) else way, None)
             except GoalAborted as why:
@@ -82,10 +82,10 @@ def _process(
 
 
 def _drive_in(robot: Robot, dock: DockBay) -> Generator[Any, Any, None]:
-    """Have a robot drive straight to where it is docked.
+    """Let a robot drive straight into its dock.
 
     Raises:
-        GoalAborted: Something is in its way.
+        GoalAborted: Something blocks its way.
     """
     point, text = dock.pose.point, f"can't drive into {dock.name!r}"
     way, blocked = (robot.plan_to(point), "") if robot.flies else robot.straight_through([point])

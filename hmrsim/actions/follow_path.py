@@ -28,7 +28,7 @@ def _process(
 ) -> Generator[Any, Any, FollowPath.Result]:
     poses = goal.path.poses
     points = [point_of(at) for at in poses]
-    # What comes after an obstacle will not be driven, and is a part of the way all the same.
+    # The part after an obstacle is not driven, but counts as part of the path.
     beyond = extent(robot, [robot.pose().point, *points])[0] - robot.straight_through(points)[0].length
     report.sample(
         lambda: FollowPath.Feedback(distance_to_goal=robot.distance_remaining + beyond, speed=abs(robot.velocity()[0]))

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 class _Round:
-    """Where a robot is in its round, and what it has missed.
+    """The progress of a robot through its poses, and those that it has missed.
 
     Args:
-        robot: Which.
-        goal: Where it is to go.
-        report: Tells of it.
+        robot: The robot.
+        goal: The goal.
+        report: Publishes its feedback.
     """
 
     def __init__(self, robot: Robot, goal: FollowWaypoints.Goal, report: Report[FollowWaypoints.Feedback]) -> None:
@@ -71,7 +71,7 @@ def _process(
         began = robot.now
         yield from rounds.make(0)
         if robot.now == began:
-            # Another one would take no time either, and there may be billions of them.
+            # Another loop would take no time either, and there may be billions of them.
             break
     return rounds.result()
 

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 
 class _Tour:
-    """The way of a robot through some poses, and how far it has come.
+    """The progress of a robot through some poses.
 
     Args:
-        robot: Which.
+        robot: The robot.
         poses: Those of the goal.
     """
 
@@ -57,7 +57,7 @@ class _Tour:
         return sum(length for length, _ in self._ahead), sum(seconds for _, seconds in self._ahead)
 
     def statuses(self, code: int = 0, message: str = "") -> list[dict[str, Any]]:
-        """Return how each pose fared; with a code, at which of them it went wrong."""
+        """Return the status of each pose; with a code, the current one has failed."""
         statuses: list[dict[str, Any]] = [
             {
                 "waypoint_status": WaypointStatus.COMPLETED if i < self._done else WaypointStatus.PENDING,
@@ -73,7 +73,7 @@ class _Tour:
         return statuses
 
     def feedback(self) -> dict[str, Any]:
-        """Return the feedback on the way: how much of it is left."""
+        """Return the feedback: the remaining part of the way."""
         return {
             **self._telling(),
             "number_of_poses_remaining": len(self._poses) - self._done,

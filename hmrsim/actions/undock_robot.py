@@ -29,7 +29,7 @@ def _process(
     late = GoalAborted(_RESULT.TIMEOUT, f"can't leave {dock.name!r} within {seconds:g} s")
     try:
         with robot.within(seconds, late):
-            # It is docked no longer as soon as it moves.
+            # It is undocked as soon as it moves.
             yield from robot.drive(robot.plan_to(dock.staging), None)
     except GoalAborted as why:
         if why.code == late.code:
@@ -41,10 +41,10 @@ def _process(
 
 
 def _find(robot: Robot) -> DockBay:
-    """Return where a robot is docked, or has not left yet.
+    """Return the dock where a robot is docked, or that it has not left yet.
 
     Raises:
-        GoalAborted: Nowhere.
+        GoalAborted: The robot is not docked.
     """
     dock = robot.dock or next((dock for dock in robot.docks.values() if dock.holds(robot.pose().point)), None)
     if dock is None:

@@ -104,7 +104,7 @@ class FaultTarget(Protocol):
 
     @property
     def energy(self) -> Energy | None:
-        """The account of its battery; None if it has none."""
+        """Its power; None without a battery."""
 
     def pose(self) -> Pose:
         """Return where it is now."""
@@ -155,7 +155,7 @@ class Case(Generic[S]):
         name: The fault's name.
         settings: Its settings.
         roster: The robots, items, doors and lanes of the world.
-        random: Its own random numbers, which no other fault uses.
+        random: Its own stream of random numbers.
         concurrent: Returns the settings of other faults of this kind that are active on the same subject, in order of
             their beginnings.
     """

@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
 
 class CutOff(set[str]):
-    """The robots that can't be: requests are rejected, and results wait. What a robot does by itself goes on."""
+    """The unreachable robots: requests are rejected, and results are withheld. Their scripts continue."""
 
     def reach(self, command: SendGoal | CancelGoal | GetResult) -> bool:
-        """Return whether a request reaches its robot; that of the robot's own script always does."""
+        """Return whether a request reaches its robot; requests of the robot's own script always do."""
         return command.robot not in self or isinstance(command.reply_to, Event)
 
     def check(self, command: SendGoal) -> None:
-        """Do nothing if a goal reaches its robot.
+        """Check that a goal reaches its robot.
 
         Raises:
             GoalRejected: It does not.
@@ -30,5 +30,5 @@ class CutOff(set[str]):
 
 
 def no_connection(robot: str) -> str:
-    """Return why a robot can't be asked anything."""
+    """Return why a robot can't be reached."""
     return f"no connection to {robot}; it is lost for a while"

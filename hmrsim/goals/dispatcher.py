@@ -1,7 +1,7 @@
 """The dispatcher of goals: accepts or rejects, executes, preempts and cancels them, and keeps their results.
 
 Every accepted goal gets exactly one terminal status, also when the simulation stops or an action has a bug.
-All requests that wait for a goal wait here, in the simulation's thread.
+All requests that wait for a result are held here, in the simulation's thread.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _CANCEL = CancelGoalService.Response
 
 
 class _Report:
-    """What a running action tells about its goal."""
+    """The feedback and the result of an executing goal."""
 
     def __init__(self, dispatcher: Dispatcher, goal: ServedGoal) -> None:
         self._dispatcher = dispatcher
@@ -65,12 +65,12 @@ class Dispatcher:
         telemetry: Takes feedback samples.
         emit: Where events go.
         publisher: Publishes rejected goals, and knows the topics that have subscribers.
-        seed: From which the ids of goals that have none are made.
-        keep_results: Most ended goals that a robot remembers.
+        seed: The seed for the ids of goals without one.
+        keep_results: Maximum number of ended goals kept per robot.
         feedback_rate: Samples of feedback a second of simulated time.
 
     Attributes:
-        servers: Who serves what.
+        servers: The action servers.
         cut_off: The robots that clients can't reach: requests are rejected, results are withheld.
     """
 
@@ -151,7 +151,7 @@ class Dispatcher:
     # --- running --------------------------------------------------------------------------------------------------
 
     def _start(self, goal: ServedGoal, message: Message) -> None:
-        """Let an accepted goal run; it takes the base from another goal, or finds it busy."""
+        """Execute an accepted goal; it preempts the goal that holds the base, or finds the base busy."""
         action, name = goal.server.action, goal.server.robot.name
         holder = self._holders.get(name) if action.holds_base else None
         if holder is not None and action.codes.busy is None:
@@ -174,7 +174,7 @@ class Dispatcher:
         goal.process = self._env.process(self._pursue(goal, message))
 
     def _pursue(self, goal: ServedGoal, message: Message) -> Generator[Any, Any, None]:
-        """Run the action's process and give the goal its verdict; who halts a goal has given it already."""
+        """Run the action's process and set the goal's terminal status, unless it was halted."""
         action = goal.server.action
         try:
             result = yield from action.process(goal.server.robot, message, _Report(self, goal))
@@ -222,7 +222,7 @@ class Dispatcher:
             self._forget(next(iter(ended)))
 
     def _tell(self, goal: ServedGoal, *, inside: bool = False) -> None:
-        """Answer all who wait for a goal that has ended, or only the robot's own script."""
+        """Answer all requests that wait for a goal that has ended, or only that of the robot's own script."""
         waiting, goal.waiting = goal.waiting, {}
         for key, reply_to in waiting.items():
             if inside and not isinstance(reply_to, SimpyEvent):
@@ -244,19 +244,19 @@ class Dispatcher:
     # --- feedback -------------------------------------------------------------------------------------------------
 
     def send_feedback(self, goal: ServedGoal, feedback: Message | Mapping[str, Any], *, last: bool = False) -> None:
-        """Send feedback of a goal that executes, if there is a subscriber."""
+        """Publish the feedback of an executing goal, if there is a subscriber."""
         if not goal.status.terminal and self._interest.feedback:
             server = goal.server
             self._emit(FeedbackSent(server.robot.name, server.action.name, goal.goal_id, feedback, last))
 
     def sample_feedback(self, goal: ServedGoal, source: Callable[[], Message | Mapping[str, Any]]) -> None:
-        """Send what *source* says at the feedback rate, and once more when the goal ends."""
+        """Publish feedback of *source* at the feedback rate, and once more when the goal ends."""
         goal.sample, goal.sampled_from = source, self._env.now
         if self._interest.feedback:
             self._start_sampling(goal, source)
 
     def feedback(self) -> list[FeedbackSent]:
-        """Return the feedback of all goals that run, as it is now."""
+        """Return the current feedback of all executing goals."""
         return [
             FeedbackSent(goal.server.robot.name, goal.server.action.name, goal.goal_id, goal.sample())
             for goal in self.servers.active()
@@ -311,7 +311,7 @@ class Dispatcher:
             goal.waiting[id(command.reply_to)] = command.reply_to
 
     def withdraw(self, command: StopWaiting) -> None:
-        """Let some wait for a result no longer."""
+        """Drop some requests that wait for a result."""
         goal = self.servers.goal(command.robot, command.action, command.goal_id)
         for reply_to in command.reply_tos if goal else ():
             if goal and goal.waiting.pop(id(reply_to), None) is not None and command.tell:
@@ -326,7 +326,7 @@ class Dispatcher:
         return self._status(self.servers.find(robot, action))
 
     def forget(self, robot: str, action: str, goal_id: str) -> None:
-        """Drop a result that is kept no longer; nothing happens if it isn't there or still awaited."""
+        """Drop an expired result; one that is unknown or still awaited is ignored."""
         goal = self.servers.goal(robot, action, goal_id)
         if goal and goal.status.terminal and not goal.waiting:
             self._forget(goal)
@@ -342,7 +342,7 @@ class Dispatcher:
     def stop(self, reason: str, robot: str | None = None) -> None:
         """Abort every active goal of one robot or of all, with the reason."""
         for goal in list(self.servers.active(robot)):
-            # Its feedback may be the call that failed, and the other goals have to end, too.
+            # Its feedback may be the call that failed, and the other goals must end, too.
             goal.sample = None
             self._halt(goal, GoalEvent.ABORT, goal.server.action.codes.unknown, reason)
         # A client of a disconnected robot would wait for its result for ever.
@@ -369,18 +369,18 @@ class Dispatcher:
             self._halt(holder, GoalEvent.ABORT, holder.server.action.codes.unknown, reason)
 
     def serve(self, robots: Mapping[str, Owner]) -> None:
-        """Serve these robots and no others; of the others no goal may be running."""
+        """Serve exactly these robots; no goal of another robot may be executing."""
         for name in self.servers.serve(robots):
             self._ended.pop(name, None)
 
     def _stamp(self) -> int:
-        """Return the stamp of this instant, at which more may happen."""
+        """Return the stamp of this instant."""
         now = self._env.now
         if now != self._instant:
             self._instant, self._instant_stamp = now, stamp(now)
         return self._instant_stamp
 
-    # --- small things ---------------------------------------------------------------------------------------------
+    # --- helpers --------------------------------------------------------------------------------------------------
 
     def _find(self, command: CancelGoal | GetResult) -> ActionServer | None:
         """Return the server that a command names; answer that there is none."""

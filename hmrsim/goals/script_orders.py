@@ -19,8 +19,8 @@ class Order:
 
     Attributes:
         text: As it is written.
-        action: What it asks for.
-        goal: And how.
+        action: The action that it asks for.
+        goal: The goal of that action.
     """
 
     text: str
@@ -29,10 +29,10 @@ class Order:
 
 
 def read_order(text: str, world: World) -> Order:
-    """Return what a line of a script asks for.
+    """Return the order of a line of a script.
 
     Raises:
-        ValueError: It makes no sense in this world; the text says why, and what would do.
+        ValueError: It is invalid in this world; the text says why, and what is expected.
     """
     known = {action.order.word: action for action in registry().values() if action.order}
     word, _, rest = text.strip().partition(" ")

@@ -28,43 +28,43 @@ if TYPE_CHECKING:
 
 
 class Owner(Protocol):
-    """Who serves actions: a robot, or the world."""
+    """An owner of action servers: a robot, or the world."""
 
     @property
     def name(self) -> str:
-        """Under which name."""
+        """Its name."""
 
     @property
     def components(self) -> Mapping[str, Any]:
-        """What it carries, on which some actions depend."""
+        """Its components, on which some actions depend."""
 
     @property
     def disabled(self) -> str:
-        """Why it can do nothing now; empty while it can be used."""
+        """Why it is disabled; empty while it is not."""
 
     def act(self, action: str, *, begins: bool) -> None:
-        """Take note that a goal of an action begins, or ends."""
+        """Record that a goal of an action begins, or ends."""
 
 
 @dataclass(eq=False, slots=True)
 class ServedGoal:
-    """An accepted goal; many are kept after their end, so that they hold no more than is asked for.
+    """An accepted goal; many are kept after their end, so they hold little.
 
     Attributes:
-        server: Where it was accepted.
+        server: The server that accepted it.
         goal_id: 32 hex digits.
         stamp: When it was accepted.
         from_client: Whether the client made the id, and so may send it again.
-        status: Where it is in its life.
-        ended: When that came to its end, in simulated nanoseconds; None while it runs.
+        status: Its status.
+        ended: When it ended, in simulated nanoseconds; None while it is active.
         message: The goal message; None after the end.
-        result: What came of it; None while it runs.
-        process: What pursues it; None when nothing does any more.
-        waiting: Whom to tell the result, each by its id, as not all can be hashed.
-        sample: Gives feedback; None for none, and after the end.
-        sampled_from: Since when.
+        result: Its result; None while it is active.
+        process: The process that executes it; None when it has none any more.
+        waiting: The requests for its result, by their id, as not all are hashable.
+        sample: Returns feedback; None for none, and after the end.
+        sampled_from: The time since which it is sampled.
         failure: Makes the result if it does not succeed; None for the action's own.
-        listed: Its line in the last status list; the same object as long as it says the same.
+        listed: Its entry in the last status list; the same object as long as it is unchanged.
     """
 
     server: ActionServer
@@ -88,12 +88,12 @@ class ServedGoal:
         return made
 
     def accepted(self) -> GoalAccepted:
-        """Return the event that says what is asked for; of the message what was set."""
+        """Return the event with its goal message, of which only the fields that were set."""
         asked = self.message.model_dump(mode="json", exclude_unset=True) if self.message else None
         return GoalAccepted(self.server.robot.name, self.server.action.name, self.goal_id, asked)
 
     def entry(self) -> GoalEntry:
-        """Return its line in a status list."""
+        """Return its entry in a status list."""
         if self.listed is None or self.listed.status is not self.status:
             self.listed = GoalEntry(self.goal_id, self.stamp, self.status)
         return self.listed
@@ -104,10 +104,10 @@ class ActionServer:
     """One action of one robot, and its goals in order of acceptance.
 
     Attributes:
-        robot: Whom it has do something.
-        action: And what.
-        goals: Those that are kept, by id.
-        forgotten: How those ended whose results are not kept any more, by id, so that none is done twice.
+        robot: The robot.
+        action: The action.
+        goals: The goals that are kept, by id.
+        forgotten: The statuses of goals whose results are no longer kept, by id, so that none is executed twice.
     """
 
     robot: Owner
@@ -133,11 +133,11 @@ class ActionServers:
         self._made: Counter[tuple[str, str]] = Counter()
 
     def reseed(self, seed: int) -> None:
-        """Make the ids of goals from another seed from now on."""
+        """Generate the ids of goals from another seed from now on."""
         self._seed = seed
 
     def serve(self, robots: Mapping[str, Owner]) -> list[str]:
-        """Serve these and no others, all actions that their components allow.
+        """Serve exactly these owners, with all actions that their components allow.
 
         Returns:
             The names of those that are served no longer; their goals are forgotten.
@@ -163,7 +163,7 @@ class ActionServers:
         return self._offered[of_world, *carried]
 
     def find(self, robot: str, action: str) -> ActionServer:
-        """Return who serves an action; made when it is first asked for, as most are never.
+        """Return the server of an action; created on first use, as most are never used.
 
         Raises:
             GoalRejected: There is no such robot or action.
@@ -220,12 +220,12 @@ class ActionServers:
         return goal
 
     def rejected_code(self, action: str) -> int:
-        """Return the code of a goal that is not accepted; also of an action that there is not."""
+        """Return the code of a rejected goal, also for an unknown action."""
         known = self._actions.get(action)
         return known.codes.rejected if known else 1
 
     def goal(self, robot: str, action: str, goal_id: str) -> ServedGoal | None:
-        """Return a goal; None if it isn't there any more, or never was."""
+        """Return a goal; None if it is unknown or forgotten."""
         server = self._servers.get((robot, action))
         return server.goals.get(goal_id) if server else None
 
@@ -257,7 +257,7 @@ def selects(command: CancelGoal, goal: ServedGoal) -> bool:
 
 
 def as_answered(goal_id: str | None) -> str:
-    """Return an id as answers have it, without hyphens; a text that is not an id is returned as it was sent."""
+    """Return an id as in answers, without hyphens; a text that is not an id is returned unchanged."""
     try:
         return parse_goal_id(goal_id or "")
     except ValueError:

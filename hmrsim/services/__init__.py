@@ -25,10 +25,10 @@ A = TypeVar("A", bound=Message)
 
 @dataclass(frozen=True)
 class Service(Generic[Q, A]):
-    """One thing that the world can be asked.
+    """A service of the world.
 
     Attributes:
-        name: As in keys, and that of its module.
+        name: Its name in keys, and that of its module.
         ros_type: The ROS name of the service, such as ``simulation_interfaces/srv/SpawnEntity``.
         request: The request's message type.
         response: The response's message type.
@@ -36,9 +36,9 @@ class Service(Generic[Q, A]):
             takes simulated time returns a function in place of the answer; it is given whom to tell the answer.
         changes_world: Whether it does something that a replay has to do again.
         recorded: Turns a request into one that needs nothing from outside the simulation, such as a file; that one
-            is served. It may answer at once instead, if the request comes to nothing.
-        features: What the simulator can do by it, by the numbers of SimulatorFeatures.
-        example: A request that makes sense in the world of the contract tests, in plain values.
+            is served. It may answer at once instead, if the request is invalid.
+        features: The features of the simulator that it provides, by the numbers of SimulatorFeatures.
+        example: A valid request in the world of the contract tests, in plain values.
     """
 
     name: str

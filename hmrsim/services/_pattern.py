@@ -17,11 +17,11 @@ _MAX_BYTES: Final = 256 * 1024
 
 
 class PatternError(ValueError):
-    """A pattern makes no sense, or is too large."""
+    """A pattern is invalid, or too large."""
 
 
 def compiled(pattern: str) -> Callable[[str], bool]:
-    """Return what tells whether a text has a match of the pattern anywhere in it.
+    """Return a function that tells whether a text contains a match of the pattern.
 
     Raises:
         PatternError: It is not a pattern, or too large.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def check(graph: WaypointGraph, point: Point, *, robot: bool) -> None:
-    """Do nothing if a robot, or else an item, can be at a point: items may lie inside of obstacles, such as shelves.
+    """Check that a robot, or else an item, can be at a point: items may lie inside of obstacles, such as shelves.
 
     Raises:
         BadPose: It can't.
@@ -30,7 +30,7 @@ def check(graph: WaypointGraph, point: Point, *, robot: bool) -> None:
 
 
 def check_room(simulator: Simulator, point: Point, base: Base, name: str = "") -> None:
-    """Do nothing if no other robot's footprint is where that of a robot with this base would be.
+    """Check that no other robot's footprint overlaps that of a robot with this base.
 
     Raises:
         BadPose: One is.

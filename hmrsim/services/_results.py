@@ -8,10 +8,10 @@ OK = Result(result=Result.RESULT_OK)
 
 
 def failed(why: str, code: int = Result.RESULT_OPERATION_FAILED) -> Result:
-    """Return that it came to nothing, and why."""
+    """Return the result of a request that failed, with the reason."""
     return Result(result=code, error_message=why)
 
 
 def of_steps(why_not: str) -> Result:
-    """Return what came of steps that were to be made: all of them, unless there is a reason why not."""
+    """Return the result of a request for steps: success, unless there is a reason against it."""
     return failed(why_not) if why_not else OK

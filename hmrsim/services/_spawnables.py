@@ -19,12 +19,12 @@ LIKE = "item:"
 
 @dataclass(frozen=True)
 class Kind:
-    """One thing that can be spawned.
+    """A spawnable.
 
     Attributes:
-        uri: What to ask for.
-        description: What it is.
-        stem: What names that are made up begin with.
+        uri: Its URI.
+        description: Its description.
+        stem: The prefix of generated names.
         robot_type: Its type, if it is a robot.
         weight: If it is an item; in kg.
     """

@@ -30,7 +30,7 @@ def _serve(simulator: Simulator, request: InjectFault.Request) -> InjectFault.Re
 
 
 def _settings_of(request: InjectFault.Request) -> dict[str, Any] | None:
-    """Return the keys of a world file that a request has; None if the further ones can't be read."""
+    """Return the keys of a request as in a world file; None if *settings* can't be read."""
     default = InjectFault.Request()
     fields = {key: value for key, value in request if value != getattr(default, key)}
     fields.pop("type", None)

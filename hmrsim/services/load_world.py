@@ -1,4 +1,4 @@
-"""Replace the world by another; it is stopped then, at time 0."""
+"""Replace the world by another; the simulation is then stopped, at time 0."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _read(text: str) -> World:
     """Return the world that a text describes.
 
     Raises:
-        WorldError: It describes none.
+        WorldError: It does not describe a valid world.
     """
     document = FORMAT.read(text, _SOURCE, AS_IT_IS)
     errors = [

@@ -32,7 +32,7 @@ def _serve(
 def _recorded(
     simulator: Simulator, request: StepSimulation.Request
 ) -> StepSimulation.Request | StepSimulation.Response:
-    """Say at once that no step can be made, where that is not for the world to say."""
+    """Answer at once that no step can be made, where this does not depend on the world."""
     why = simulator.gate.hindrance()
     return _Response(result=failed(why)) if why and request.steps else request
 
