@@ -19,19 +19,19 @@ _SHOWN = 60
 """Characters of a value that a message shows."""
 
 _COMPARED = 300
-"""Names that are compared to find a similar one; comparing is slow."""
+"""Maximum number of names that are compared to find a similar one, as comparing is slow."""
 
 MAX_FINDINGS = 1_000
-"""Findings that are reported; no message is made for those beyond."""
+"""Maximum number of findings that are reported."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing wrong with a world.
+    """A problem of a world.
 
     Attributes:
         path: The field; empty for the whole world.
-        message: The value and what would do.
+        message: The value and what is expected.
         value: The offending value.
         severity: ``error`` or ``warning``.
         line: Where the reader that found it saw it; None when the path leads there.
@@ -68,12 +68,12 @@ def shown(value: object) -> str:
 
 
 def shortened(text: str) -> str:
-    """Return a text, its beginning only if it is long."""
+    """Return a text, truncated if it is long."""
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}…"
 
 
 def meant(wanted: str, known: Iterable[str]) -> str | None:
-    """Return the name that is most like the one that is wanted; None if none is like it."""
+    """Return the most similar name; None if none is similar."""
     names = list(known)
     near = [name for name in names if abs(len(name) - len(wanted)) <= 3 and name[:1] == wanted[:1]]  # noqa: PLR2004
     alike = difflib.get_close_matches(wanted, near[:_COMPARED] or names[:_COMPARED], n=1)
@@ -81,7 +81,7 @@ def meant(wanted: str, known: Iterable[str]) -> str | None:
 
 
 def instead(wanted: str, known: Iterable[str], *, verb: str = "there are") -> str:
-    """Return what could be meant, or what there is, as the end of a message."""
+    """Return a suggestion, or the known names, as the end of a message."""
     names = list(known)
     if alike := meant(wanted, names):
         return f"; did you mean {alike!r}?"

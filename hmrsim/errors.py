@@ -3,8 +3,8 @@
 ::
 
     HmrsimError
-    ├── WorldError              a world file can't be read or makes no sense; carries every problem found
-    ├── SettingsError           a settings file can't be read or makes no sense; carries every problem found
+    ├── WorldError              a world file can't be read or is invalid; carries every problem found
+    ├── SettingsError           a settings file can't be read or is invalid; carries every problem found
     ├── TraceError              a file that should be a trace is none, or can't be made
     ├── RecordingError          a file that should be a recording is none, or can't be made
     ├── PluginError             a plug-in is missing, misnamed or broken
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class HmrsimError(Exception):
-    """Something that a user, a file or a robot did; its text is fit to be shown as it is."""
+    """The cause is a user, a file or a robot; its text can be shown to users."""
 
 
 def printable(text: str) -> str:
@@ -36,12 +36,12 @@ def printable(text: str) -> str:
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with a world file, or with a settings file.
+    """A problem of a world file or a settings file.
 
     Attributes:
         file: The file as the user named it.
         path: Dotted path of the field, such as ``robots.wall_e.at``; empty for the whole file.
-        message: The value and what would do.
+        message: The value and what is expected.
         line: Line in the file, from 1; None where the format has no lines.
         value: The offending value, as far as it can be shown.
         severity: ``error``, or ``warning`` for what can be run but is unlikely to be meant.
@@ -61,7 +61,7 @@ class Problem:
 
 
 class _FileError(HmrsimError):
-    """A file can't be read or makes no sense.
+    """A file can't be read or is invalid.
 
     Attributes:
         problems: All problems, in file order; never empty.
@@ -89,14 +89,14 @@ class RecordingError(HmrsimError):
 
 
 class PluginError(HmrsimError):
-    """A plug-in is missing, misnamed or broken; the text names the file and what would do."""
+    """A plug-in is missing, misnamed or broken; the text names the file and a remedy."""
 
 
 class GoalRejected(HmrsimError):
     """A goal is not accepted.
 
     Attributes:
-        reason: A word for programs, such as ``unknown_robot`` or ``busy``.
+        reason: An identifier, such as ``unknown_robot`` or ``busy``.
     """
 
     def __init__(self, reason: str, message: str) -> None:

@@ -1,4 +1,4 @@
-"""Items that robots can pick up, and their positions."""
+"""Items that robots can pick up."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class Carrier(Protocol):
-    """A robot as the items that it carries see it."""
+    """The interface of a robot that carries items."""
 
     @property
     def name(self) -> str:
@@ -47,12 +47,12 @@ class Item:
     home: Point = field(init=False)
 
     def __post_init__(self) -> None:
-        """Remember where it is."""
+        """Set its position."""
         self.home = self.point
 
     @property
     def position(self) -> Point:
-        """Where its centre is now."""
+        """Its current centre."""
         return self.carrier.pose().point if self.carrier else self.point
 
     def attach_to(self, carrier: Carrier) -> None:

@@ -1,4 +1,4 @@
-"""Finding plug-ins: one folder is one kind, one file is one plug-in.
+"""Discovery of plug-ins: one folder per kind, one file per plug-in.
 
 A plug-in module defines one constant (``ACTION``, ``COMPONENT``, …) of the kind's type, named as its file.
 Other packages add theirs through an entry point of the group ``hmrsim.<kind>``, which names such a module.
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 class Named(Protocol):
-    """A value with a name, which is all that discovery needs of a plug-in."""
+    """A value with a name, as discovery needs it."""
 
     @property
     def name(self) -> str:
-        """The name by which users ask for it."""
+        """Its name for users."""
 
 
 P = TypeVar("P", bound=Named)
@@ -49,7 +49,7 @@ def discover(package: ModuleType, constant: str, kind: type[P]) -> dict[str, P]:
 
 @cache
 def _installed() -> Any:  # EntryPoints, but for Python 3.11
-    """Return all entry points; to find them means to look into every installed package."""
+    """Return all entry points; cached, as this reads the metadata of every installed package."""
     return entry_points()
 
 

@@ -1,4 +1,4 @@
-"""XML from strangers: no document types, so no entities; bounded in size and depth; with line numbers."""
+"""Untrusted XML: no document types, so no entities; bounded in size and depth; with line numbers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ E = TypeVar("E", bound=Parent)
 
 
 class XmlError(Exception):
-    """The text is not valid XML, or none that is read here.
+    """The text is not valid XML, or exceeds a bound.
 
     Attributes:
         line: Where, from 1.
@@ -76,7 +76,7 @@ def parse(
 
 
 class _Tree(Generic[E]):
-    """What expat calls; it builds the tree."""
+    """The handlers of expat, which build the tree."""
 
     def __init__(
         self,

@@ -25,9 +25,9 @@ _MARGIN: Final = 16.0
 
 
 class Drawing(Canvas):
-    """A picture of a world as its file says it is: the same world gives the same picture, byte for byte.
+    """A picture of a world in its initial state: the same world gives the same picture, byte for byte.
 
-    It has ids, styles and scripts of no kind, so that it may be put into a page.
+    It has no ids, styles or scripts, so that it can be embedded in a page.
 
     Args:
         world: The world.

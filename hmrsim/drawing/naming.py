@@ -22,7 +22,7 @@ _BOLDER: Final = 1.08
 """How much wider bold texts are."""
 
 _ROOM: Final = 3.6
-"""Where marks are smaller there is no room for names: the few that would fit would be a muddle."""
+"""Minimum size of marks with names, as there is no room for most names beside smaller ones."""
 _ROOM_FOR_WAYPOINTS: Final = 5.0
 
 

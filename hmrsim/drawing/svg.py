@@ -15,7 +15,7 @@ Attributes: TypeAlias = "dict[str, str | float]"
 """Of an element, by name."""
 
 _NOT_XML: Final = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""What no XML document may hold, not even escaped."""
+"""Characters that XML documents must not contain, not even escaped."""
 
 
 def text_of(text: str) -> str:
@@ -51,7 +51,7 @@ def group(kind: str, parts: Iterable[str], **attributes: str | float) -> str:
 
 
 def titled(title: str) -> str:
-    """Return what a viewer shows of an element that is pointed at."""
+    """Return the tooltip of an element."""
     return element("title", text_of(title))
 
 

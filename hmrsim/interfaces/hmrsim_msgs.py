@@ -14,7 +14,7 @@ class IsDetected:
     """Ask whether the sensors of a robot see another robot or an item."""
 
     class Request(Message):
-        """Who looks, and for what."""
+        """The robot, and the entity to look for."""
 
         robot: String = ""
         entity: String = ""
@@ -29,7 +29,7 @@ class IsDetected:
 
 
 class InjectFault:
-    """Have something go wrong."""
+    """Inject a fault."""
 
     class Request(Message):
         """What, with the keys of a world file; one that is zero or empty is left out.
@@ -64,7 +64,7 @@ class InjectFault:
 
 
 class ClearFault:
-    """Put right what goes wrong."""
+    """Clear faults."""
 
     class Request(Message):
         """One fault by its name, all of a type, or all."""
@@ -80,7 +80,7 @@ class ClearFault:
 
 
 class Fault(Message):
-    """Something that goes wrong, or will; *settings* is JSON text, with the keys of a world file."""
+    """An active or a scheduled fault; *settings* is JSON text, with the keys of a world file."""
 
     name: String = ""
     type: String = ""
@@ -90,10 +90,10 @@ class Fault(Message):
 
 
 class GetFaults:
-    """Ask what goes wrong, and what is to come."""
+    """Ask for the active and the scheduled faults."""
 
     class Request(Message):
-        """Nothing needs to be said."""
+        """Empty."""
 
     class Response(Message):
         """Those that are known, in the order of their names."""
@@ -103,7 +103,7 @@ class GetFaults:
 
 
 class SetDoorState:
-    """Tell a door what to be from now on."""
+    """Set the state of a door."""
 
     class Request(Message):
         """Which door, and whether it is to be ``open``, ``closed`` (it opens for robots) or ``locked``."""
@@ -118,7 +118,7 @@ class SetDoorState:
 
 
 class CallLift:
-    """Have a lift come to a stop."""
+    """Call a lift to a stop."""
 
     class Request(Message):
         """Which lift, and the waypoint where it is to stop."""

@@ -33,7 +33,7 @@ class GetState:
     """Ask a node for its state."""
 
     class Request(Message):
-        """Nothing needs to be said."""
+        """Empty."""
 
     class Response(Message):
         """The state it is in."""

@@ -11,7 +11,7 @@ from hmrsim.interfaces.message import Message, String, UInt8, UInt32
 
 
 class Log(Message):
-    """One line that a node logs: when, how grave it is, by whom, what, and the place in the source."""
+    """A line of a node's log: time, severity, logger, text, and the place in the source."""
 
     DEBUG: ClassVar[int] = 10
     INFO: ClassVar[int] = 20

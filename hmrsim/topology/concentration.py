@@ -9,7 +9,7 @@ from typing import Final
 import networkx as nx
 
 MAX_STEPS: Final = 2_000_000
-"""Lanes that are looked at in all searches together: some seconds."""
+"""Maximum number of lanes that are searched in all: some seconds."""
 MIN_STARTS: Final = 8
 """Trips from fewer waypoints would say nothing; where there is no time for so many there is no answer."""
 MIN_PLACES: Final = 3

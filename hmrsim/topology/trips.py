@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 MAX_STEPS: Final = 4_000_000
-"""Lanes that are looked at for all destinations together: some seconds."""
+"""Maximum number of lanes that are searched for all destinations together: some seconds."""
 MAX_PLACES: Final = 100
 SEED: Final = 1
 

@@ -11,11 +11,11 @@ from hmrsim.errors import Problem, WorldError
 from hmrsim.world.shipped import shipped_maps
 
 MAX_BYTES = 16 * 1024 * 1024
-"""A file may be so large."""
+"""Maximum size of a file, in bytes."""
 
 
 def find(source: str | Path) -> Path:
-    """Return the file that the user means: a path, or the bare name of a shipped world.
+    """Return the file of a source: a path, or the bare name of a shipped world.
 
     Raises:
         WorldError: There is neither.

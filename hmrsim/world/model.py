@@ -75,11 +75,11 @@ Outline = Annotated[
 
 
 class Waypoint(Model):
-    """A waypoint of which more is to be said than where it is.
+    """A waypoint with settings.
 
     Attributes:
-        at: Where it is.
-        capacity: How many robots may be there at once, where traffic counts; None for what traffic says of all.
+        at: Its point.
+        capacity: Maximum number of robots at once under a policy with reservations; None for the traffic's default.
     """
 
     at: Point
@@ -96,14 +96,14 @@ PointOrWaypoint = Annotated[
 
 
 class Lane(Model):
-    """A straight way between two waypoints; in a file also ``[from, to]``.
+    """A straight connection of two waypoints; in a file also ``[from, to]``.
 
     Attributes:
         from_: Name of the waypoint where it begins.
         to: Name of the waypoint where it ends.
         one_way: Whether it can't be driven from *to* to *from*.
-        speed_limit: Most that any robot drives here; None for no limit.
-        capacity: How many robots may be on it at once, where traffic counts; None for what traffic says of all.
+        speed_limit: Maximum speed of all robots on it; None for no limit.
+        capacity: Maximum number of robots at once under a policy with reservations; None for the traffic's default.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
@@ -148,9 +148,9 @@ class Dock(Model):
 
     Attributes:
         at: Where a docked robot stands: x, y, or the name of a waypoint or place.
-        type: What the dock is; a ``charger`` charges batteries.
+        type: Its type; a ``charger`` charges batteries.
         capacity: How many robots may be docked at once.
-        yaw: The way a docked robot faces; None for the way in which it comes.
+        yaw: The yaw of a docked robot; None for that of its arrival.
         power: Units of energy a second that it charges with; None for a fifteenth of the battery a minute where it is
             a charger, and nothing where it is none.
         staging: Where a robot lines up before it drives in, and goes when it leaves; None for the nearest point of a
@@ -177,7 +177,7 @@ class Door(Model):
 
     Attributes:
         at: Where it is, from one jamb to the other.
-        type: What it is, such as ``sliding``.
+        type: Its type, such as ``sliding``.
         open: Whether it is open at the start, until a client closes it.
         opening_time: Seconds that it takes to open.
         opens_for: The robots for which it opens by itself, by their names or types; None for all of them.
@@ -193,13 +193,13 @@ class Door(Model):
 
 
 class Lift(Model):
-    """A lift, in which robots ride between waypoints, one a level.
+    """A lift, in which robots ride between waypoints, one per level.
 
     Attributes:
         stops: The waypoints where it stops, in order.
-        at: The one where its cabin is in the beginning; None for the first.
+        at: The stop where its cabin is at the start; None for the first.
         travel_time: Seconds from one stop to the next.
-        door_time: Seconds in which its doors open, or close.
+        door_time: Seconds that its doors take to open, or to close.
         capacity: How many robots may ride at once.
     """
 
@@ -215,10 +215,10 @@ class Lift(Model):
 
 
 class Item(Model):
-    """Something that can be picked up.
+    """An item that robots can pick up.
 
     Attributes:
-        at: Where it lies.
+        at: Its point.
         blocks: Whether it blocks the lane on which it lies.
     """
 
@@ -228,14 +228,14 @@ class Item(Model):
 
 
 class Base(Model):
-    """What moves a robot.
+    """The mobile base of a robot.
 
     Attributes:
         speed: Greatest speed; None for 1 m/s, or 300 px/s in a world in pixels.
-        acceleration: Speeding up and slowing down; None for no delay.
-        turning_rate: Radians a second, turning in place; None for no delay.
+        acceleration: Acceleration and deceleration; None for instant changes of speed.
+        turning_rate: Radians per second of turns in place; None for instant turns.
         radius: Of the footprint, used between robots only.
-        flies: Whether it goes straight from anywhere to anywhere, over lanes, walls and other robots.
+        flies: Whether it moves straight between any points, over lanes, walls and other robots.
     """
 
     speed: Positive | None = None
@@ -246,14 +246,14 @@ class Base(Model):
 
 
 class RobotType(Model):
-    """A kind of robot: its base and, by name, the settings of what it carries."""
+    """A type of robots: its base and the settings of its components, by name."""
 
     base: Base = Base()
     components: dict[str, dict[str, Any]] = {}
 
 
 BUILT_IN_TYPES = {"carrier": RobotType(), "fetcher": RobotType(components={"claw": {}})}
-"""Types that every world has unless it defines its own of that name."""
+"""The built-in types, which a world may override."""
 
 
 class RobotSpec(Model):
@@ -262,11 +262,11 @@ class RobotSpec(Model):
     Attributes:
         type: A robot type of this world or a built-in one.
         at: Where it starts: x, y, or the name of a waypoint, place or dock.
-        yaw: The way it faces at the start.
+        yaw: Its yaw at the start.
         base: Settings that differ from its type's.
         components: Likewise, by component; null takes the type's component away.
         planner: ``graph`` for the world's lanes, ``external`` for a planner on the network.
-        script: Orders that it carries out by itself.
+        script: Orders that it executes by itself.
     """
 
     type: Name = "carrier"
@@ -300,19 +300,19 @@ def _is_finite(value: object) -> bool:
 
 
 class Traffic(_Open):
-    """Who may be where: the name of the policy; its own settings are kept for it."""
+    """The traffic: the name of the policy, and its settings."""
 
     policy: Name = "free"
 
 
 class FaultEntry(_Open):
-    """Something that goes wrong on purpose; beside *type* its fields are its own."""
+    """A fault; its fields besides *type* depend on the type."""
 
     type: Name
 
 
 class World(Model):
-    """A map, what is on it, who drives there and what may happen."""
+    """A map with its entities, robots and faults."""
 
     name: Name = "world"
     units: Literal["m", "px"] = "m"

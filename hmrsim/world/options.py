@@ -33,11 +33,11 @@ class ReadOptions:
 
 
 AS_IT_IS = ReadOptions()
-"""Nothing is asked for."""
+"""The default options."""
 
 
 def renames(texts: Iterable[str]) -> dict[str, str]:
-    """Return what ``--rename OLD=NEW`` asks for.
+    """Return the renamings of ``--rename OLD=NEW``.
 
     Raises:
         WorldError: A text is not as expected.

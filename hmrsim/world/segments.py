@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Segment = tuple["Point", "Point"]
 
 _MAX_PIECES = 100_000
-"""The segments are cut into so many pieces at most, more or less; cells grow with their length."""
+"""Approximate maximum number of pieces that the segments are cut into; cells grow with their length."""
 
 _MIN_SIZE = 1e-6
 

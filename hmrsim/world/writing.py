@@ -1,6 +1,6 @@
-"""Worlds as native files for people to read: an entity a line, defaults left out.
+"""Worlds as readable native files: one entity per line, without defaults.
 
-A file that is read again gives the same world, with the same hash.
+Reading such a file again gives the same world, with the same hash.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _WIDTH: Final = 110
 _PLAIN: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*( [A-Za-z0-9_./-]+)*")
 _RESERVED: Final = {"null", "true", "false", "yes", "no", "on", "off", "y", "n"}
-"""Words that are more than words, in YAML 1.2 or in what came before."""
+"""Words with a special meaning in YAML 1.2 or earlier versions."""
 
 _MINUS_ZERO: Final = "-0.0"
 

@@ -37,7 +37,7 @@ class Unreadable(Exception):
     """The text is not valid YAML that can be read.
 
     Attributes:
-        line: Where, from 1; None when that can't be said.
+        line: The line, from 1; None if it is unknown.
     """
 
     def __init__(self, message: str, line: int | None) -> None:
@@ -102,7 +102,7 @@ def line_of(lines: Lines, path: Path) -> int:
 
 
 class _Builder:
-    """Makes values of YAML events. Aliases share the value they stand for, and are counted as if they did not."""
+    """Makes values of YAML events. Aliases share the value of their anchor, but are counted as copies."""
 
     def __init__(self) -> None:
         self.root: _Part | None = None

@@ -1,6 +1,6 @@
 """Loading and validating worlds, and the checks that need more than one field.
 
-Every command that reads a world begins here; services use it for worlds that clients send.
+Every command that reads a world uses it, and so do services for worlds that clients send.
 """
 
 from __future__ import annotations

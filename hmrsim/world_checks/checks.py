@@ -34,7 +34,7 @@ _CHUNKS = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]*/[A-Za-z0-9_]+")
 
 
 def check_world(world: World, file: str = "") -> list[Problem]:
-    """Return everything that is wrong or odd with a world whose fields are right each by itself.
+    """Return the errors and warnings of a world whose fields are valid individually.
 
     Args:
         world: The world, includes merged.
@@ -127,7 +127,7 @@ def _spans(world: World) -> str:
 
 
 def _check_inside(world: World) -> Iterator[Finding]:
-    # Docks are looked at more closely elsewhere.
+    # The docks have their own check.
     points = [(path, point) for path, _, point in _named_points(world) if path[0] != "docks"]
     points += [(("items", name, "at"), item.at) for name, item in world.items.items() if not isinstance(item.at, str)]
     for path, point in points:

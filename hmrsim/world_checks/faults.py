@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class There:
-    """Who and what a fault may happen to.
+    """The possible subjects of faults.
 
     Attributes:
         robots: The components of each robot, by its name.
@@ -72,14 +72,14 @@ def read_fault(name: str, values: Mapping[str, Any]) -> tuple[AnyFault, Occurren
 def flaws(
     fault: AnyFault, settings: Occurrence, there: There, *, now: float = 0.0, names: Collection[str] = ()
 ) -> Iterator[Finding]:
-    """Yield why a fault can't happen.
+    """Yield the reasons why a fault can't happen.
 
     Args:
-        fault: What goes wrong.
-        settings: To whom, and when.
-        there: To whom it may.
+        fault: The type of the fault.
+        settings: Its settings.
+        there: The possible subjects.
         now: It must begin, and end, later than this.
-        names: Those that are taken.
+        names: The names that are taken.
     """
     for field, noun, known in (("robot", "robot", there.robots), ("door", "door", there.doors)):
         name = getattr(settings, field, None)

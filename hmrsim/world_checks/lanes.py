@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hmrsim.world_checks.validation import Lost
 
 _MAX_COMPARISONS = 5_000_000
-"""What comparing lanes with walls may cost: some seconds."""
+"""Maximum cost of comparing lanes with walls: some seconds."""
 
 
 def check_lanes(world: World, lost: Lost) -> Iterator[Finding]:

@@ -52,14 +52,14 @@ def world_schema() -> dict[str, Any]:
 
 def _policy(name: str, settings: dict[str, Any]) -> dict[str, Any]:
     """Return the schema of the settings of one traffic policy, identified by its name; the default needs none."""
-    kind = {"policy": {"const": name, "description": "Who rules traffic."}}
+    kind = {"policy": {"const": name, "description": "The traffic policy."}}
     required = [] if name == Traffic().policy else ["policy"]
     return {**settings, "properties": {**settings["properties"], **kind}, "required": required}
 
 
 def _fault(name: str, settings: dict[str, Any]) -> dict[str, Any]:
     """Return the schema of one kind of fault, identified by its type."""
-    kind = {"type": {"const": name, "description": "What goes wrong."}}
+    kind = {"type": {"const": name, "description": "The type of the fault."}}
     required = ["type", *settings.get("required", ())]
     return {**settings, "properties": {**kind, **settings["properties"]}, "required": required}
 

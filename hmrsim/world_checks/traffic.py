@@ -41,7 +41,7 @@ def check_traffic(world: World) -> Iterator[Finding]:
 
 
 def _check_starts(world: World, settings: ReserveSettings) -> Iterator[Finding]:
-    """Yield the robots that start where there is no room for them: where another one is, or one too many."""
+    """Yield an error for each robot that starts where another one is, or where the capacity is exceeded."""
     starts = [start for name, robot in world.robots.items() if (start := _start(world, name, robot)) is not None]
     starts.sort(key=lambda start: start[0])
     rooms = _Rooms(world, settings)
@@ -67,7 +67,7 @@ def _check_starts(world: World, settings: ReserveSettings) -> Iterator[Finding]:
 
 
 class _Rooms:
-    """How many robots there is room for, and how many have been there.
+    """The capacities of places, and the numbers of robots that start there.
 
     Args:
         world: Where; names that make no sense are left out.

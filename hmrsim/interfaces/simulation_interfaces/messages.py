@@ -1,4 +1,4 @@
-"""What the services speak of: results, entities, worlds, and whether time moves."""
+"""The messages of the services: results, entities, worlds, and the state of the simulation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hmrsim.interfaces.std_msgs import Header
 
 
 class Result(Message):
-    """What came of a request; codes above 100 are the service's own."""
+    """The result of a request; codes above 100 are the service's own."""
 
     RESULT_FEATURE_UNSUPPORTED: ClassVar[int] = 0
     RESULT_OK: ClassVar[int] = 1
@@ -47,7 +47,7 @@ class TagsFilter(Message):
 
 
 class EntityCategory(Message):
-    """What an entity is, by and large."""
+    """The category of an entity."""
 
     CATEGORY_OBJECT: ClassVar[int] = 0
     CATEGORY_ROBOT: ClassVar[int] = 1
@@ -118,7 +118,7 @@ class WorldResource(Message):
 
 
 class SimulationState(Message):
-    """Whether time moves."""
+    """The state of the simulation."""
 
     STATE_STOPPED: ClassVar[int] = 0
     STATE_PLAYING: ClassVar[int] = 1

@@ -1,4 +1,4 @@
-"""Whether time moves, by steps or at all, and beginning anew."""
+"""The state of the simulation, steps, and reset."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class GetSimulatorFeatures:
         """Nothing more."""
 
     class Response(Message):
-        """What it can."""
+        """Its features."""
 
         features: SimulatorFeatures = Field(default_factory=SimulatorFeatures)
 

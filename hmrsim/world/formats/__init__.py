@@ -21,15 +21,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Document:
-    """What a file brings.
+    """The content of a file.
 
     Attributes:
         data: The top-level keys of a world, as in a native file; they are validated later.
-        line: Tells the line of a path in *data*, as near as it is known.
-        findings: What the reader itself found wrong or odd.
+        line: Returns the line of a path in *data*, as precisely as it is known.
+        findings: The errors and warnings of the reader.
         complete: Whether all names of the file are in *data*, so that a missing name is an error.
-        pages: The names of its pages, levels or layouts; none of a file that has no such thing.
-        robots: What its robots are called there, before anything is renamed; none where they can't be.
+        pages: The names of its pages, levels or layouts; none if the format has none.
+        robots: The names of its robots before renaming; none if the format has no renaming.
         grid: Whether it is a grid, whose cells have neighbours.
     """
 
@@ -44,12 +44,12 @@ class Document:
 
 @dataclass(frozen=True)
 class Format:
-    """A kind of file.
+    """A file format.
 
     Attributes:
         name: Its name, which is that of its module.
-        suffixes: What the names of such files end with; of two that fit, the longer one decides.
-        matches: Tells from the text whether this is such a file.
+        suffixes: The suffixes of such files; of two that fit, the longer one decides.
+        matches: Returns whether a text has this format.
         read: Makes a document of the text, as the options say. The second argument is the name of the file, for
             the :class:`~hmrsim.errors.WorldError` that it raises when there is nothing to read at all.
         general: Whether files of other formats look like it, too, so that those come first.
@@ -71,8 +71,8 @@ def registry() -> dict[str, Format]:
 def choose(name: str, text: str) -> Format | None:
     """Return the format of a file, by the end of its *name* and by its content; None for none.
 
-    The suffix is a hint only: what the text looks like decides, and the suffix decides between two that fit.
-    A general format is that of files that look like no other.
+    The content decides, and the suffix decides between two formats that fit.
+    A general format is used for files that match no other.
     """
     by_suffix = sorted(
         ((len(suffix), kind) for kind in registry().values() for suffix in kind.suffixes if _ends(name, suffix)),

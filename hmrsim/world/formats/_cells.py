@@ -21,7 +21,7 @@ _NUMBER = re.compile(r"\s*[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]{1,3})?\
 _TAG = re.compile(r"<[^<>]*>")
 
 _LABEL = 1_000
-"""So much of a label is looked at."""
+"""Maximum characters of a label that are read."""
 
 _SHOWN = 40
 
@@ -34,7 +34,7 @@ class BadCell(Exception):
     """A cell that can't be understood; the text says why.
 
     Attributes:
-        value: What makes no sense; None where nothing in particular does.
+        value: The invalid value; None if there is none in particular.
     """
 
     def __init__(self, message: str, value: object = None) -> None:
@@ -80,7 +80,7 @@ class Cell:
         line: Where it is in the file.
         origin: Where the group that it is in begins on the page.
         box: Where a shape is on the page.
-        failed: Whether something is wrong with it, which has been said.
+        failed: Whether it has an error that was reported.
     """
 
     id: str
@@ -122,7 +122,7 @@ class Cell:
 
     @property
     def title(self) -> str:
-        """What it is called in errors: type, id and label."""
+        """Its name in errors: type, id and label."""
         words = " ".join(html.unescape(_TAG.sub(" ", html.unescape(self.label[:_LABEL]))).split())
         label = f" ({words if len(words) <= _SHOWN else words[: _SHOWN - 1] + '…'})" if words else ""
         return f"{f'{self.kind[:_SHOWN]} ' if self.kind else ''}cell {self.id[:_SHOWN]!r}{label}"

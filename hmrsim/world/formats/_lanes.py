@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 _MAX_COMPARISONS = 1_000_000
-"""So often walls are looked at while roads are linked."""
+"""Maximum number of checks against walls while roads are linked."""
 
 
 def road(drawing: Drawing, cell: Cell) -> None:
@@ -60,7 +60,7 @@ def network(drawing: Drawing) -> dict[str, Any]:
 
 
 def _clear(drawing: Drawing) -> Callable[[Point, Point], bool]:
-    """Return what tells whether no wall stands between two points; it raises ValueError when that takes too long."""
+    """Return a function that tells whether no wall stands between two points; it raises ValueError after too many."""
     outlined = [wall["solid"] for wall in drawing.walls]
     sides = [
         ((a[0], a[1]), (b[0], b[1]))

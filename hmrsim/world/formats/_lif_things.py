@@ -20,7 +20,7 @@ _CHARGING = "startCharging"
 
 _OF_NODES = frozenset(("vehicleTypeId", "actions"))
 _OF_EDGES = frozenset(("vehicleTypeId", "maxSpeed", "rotationAllowed", "orientationType"))
-"""Properties of vehicle types that mean something here, or that mean nothing by themselves."""
+"""Properties of vehicle types that are read, or that have no meaning of their own."""
 
 _SAYS_NOTHING: tuple[object, ...] = (None, "", [], {}, "BOTH", 0, True)
 """Values of other properties that restrict no robot."""
@@ -50,7 +50,7 @@ class _Node:
 
 
 class Things:
-    """What becomes of the layouts.
+    """Converts the layouts.
 
     Args:
         reading: The file.

@@ -11,14 +11,14 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 _MAX_NAME = 100
-"""Names are no longer."""
+"""Maximum characters of a name."""
 
 _MAX_NUMBER = 1e15
-"""Numbers are no greater, either way; what they become is bounded by what it is."""
+"""Maximum magnitude of a number; the world's own checks are stricter."""
 
 
 class BadPart(Exception):
-    """A value makes no sense.
+    """A value is invalid.
 
     Attributes:
         part: The value.
@@ -37,7 +37,7 @@ class Part:
     path: Path = ()
 
     def expected(self, what: str) -> BadPart:
-        """Return the error that this is something else."""
+        """Return the error that this is not the expected value."""
         return BadPart(self, f"expected {what}, got {shown(self.value)}")
 
     def get(self, key: str) -> Part | None:
@@ -77,7 +77,8 @@ class Part:
         """Return the values of a list in this mapping; none if there is no such list.
 
         Raises:
-            BadPart: This is not a mapping, or that is not a list. An empty mapping is an empty list: some write so.
+            BadPart: This is not a mapping, or that is not a list. An empty mapping counts as an empty list, as some
+                programs write it.
         """
         part = self.get(key)
         return part.all() if part is not None and part.value != {} else []

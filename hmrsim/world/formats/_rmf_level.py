@@ -23,7 +23,7 @@ _DIGITS = 9
 
 @dataclass(frozen=True)
 class _Described:
-    """Something of which parameters say more.
+    """A part with parameters.
 
     Attributes:
         part: What it is from.
@@ -79,7 +79,7 @@ class Level:
         lines: Its lines by kind.
         align: Tells where in metres a point of the drawing is, were this the only level.
         shift: How far it is moved along x, to be beside the others.
-        names: What its waypoints are called, by the indices of their vertices.
+        names: The names of its waypoints, by the indices of their vertices.
     """
 
     name: str
@@ -163,7 +163,7 @@ def _fiducial(level: Level, part: Part, *, down: bool) -> None:
 
 
 def _line(level: Level, part: Part) -> Line | None:
-    """Return a line; nothing if it can't be told where it is because a vertex can't be read."""
+    """Return a line; nothing if one of its vertices can't be read."""
     values = part.all()
     if len(values) < 2:  # noqa: PLR2004
         raise part.expected("[from, to, parameters]")

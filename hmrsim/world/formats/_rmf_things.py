@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 _OF_VERTICES = frozenset(("is_charger", "dock_name", "spawn_robot_name", "spawn_robot_type"))
 _OF_LANES = frozenset(("bidirectional", "speed_limit", "graph_idx"))
-"""Parameters that mean something here."""
+"""Parameters that are read."""
 
 _OF_LEVELS = ("models", "floors", "holes", "human_lanes")
-"""Lists that mean nothing here."""
+"""Lists that are ignored."""
 
 _NOT_IN_A_NAME = re.compile(r"[^A-Za-z0-9_]")
 
@@ -32,7 +32,7 @@ _BUILT_IN = ("carrier", "fetcher")
 
 
 class Things:
-    """What becomes of the levels.
+    """Converts the levels.
 
     Args:
         reading: The file.

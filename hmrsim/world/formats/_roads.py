@@ -28,7 +28,7 @@ MAX_PARTS = 250
 MAX_CROSSINGS = 20_000
 
 _TRIES = 100
-"""So many of the shortest links between two parts are tried for one with no wall between."""
+"""Maximum number of links between two parts, the shortest first, that are tried for one without a wall between."""
 
 
 @dataclass

@@ -25,7 +25,7 @@ _LOOKS = re.compile(r'\A\s*\{.*"type"\s*:\s*"FeatureCollection"', re.DOTALL)
 _EDGES = ("LineString", "MultiLineString")
 
 _WHOLE_SPEED = 1.0
-"""Greatest speed of robots of which nothing else is said, m/s: what Nav2's percentages are taken of."""
+"""Default maximum speed of robots in m/s, which Nav2's percentages refer to."""
 
 _PERCENT = 100.0
 
@@ -183,7 +183,7 @@ def _limit(graph: _Graph, metadata: Part) -> float | None:
 
 
 def _leave_out(graph: _Graph, properties: Part, known: frozenset[str]) -> None:
-    """Tell of what a node or an edge says that means nothing to robots here."""
+    """Report the data of a node or an edge that is ignored."""
     metadata, operations = properties.get("metadata"), properties.get("operations")
     if metadata and (more := metadata.value.keys() - known):
         graph.reading.leave_out("further metadata", metadata, len(more))
