@@ -73,22 +73,20 @@ def of_trace(lines: Callable[[], Iterable[str]]) -> ReportInput:
     try:
         outcome = replay(lines(), watch)
     except TraceError as error:
-        return _as_written(lines(), header, f"this version can't run it again ({error})")
+        return _as_written(lines(), header, f"this version can't replay it ({error})")
     if outcome.difference is not None:
-        return _as_written(
-            lines(), header, f"run again it comes out differently from line {outcome.difference.line} on"
-        )
+        return _as_written(lines(), header, f"the replay differs from line {outcome.difference.line} on")
     watchers[0].weigh_all()
     story.end(stamp(outcome.sim_time))
-    notes = () if outcome.complete else ("The trace was cut short: what came later is not known.",)
+    notes = () if outcome.complete else ("The trace is truncated: later events are missing.",)
     source = Source(kind="trace", exact=True, complete=outcome.complete, notes=(*notes, *_misfits(story)))
     return ReportInput(story, source, header, header["world"]["definition"])
 
 
 _MISSING: Final = (
-    "The trace could not be run again exactly, so what follows is what it says itself: {why}. "
-    "Missing therefore: distances, energy, how lanes were driven, when robots drove (they count as busy), "
-    "and what goals of the robots' own scripts asked for."
+    "The trace could not be replayed exactly ({why}), so the report is made from its lines alone. "
+    "It lacks distances, energy, the usage of lanes, the times when robots drove (they count as busy), "
+    "and the goal messages of the robots' own scripts."
 )
 
 
@@ -112,7 +110,7 @@ def _as_written(lines: Iterable[str], header: Mapping[str, Any], why: str) -> Re
     if header["hmrsim"] != __version__:
         notes.append(f"It was written by hmrsim {header['hmrsim']}; this is {__version__}.")
     if last != "end":
-        notes.append("The trace was cut short: what came later is not known.")
+        notes.append("The trace is truncated: later events are missing.")
     source = Source(kind="trace", exact=False, complete=last == "end", notes=(*notes, *_misfits(story)))
     return ReportInput(story, source, header, header["world"]["definition"])
 
@@ -139,16 +137,16 @@ def of_recording(recording: Recorded) -> ReportInput:
             story.take(occurrence)
     # Time continues after the last event, but a damaged file may have any end.
     story.end(recording.end if recording.end <= LATEST else None)
-    notes = ["Energy is what the batteries said, once a second or so."] if story.metered else []
+    notes = ["Energy is sampled from battery_state, about once a second."] if story.metered else []
     # This is known only after everything was read.
     if recording.truncated:
-        notes.append("The recording was cut short: what came later is not known.")
+        notes.append("The recording is truncated: later events are missing.")
     if story.began:
         notes.append(
-            f"It begins {story.began / NANOSECONDS:.1f} s after the simulation did; what was before is not known."
+            f"It begins {story.began / NANOSECONDS:.1f} s after the simulation did; earlier events are missing."
         )
     if not story.seen:
-        notes.append("It does not say what there was in the beginning: states and distances may be wrong.")
+        notes.append("It lacks the initial state: states and distances may be wrong.")
     complete = not recording.truncated
     source = Source(kind="recording", exact=story.seen, complete=complete, notes=(*notes, *_misfits(story)))
     seed = recording.about.get("seed", "")
@@ -191,9 +189,9 @@ def _battery(robot: str, state: Mapping[str, Any]) -> BatterySeen:
 def _misfits(story: Story) -> Iterator[str]:
     if story.misfits:
         first = f"first {story.first_misfit}"
-        yield f"Left out, as this version does not understand them: {story.misfits} events ({first})."
+        yield f"{story.misfits} events are ignored, as this version can't read them ({first})."
     if story.restarts:
-        yield f"Simulated time began anew ({times(story.restarts)}); here it goes on where it was."
+        yield f"Simulated time was reset ({times(story.restarts)}); here it continues."
 
 
 def _robots(header: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

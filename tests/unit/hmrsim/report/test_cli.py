@@ -154,7 +154,7 @@ def test_events_that_make_no_sense_are_left_out(file, capsys, event):
     told = json.loads(capsys.readouterr().out)
 
     assert (0, 3) == (code, len([goal for goal in told["goals"] if goal["status"] == "SUCCEEDED"]))
-    assert any("Left out" in note for note in told["source"]["notes"])
+    assert any("events are ignored" in note for note in told["source"]["notes"])
 
 
 def test_a_trace_that_was_cut_short(file, capsys):
@@ -164,7 +164,7 @@ def test_a_trace_that_was_cut_short(file, capsys):
     code = main(["report", str(path)])
     told = capsys.readouterr()
 
-    assert (0, f"{path}: The trace was cut short: what came later is not known.\n") == (code, told.err)
+    assert (0, f"{path}: The trace is truncated: later events are missing.\n") == (code, told.err)
     assert told.out.startswith("alone: 1 robot")
 
 

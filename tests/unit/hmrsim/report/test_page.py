@@ -114,10 +114,10 @@ def test_a_world_without_lanes_has_a_map(page):
 
 
 def test_an_empty_run_has_a_page(page):
-    """Nobody there, nothing done."""
+    """Without a robot and a goal."""
     text = page({"name": "empty"})
 
-    assert "Nobody waited for anything." in text
+    assert "No robot waited." in text
     assert "No goal was aborted or rejected." in text
 
 
@@ -126,7 +126,7 @@ def test_what_is_missing_is_said(trace, changed):
     lines = changed(trace(ALONE))
     told = of_trace(lambda: lines)
 
-    assert '<p class="warning">The trace could not be run again exactly' in page_of(report_of(told), told.definition)
+    assert '<p class="warning">The trace could not be replayed exactly' in page_of(report_of(told), told.definition)
 
 
 def test_goals_that_are_too_many_are_drawn_together(told):

@@ -91,7 +91,7 @@ def test_a_recording_that_begins_late():
 
     assert (2.5, 7.5) == (robot.began, found.summary.sim_time)
     assert {"driving": 5.5, "busy": 2.0} == {state: time for state, time in robot.seconds.items() if time}
-    assert "It begins 2.5 s after the simulation did; what was before is not known." in found.source.notes
+    assert "It begins 2.5 s after the simulation did; earlier events are missing." in found.source.notes
 
 
 def test_time_that_began_anew_goes_on(report, send):
@@ -103,7 +103,7 @@ def test_time_that_began_anew_goes_on(report, send):
 
     assert [("ABORTED", 1.0, 3.0), ("SUCCEEDED", 3.0, 7.0)] == [(g.status, g.accepted, g.ended) for g in found.goals]
     assert (8.0, 6.0) == (found.summary.sim_time, robot.distance)
-    assert "Simulated time began anew (once); here it goes on where it was." in found.source.notes
+    assert "Simulated time was reset (once); here it continues." in found.source.notes
 
 
 def test_idle_time_before_a_reset_counts(report, send):

@@ -160,7 +160,7 @@ def test_a_run_without_motions_says_what_is_missing(trace, changed):
     found = report_of(of_trace(lambda: lines))
 
     assert (False, None, 3) == (found.source.exact, found.summary.distance, len(found.goals))
-    assert "Missing therefore: distances" in found.source.notes[0]
+    assert "It lacks distances" in found.source.notes[0]
 
 
 def test_what_was_asked_for_is_known_of_commands(trace, changed, send):
@@ -186,7 +186,7 @@ def test_a_trace_that_was_cut_short_is_exact_so_far(trace):
     found = report_of(of_trace(lambda: [*lines[:4], lines[4][:20]]))
 
     assert (True, False) == (found.source.exact, found.source.complete)
-    assert ("The trace was cut short: what came later is not known.",) == found.source.notes
+    assert ("The trace is truncated: later events are missing.",) == found.source.notes
 
 
 def test_the_same_trace_has_the_same_report(trace):
@@ -231,6 +231,6 @@ def test_what_always_holds(data, exact):
         assert math.isclose(robot.waited, robot.seconds["waiting"], abs_tol=1e-6)
     accepted = {line.split('"goal_id":"')[1][:32] for line in lines if '"status":1}' in line}
     assert sorted(accepted) == sorted(goal.goal_id for goal in found.goals)
-    assert 0 == sum(1 for note in found.source.notes if note.startswith("Left out"))
+    assert 0 == sum(1 for note in found.source.notes if "events are ignored" in note)
     if exact:
         assert math.isclose(sum(lane.distance for lane in found.lanes), found.summary.distance, abs_tol=1e-6)
