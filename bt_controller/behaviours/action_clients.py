@@ -19,10 +19,10 @@ class FromConstant(ActionLeaf[G, R, F]):
     Args:
         name: The behaviour's name.
         action: The action, or its name.
-        goal: What to send.
-        generate_feedback_message: What to say of feedback; None for its plain fields.
-        robot: Whose action; None for the robot that the tree is run for.
-        on_success: What to write on the blackboard when the goal has succeeded, by key.
+        goal: The goal.
+        generate_feedback_message: Formats feedback as the feedback message; None for its plain fields.
+        robot: The robot that serves the action; None for the robot that the tree is run for.
+        on_success: Values to write on the blackboard when the goal has succeeded, by key.
 
     Raises:
         ValueError: There is no action of this name.
@@ -53,9 +53,9 @@ class FromBlackboard(ActionLeaf[G, R, F]):
         name: The behaviour's name.
         action: The action, or its name.
         key: The goal's blackboard key.
-        generate_feedback_message: What to say of feedback; None for its plain fields.
-        robot: Whose action; None for the robot that the tree is run for.
-        on_success: What to write on the blackboard when the goal has succeeded, by key.
+        generate_feedback_message: Formats feedback as the feedback message; None for its plain fields.
+        robot: The robot that serves the action; None for the one that the tree is run for.
+        on_success: Values to write on the blackboard when the goal has succeeded, by key.
 
     Raises:
         ValueError: There is no action of this name.

@@ -23,7 +23,7 @@ class ToBlackboard(subscribers.ToBlackboard):
     Args:
         name: The behaviour's name.
         threshold: Per cent of the capacity.
-        robot: Whose; None for the robot that the tree is run for.
+        robot: The robot; None for the one that the tree is run for.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class WaitUntilCharged(subscribers.Handler):
     Args:
         percentage: The share of the capacity, from 0 to 1, as in a BatteryState.
         name: The behaviour's name; says the share if left out.
-        robot: Whose; None for the robot that the tree is run for.
+        robot: The robot; None for the one that the tree is run for.
     """
 
     def __init__(self, percentage: float = 0.9, *, name: str | None = None, robot: str | None = None) -> None:

@@ -27,7 +27,7 @@ class BatteryGuard(BatteryGuardNode):
             guard waits for the charge; if it waits and undocks itself, the mission resumes at once.
         below: The share of the capacity below which to charge, from 0 to 1.
         until: The share from which the mission resumes.
-        robot: Whose battery; None for the robot that the tree is run for.
+        robot: The robot with the battery; None for the one that the tree is run for.
     """
 
     def __init__(

@@ -18,7 +18,7 @@ class ToBlackboard(subscribers.ToBlackboard):
     Args:
         name: The behaviour's name.
         key: The blackboard key.
-        robot: Whose; None for the robot that the tree is run for.
+        robot: The robot; None for the one that the tree is run for.
     """
 
     def __init__(
@@ -33,7 +33,7 @@ class IsDetected(subscribers.Handler):
     Args:
         entity: The entity's name, or its class.
         name: The behaviour's name; names the entity if left out.
-        robot: Whose; None for the robot that the tree is run for.
+        robot: The robot; None for the one that the tree is run for.
     """
 
     def __init__(self, entity: str, *, name: str | None = None, robot: str | None = None) -> None:

@@ -15,7 +15,7 @@ class Dock(FromConstant[DockRobot.Goal, DockRobot.Result, DockRobot.Feedback]):
         max_staging_time: Simulated seconds within which the robot has to reach the dock, including the wait for
             other robots to leave; 0 for no limit.
         name: The behaviour's name; says the dock if left out.
-        robot: Whose action; None for the robot that the tree is run for.
+        robot: The robot that serves the action; None for the one that the tree is run for.
     """
 
     def __init__(
@@ -30,7 +30,7 @@ class Undock(FromConstant[UndockRobot.Goal, UndockRobot.Result, UndockRobot.Feed
 
     Args:
         name: The behaviour's name.
-        robot: Whose action; None for the robot that the tree is run for.
+        robot: The robot that serves the action; None for the one that the tree is run for.
     """
 
     def __init__(self, *, name: str = "Undock", robot: str | None = None) -> None:

@@ -13,7 +13,7 @@ class Pickup(FromConstant[moveit_msgs.Pickup.Goal, moveit_msgs.Pickup.Result, mo
     Args:
         item: Its name.
         name: The behaviour's name; says the item if left out.
-        robot: Whose action; None for the robot that the tree is run for.
+        robot: The robot that serves the action; None for the one that the tree is run for.
     """
 
     def __init__(self, item: str, *, name: str | None = None, robot: str | None = None) -> None:
@@ -28,7 +28,7 @@ class Place(FromConstant[moveit_msgs.Place.Goal, moveit_msgs.Place.Result, movei
     Args:
         item: Its name.
         name: The behaviour's name; says the item if left out.
-        robot: Whose action; None for the robot that the tree is run for.
+        robot: The robot that serves the action; None for the one that the tree is run for.
     """
 
     def __init__(self, item: str, *, name: str | None = None, robot: str | None = None) -> None:

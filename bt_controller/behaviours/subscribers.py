@@ -28,7 +28,7 @@ class Handler(Behaviour):
     Args:
         name: The behaviour's name.
         topic_name: The topic.
-        robot: Whose; None for the robot that the tree is run for.
+        robot: The robot; None for the one that the tree is run for.
         clearing_policy: Which messages are too old.
 
     Raises:
@@ -99,7 +99,7 @@ class CheckData(Handler):
         comparison_operator: A function of both, such as `operator.lt`.
         fail_if_no_data: Whether to fail instead of waiting while no message is new enough.
         fail_if_bad_comparison: Whether to fail instead of waiting while the comparison does not hold.
-        robot: Whose; None for the robot that the tree is run for.
+        robot: The robot; None for the one that the tree is run for.
         clearing_policy: Which messages are too old.
 
     Raises:
@@ -146,7 +146,7 @@ class WaitForData(Handler):
     Args:
         name: The behaviour's name.
         topic_name: The topic.
-        robot: Whose; None for the robot that the tree is run for.
+        robot: The robot; None for the one that the tree is run for.
         clearing_policy: Which messages are too old.
 
     Raises:
@@ -180,7 +180,7 @@ class ToBlackboard(Handler):
         topic_name: The topic.
         blackboard_variables: The message's key; or its fields by key, where None is the whole message.
         initialise_variables: Values to write before the first tick, by key.
-        robot: Whose; None for the robot that the tree is run for.
+        robot: The robot; None for the one that the tree is run for.
         clearing_policy: Which messages are too old.
 
     Raises:
@@ -226,7 +226,7 @@ class EventToBlackboard(Handler):
         name: The behaviour's name.
         topic_name: The topic.
         variable_name: The blackboard key.
-        robot: Whose; None for the robot that the tree is run for.
+        robot: The robot; None for the one that the tree is run for.
 
     Raises:
         ValueError: There is no such topic.

@@ -14,7 +14,7 @@ class Wait(FromConstant[nav2_msgs.Wait.Goal, nav2_msgs.Wait.Result, nav2_msgs.Wa
     Args:
         seconds: Simulated seconds.
         name: The behaviour's name; says how long if left out.
-        robot: Whose action; None for the robot that the tree is run for.
+        robot: The robot that serves the action; None for the one that the tree is run for.
     """
 
     def __init__(self, seconds: float, *, name: str | None = None, robot: str | None = None) -> None:

@@ -45,7 +45,7 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         name: The behaviour's name.
         action: The action, its name, its full name ``robot/action`` or an alias of that, as the world has it.
         goal: The goal, evaluated upon each initialise. A leaf without a goal fails.
-        robot: Whose action; None for the robot that the tree is run for.
+        robot: The robot that serves the action; None for the one that the tree is run for.
         describe: Formats feedback as the feedback message; None for its plain fields.
         on_success: Values to write on the blackboard when the goal has succeeded, by key.
 

@@ -31,11 +31,11 @@ _FIRST_TIME: Final = 1.0
 
 
 _OVERTAKEN: Final = 0.05
-"""Wall seconds in which earlier times still come that the first one, which was asked for, has overtaken."""
+"""Wall seconds in which clock messages may arrive that are older than the first, queried time."""
 
 
 class Clock(Protocol):
-    """Simulated time, and what wakes a runner."""
+    """Simulated time, and the events that wake a runner."""
 
     @property
     def now(self) -> float | None:

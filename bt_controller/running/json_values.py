@@ -1,4 +1,4 @@
-"""What is on a blackboard, as JSON has it."""
+"""The entries of a blackboard as JSON values."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
 _INTERNAL: Final = re.compile(r"__const|[0-9a-f]{8}([-_]?[0-9a-f]{4}){3}[-_]?[0-9a-f]{12}")
-"""In the keys that py_trees makes up: for values that a file gives, and for ports that lead nowhere."""
+"""A part of the keys that py_trees generates for values in a file and for unconnected ports."""
 
 
 def board_values(storage: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what users have on a blackboard, by key, in the keys' order; what JSON can't say is left out."""
+    """Return the user's entries of a blackboard, ordered by key; values without a JSON form are left out."""
     return dict(_said(storage))
 
 

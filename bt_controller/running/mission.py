@@ -31,7 +31,7 @@ _MAX_AT_ONCE: Final = 10_000
 """Ticks at one instant: more than any tree needs."""
 
 _FLEET: Final = "fleet"
-"""What all robots of one tree are called together."""
+"""The name of all robots of one tree together."""
 
 
 class TreeCrashed(HmrsimError):
@@ -83,7 +83,7 @@ class Mission:
 
     @property
     def changed_entries(self) -> bool:
-        """Whether the last tick changed what is on the blackboard, so that another one might find something else."""
+        """Whether the last tick changed the blackboard, so that another tick may have another result."""
         return self._board.changes != self._changes
 
     @property
@@ -93,7 +93,7 @@ class Mission:
 
     @property
     def actions(self) -> dict[str, AnyAction]:
-        """The actions of the tree by name, as far as they are known before the simulator is asked."""
+        """The actions of the tree by name, as far as they are known without the simulator."""
         return {leaf.action.name: leaf.action for leaf in self._leaves() if leaf.action is not None}
 
     def setup(self, client: Client, wake: Callable[[], None], **known: Any) -> None:
@@ -166,13 +166,13 @@ class Mission:
             leaf.cancel()
 
     def shutdown(self) -> None:
-        """Let the behaviours put away what they set up."""
+        """Shut down the behaviours."""
         with self._board.in_use():
             for node in self.root.iterate():
                 node.shutdown()
 
     def snapshot(self, sim_time: float | None, *, blackboard: bool = False) -> Snapshot:
-        """Return what the tree looks like after its last tick; in another thread, one under way is waited for.
+        """Return the tree's state after its last tick; another thread waits for a tick in progress.
 
         Args:
             sim_time: When that was.
@@ -200,7 +200,7 @@ class Mission:
 
 
 def told(error: Exception) -> str:
-    """Return an error as one line: ours say what is wrong, others where, too."""
+    """Return an error as one line; with the place, unless it is one of ours."""
     return str(error) if isinstance(error, HmrsimError) else described(error)
 
 

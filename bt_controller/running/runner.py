@@ -21,7 +21,7 @@ from py_trees.common import Status
 from bt_controller.core.topics import Topics
 from bt_controller.running.mailbox import RESET, STOP
 from bt_controller.running.tick_schedule import due, next_period
-from bt_controller.running.timer_queue import Agenda
+from bt_controller.running.timer_queue import TimerQueue
 from bt_controller.world.directory import Directory
 from bt_controller.world.places import NamedPlaces
 from hmrsim_zenoh.errors import Idle, NobodyThere, SimulatorGone
@@ -66,7 +66,7 @@ class Outcome:
         return all(status is Status.SUCCESS for status in self.statuses.values())
 
     def to_json(self) -> dict[str, Any]:
-        """Return the outcome as JSON has it."""
+        """Return the outcome as JSON values."""
         return {
             "succeeded": self.succeeded,
             "interrupted": self.interrupted,
@@ -110,7 +110,7 @@ class Runner:
         self._grace = grace
         self._numbers = {mission.robot: number for number, mission in enumerate(missions)}
         self._running = set(self._numbers.values())
-        self._agenda = Agenda()
+        self._timers = TimerQueue()
         self._timed = False
         self._topics = Topics(client, asks=client.lockstep is not None)
 
@@ -155,7 +155,7 @@ class Runner:
         try:
             return self._outcome(interrupted=self._stopped())
         except (NobodyThere, SimulatorGone):
-            # Their goals have failed by now, and what waits for something else would wait for ever.
+            # Their goals have failed by now, and nodes that wait for something else would wait forever.
             with suppress(NobodyThere, SimulatorGone):
                 self._tick(self._numbers.values())
             return self._outcome(gone=True)
@@ -175,7 +175,7 @@ class Runner:
 
     def _until(self) -> float | None:
         """Return when the next tree has to be ticked; None for when something happens."""
-        earliest = self._agenda.earliest
+        earliest = self._timers.earliest
         return None if earliest == math.inf else earliest
 
     def _whose_turn(self, woken: frozenset[str]) -> Iterable[int]:
@@ -184,7 +184,7 @@ class Runner:
         if RESET in woken or (time is not None and not self._timed):
             # After a reset, and before the first clock message, the state of their goals and timers is unknown.
             return self._numbers.values()
-        due_now = [] if time is None else self._agenda.take(time)
+        due_now = [] if time is None else self._timers.pop_due(time)
         return sorted({*due_now, *(self._numbers[robot] for robot in woken & self._numbers.keys())})
 
     def _tick(self, numbers: Iterable[int]) -> None:
@@ -202,14 +202,14 @@ class Runner:
                     self._show(mission, now)
                 if mission.status is Status.RUNNING:
                     needed = self._due(mission, time)
-                    # What was written might change what is looked at again and again; that need not wait for a period.
+                    # A write may change the result of polled nodes, which then need not wait for a period.
                     if mission.changed_entries and turns < _MAX_TURNS and needed <= self._next_period(time):
                         continue
-                    self._agenda.put(number, needed)
+                    self._timers.put(number, needed)
                     break
             if mission.over:
                 self._running.discard(number)
-                self._agenda.put(number, math.inf)
+                self._timers.put(number, math.inf)
 
     def _due(self, mission: Mission, time: float | None) -> float:
         if time is None:
@@ -221,7 +221,7 @@ class Runner:
         return -math.inf if time is None else next_period(time, self._period or _PERIOD)
 
     def _settled(self) -> Callable[[], bool]:
-        """Return a function that tells whether the canceled goals have ended; it has to be the only one in use."""
+        """Return a function that checks whether the canceled goals have ended; only one may be in use."""
         unsettled = list(self._missions)
 
         def settled() -> bool:

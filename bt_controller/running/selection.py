@@ -17,7 +17,7 @@ _WHAT: Final[Mapping[str, Callable[[Directory, str], tuple[str, ...]]]] = {
     "action": lambda directory, robot: directory.actions[robot],
     "component": lambda directory, robot: directory.components[robot],
 }
-"""What a robot is or has, by the word before the colon."""
+"""The attributes of a robot by the word before the colon."""
 
 
 def check_selector(selector: str) -> None:
@@ -33,7 +33,7 @@ def check_selector(selector: str) -> None:
 
 
 def selected(directory: Directory, selectors: Iterable[str]) -> list[str]:
-    """Return the robots that any of some selectors is about, by name, each once.
+    """Return the names of the robots that match any of the selectors, each once.
 
     Raises:
         NotServed: A selector matches no robot; the text lists the valid ones.

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 _INDENT: Final = 4
 
 UNICODE: Final = {Status.SUCCESS: "✓", Status.FAILURE: "✕", Status.RUNNING: "*", Status.INVALID: "-"}
-"""How py_trees draws a status."""
+"""py_trees' symbols of the statuses."""
 ASCII: Final = {Status.SUCCESS: "o", Status.FAILURE: "x", Status.RUNNING: "*", Status.INVALID: "-"}
-"""How it does where there is no Unicode."""
+"""py_trees' symbols of the statuses in ASCII."""
 
 _OF_TAGS: Final = {
     "Sequence": "{-}",
@@ -37,7 +37,7 @@ _OF_TAGS: Final = {
     "Parallel": "/_/",
     "ParallelAll": "/_/",
 }
-"""The symbols of XML trees' controls that do as py_trees' composites do."""
+"""The symbols of XML trees' controls that correspond to py_trees' composites."""
 
 _OTHER_CONTROL: Final = "{*}"
 
@@ -51,8 +51,8 @@ class Node(NamedTuple):
         kind: Its class.
         name: Its name.
         status: Its status.
-        message: What it has to say; nothing where it is not active.
-        origin: File and line, where a file has it.
+        message: Its feedback message; empty while it is not active.
+        origin: File and line, if it comes from a file.
     """
 
     depth: int
@@ -65,7 +65,7 @@ class Node(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Its name, and what it has to say."""
+        """Its name and feedback message."""
         return f"{self.name}: {self.message}" if self.message else self.name
 
     def line(self, symbols: Mapping[Status, str] = UNICODE, *, status: bool = True) -> str:
@@ -76,7 +76,7 @@ class Node(NamedTuple):
         return f"{text} -- {self.message}" if self.message else text
 
     def to_json(self) -> dict[str, Any]:
-        """Return the behaviour as JSON has it."""
+        """Return the behaviour as JSON values."""
         told = {**self._asdict(), "status": self.status.value}
         if not self.origin:
             del told["origin"]
@@ -88,11 +88,11 @@ class Snapshot:
     """The tree of one robot after a tick.
 
     Attributes:
-        robot: Whose tree.
+        robot: The robot.
         sim_time: Simulated seconds; None before the first clock message.
-        tick: Which tick it was, from 1.
+        tick: The number of the tick, from 1.
         nodes: The behaviours, parents before their children.
-        ended: Whether it is not going to be ticked again.
+        ended: Whether the tree will not be ticked again.
         blackboard: The entries of its blackboard as JSON values; None if not requested.
     """
 
@@ -105,7 +105,7 @@ class Snapshot:
 
     @property
     def title(self) -> str:
-        """Whose tree it is, and when."""
+        """The robot and the time."""
         return self.robot if self.sim_time is None else f"{self.robot} at {self.sim_time:.3f} s"
 
     @property
@@ -114,13 +114,13 @@ class Snapshot:
         return self.nodes[0].status
 
     def differs(self, other: Snapshot | None) -> bool:
-        """Return whether there is more to tell than of another tick, besides its time."""
+        """Return whether the snapshot differs from another one by more than the time."""
         if other is None:
             return True
         return (self.nodes, self.ended, self.blackboard) != (other.nodes, other.ended, other.blackboard)
 
     def to_json(self) -> dict[str, Any]:
-        """Return the snapshot as JSON has it."""
+        """Return the snapshot as JSON values."""
         told = {
             "robot": self.robot,
             "sim_time": self.sim_time,
@@ -140,7 +140,7 @@ def nodes_of(root: Behaviour) -> tuple[Node, ...]:
 
 
 def reasons(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
-    """Return which behaviours made a tree fail: the deepest that have failed below nothing but failures.
+    """Return the behaviours that made a tree fail: the deepest ones whose ancestors have all failed.
 
     A decorator that fails although its child has not is a reason itself.
     """
@@ -158,7 +158,7 @@ def reasons(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
 
 
 def tip(nodes: tuple[Node, ...]) -> Node:
-    """Return the behaviour that a tree is at: the last that runs, or has failed; else the root."""
+    """Return the current behaviour of a tree: the last that is RUNNING or has failed; else the root."""
     if failed := reasons(nodes):
         return failed[-1]
     running = [node for node in nodes if node.status is Status.RUNNING]
@@ -203,5 +203,5 @@ def _symbols(kind: type[Behaviour]) -> tuple[str, str]:
 
 
 def _one_line(text: str) -> str:
-    """Return a text that comes from elsewhere as something that can't garble a terminal."""
+    """Return a foreign text as one printable line."""
     return text if text.isprintable() else "".join(letter if letter.isprintable() else " " for letter in text)

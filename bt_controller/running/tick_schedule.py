@@ -1,4 +1,4 @@
-"""When a tree has to be ticked although nothing has happened to its goals."""
+"""The time of the next tick of a tree without events of its goals."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def due(root: Behaviour, now: float, period: float) -> float:
             looked_at += [(child, behind) for child in node.next_ticked()]
             continue
         if node.status is not Status.RUNNING:
-            # It would be begun again, and who knows what comes of that.
+            # The node would start again, with an unknown result.
             polled = True
             continue
         polled = polled or not _waits(node)
@@ -45,18 +45,18 @@ def due(root: Behaviour, now: float, period: float) -> float:
             deadline = min(deadline, node.finish_time + behind)
         looked_at += [(child, behind) for child in _next_ticked(node)]
     if deadline != math.inf and nanoseconds(deadline) <= nanoseconds(now):
-        # It was looked at just now.
+        # It was polled just now.
         polled, deadline = True, math.inf
     return min(deadline, next_period(now, period)) if polled else deadline
 
 
 def _waits(node: Behaviour) -> bool:
-    """Return whether nothing becomes of a running node but by its children, its goal or its time."""
+    """Return whether a running node changes only through its children, its goal or its time."""
     kind = type(node)
     if isinstance(node, ActionLeaf):
         return kind.update is ActionLeaf.update
     if kind.__module__ == decorators.__name__:
-        # A guard asks a function of the user's each time.
+        # A guard evaluates a function of the user at each tick.
         return kind is not decorators.EternalGuard
     return kind in (Sequence, Selector, Parallel, Timer)
 

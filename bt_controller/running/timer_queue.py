@@ -8,12 +8,12 @@ from heapq import heappop, heappush
 from bt_controller.core.sim_time import NANOSECONDS, nanoseconds
 
 
-class Agenda:
-    """A time for each of some numbers, in simulated seconds; infinite for never, as at first."""
+class TimerQueue:
+    """A time for each number, in simulated seconds; infinite for never, the initial value."""
 
     def __init__(self) -> None:
         self._times: dict[int, int] = {}
-        # All times that were ever put; those that were put off are passed over when they come up.
+        # All times that were ever put; replaced ones are skipped when they come up.
         self._heap: list[tuple[int, int]] = []
 
     def put(self, who: int, time: float) -> None:
@@ -31,8 +31,8 @@ class Agenda:
             heappop(self._heap)
         return self._heap[0][0] / NANOSECONDS if self._heap else math.inf
 
-    def take(self, now: float) -> list[int]:
-        """Return whose time has come; they have none until one is put."""
+    def pop_due(self, now: float) -> list[int]:
+        """Return and remove the numbers that are due."""
         come = []
         while self.earliest <= nanoseconds(now) / NANOSECONDS:
             come.append(heappop(self._heap)[1])

@@ -1,1 +1,1 @@
-"""Showing what trees do: on a terminal, as JSON, on Zenoh, as pictures, as a log. The commands use it."""
+"""Display of running trees: on a terminal, as JSON, on Zenoh, as pictures and as a log."""

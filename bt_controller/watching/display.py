@@ -1,4 +1,4 @@
-"""Showing trees while they run: as plain lines, and as JSON for programs. `live_display` has terminals."""
+"""Displays of running trees: plain lines, and JSON for programs. `live_display` is the one for terminals."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class Watcher(Protocol):
     """A display of ticks."""
 
     def ticked(self, mission: Mission, now: float | None) -> None:
-        """Take note of a tick of a tree, at a simulated time."""
+        """Process a tick of a tree at a simulated time."""
 
 
 class PlainDisplay:
-    """Writes a tree as text whenever it looks different."""
+    """Writes a tree as text whenever it has changed."""
 
     def __init__(self, out: IO[str]) -> None:
         self._out = out
@@ -48,7 +48,7 @@ class PlainDisplay:
 
 
 class JsonDisplay:
-    """Writes a tree as one line of JSON whenever it, or what is on its blackboard, is different."""
+    """Writes a tree as one line of JSON whenever the tree or its blackboard has changed."""
 
     def __init__(self, out: IO[str]) -> None:
         self._out = out
@@ -67,7 +67,7 @@ class JsonDisplay:
 
 
 def symbols_for(out: IO[str]) -> Mapping[Status, str]:
-    """Return the symbols that a stream can take."""
+    """Return the symbols that a stream can encode."""
     try:
         "".join(UNICODE.values()).encode(getattr(out, "encoding", None) or _UTF_8)
     except UnicodeError:

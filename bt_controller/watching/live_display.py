@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from bt_controller.running.snapshot import Node, Snapshot
 
 _REFRESH: Final = 10
-"""Times a wall second: a terminal needs trees less often than they are ticked."""
+"""Refreshes per wall second: a terminal needs fewer of them than there are ticks."""
 
 _STYLES: Final = {
     Status.SUCCESS: "green",
@@ -47,7 +47,7 @@ _Line = tuple[str, str]
 
 
 class LiveDisplay:
-    """What rich draws: the trees as they are whenever it asks, no higher and no wider than the terminal."""
+    """The renderable for rich: the current trees, no higher and no wider than the terminal."""
 
     def __init__(self, symbols: Mapping[Status, str] = UNICODE) -> None:
         self._symbols = symbols
@@ -61,7 +61,7 @@ class LiveDisplay:
         return not self._ticked
 
     def ticked(self, mission: Mission, now: float | None) -> None:
-        """Take note of a tick; looked at when the terminal is drawn anew."""
+        """Process a tick, which is shown at the next refresh."""
         tick = mission, now
         if mission.robot not in self._seen:
             self._seen[mission.robot] = tick, mission.snapshot(now)
@@ -83,7 +83,7 @@ class LiveDisplay:
 
     @staticmethod
     def _room(missions: Sequence[Mission], height: int) -> int:
-        """Return how many lines there may be: in the end, the outcome of each robot comes below."""
+        """Return the number of available lines: at the end, the outcome of each robot follows below."""
         over = len(missions) if all(mission.over for mission in missions) else 0
         return max(1, height - 1 - min(over, height // 2))
 
@@ -111,7 +111,7 @@ class LiveDisplay:
         yield from self._folded(folded)
 
     def _fitting(self, nodes: tuple[Node, ...], room: int, *, alone: bool) -> Sequence[Node]:
-        """Return as much of a tree as there is room for: none if that is not enough to be of use."""
+        """Return as much of a tree as fits; nothing if that is too little."""
         if len(nodes) <= room:
             return nodes
         open_ones = list(self._without_what_is_over(nodes))
@@ -144,8 +144,8 @@ class LiveDisplay:
 
     def _rest(self, missions: Sequence[Mission]) -> _Line:
         counts = Counter(_ENDS[mission.status] for mission in missions)
-        told = ", ".join(f"{counts[end]} {end}" for end in _ENDS.values() if counts[end])
-        return f"{self._more} and {len(missions)} more: {told}", "bold"
+        ends = ", ".join(f"{counts[end]} {end}" for end in _ENDS.values() if counts[end])
+        return f"{self._more} and {len(missions)} more: {ends}", "bold"
 
     def _snapshot(self, mission: Mission) -> Snapshot:
         """Return the tree; one that was stopped as it was before.
@@ -165,7 +165,7 @@ class LiveDisplay:
 def live_display() -> Iterator[LiveDisplay]:
     """Draw trees on the terminal meanwhile; the last ones stay there."""
     display = LiveDisplay(symbols_for(sys.stdout))
-    # What is logged is written above the trees, but where the log goes elsewhere it is not ours.
+    # Log lines are written above the trees, unless the log goes elsewhere.
     console, logs_here = Console(file=sys.stdout), sys.stderr.isatty()
     with Live(display, console=console, refresh_per_second=_REFRESH, redirect_stderr=logs_here) as live:
         try:

@@ -26,16 +26,16 @@ _SHAPES: Final = {
     "-->": ("ellipse", "gray"),
 }
 _CONTROLS: Final = ("box", "octagon", "parallelogram", "hexagon")
-"""What their kind is written in."""
+"""The shapes of controls, whose labels contain the symbol."""
 
 _COLOURS: Final = {Status.SUCCESS: "green3", Status.FAILURE: "red", Status.RUNNING: "blue", Status.INVALID: "gray70"}
 
 _MAX_LETTERS: Final = 60
-"""Letters of a message that are shown."""
+"""The largest number of characters of a message in a picture."""
 
 
 def dot(trees: Mapping[str, Sequence[Node]], *, statuses: bool = False) -> str:
-    """Return trees, by their titles, as a graph; with statuses as borders' colours, and what behaviours say."""
+    """Return trees, by their titles, as a graph; with *statuses*, border colours and feedback messages are shown."""
     lines = [
         "digraph {",
         "  ordering=out;",
@@ -68,7 +68,7 @@ def check_graphviz() -> str:
         BadOptions: It is not installed.
     """
     if (program := shutil.which("dot")) is None:
-        raise BadOptions("--svg needs Graphviz's `dot`, which is not there; apt install graphviz, or take --dot")
+        raise BadOptions("--svg needs Graphviz's `dot`, which is not installed; apt install graphviz, or use --dot")
     return program
 
 

@@ -1,4 +1,4 @@
-"""A log of what became of each behaviour, with simulated times: one line whenever its status changes.
+"""A log of the behaviours' statuses with simulated times: one line for each change.
 
 What runs and is reset within one tick is in it, too: the log listens to each behaviour's ``tick`` and ``stop``.
 """
@@ -23,11 +23,11 @@ _log = logging.getLogger(__name__)
 
 
 class Transitions:
-    """Logs the transitions of trees as lines of JSON, and for people.
+    """Logs the transitions of trees as lines of JSON, and as log messages.
 
     Args:
-        out: Where the lines of JSON go; None for nowhere.
-        missions: Whose trees; not ticked so far.
+        out: The stream for lines of JSON; None for none.
+        missions: The trees, before their first tick.
     """
 
     def __init__(self, out: IO[str] | None, missions: Iterable[Mission]) -> None:
@@ -40,15 +40,15 @@ class Transitions:
 
     @staticmethod
     def wanted() -> bool:
-        """Return whether people want to read it: whether our log has it."""
+        """Return whether log messages of transitions are enabled."""
         return _log.isEnabledFor(logging.INFO)
 
     def ticked(self, _mission: Mission, now: float | None) -> None:
-        """Log what became of the tree in a tick."""
+        """Log the transitions of a tick."""
         self.flush(now)
 
     def flush(self, now: float | None) -> None:
-        """Log what has become of trees by this time."""
+        """Log the pending transitions at this time."""
         noted, self._noted = self._noted, []
         for line in noted:
             if self._out is not None:

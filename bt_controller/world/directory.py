@@ -34,7 +34,7 @@ class Directory:
 
     @classmethod
     def from_info(cls, info: Mapping[str, Any]) -> Directory:
-        """Return the robots that the simulator tells of."""
+        """Return the robots of the simulator's description."""
         robots = {robot["name"]: robot for robot in info.get("robots", ())}
         return cls(
             actions={name: tuple(robot.get("actions", ())) for name, robot in robots.items()},
@@ -53,7 +53,7 @@ class Directory:
             raise NotServed(f"no robot {robot!r}{_instead(robot, self.actions)}")
 
     def resolve(self, robot: str, action: str) -> tuple[str, str]:
-        """Return robot and action of what a leaf asks for.
+        """Return robot and action for a leaf's action name.
 
         *action* is a name, or a full name ``robot/action`` or an alias of that; then *robot* doesn't count.
 
