@@ -25,11 +25,11 @@ if TYPE_CHECKING:
         GoalRejectedError,
         GoalTimeout,
         Idle,
-        NobodyThere,
         PortTaken,
         RequestError,
         RequestTimeout,
         SimulatorGone,
+        SimulatorNotFound,
         Unreachable,
     )
     from hmrsim_zenoh.wire.options import SessionOptions
@@ -47,12 +47,12 @@ __all__ = [
     "GoalTimeout",
     "Idle",
     "Lockstep",
-    "NobodyThere",
     "PortTaken",
     "RequestError",
     "RequestTimeout",
     "SessionOptions",
     "SimulatorGone",
+    "SimulatorNotFound",
     "Subscription",
     "Unreachable",
 ]

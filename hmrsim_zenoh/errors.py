@@ -6,7 +6,7 @@
     ├── BadOptions              an endpoint, a prefix or a Zenoh configuration is invalid
     ├── PortTaken               another process listens there already
     ├── PrefixTaken             another simulator serves this prefix
-    ├── NobodyThere             no simulator answers, and none did before
+    ├── SimulatorNotFound       no simulator answers, and none did before
     ├── SimulatorGone           it died, or was restarted and does not know the goal
     ├── Unreachable             it is there, but nothing answers on that key
     ├── RequestError            the simulator can't read or serve the request; carries the details
@@ -48,7 +48,7 @@ class PrefixTaken(HmrsimError):
     """Another simulator serves this prefix; the text names it."""
 
 
-class NobodyThere(HmrsimError):
+class SimulatorNotFound(HmrsimError):
     """No simulator answers."""
 
 

@@ -66,7 +66,7 @@ class Host:
 
     Raises:
         PortTaken: Another process listens on the endpoint.
-        NobodyThere: No peer answers at an endpoint to connect to.
+        SimulatorNotFound: No peer answers at an endpoint to connect to.
         BadOptions: The session's options are invalid.
         PrefixTaken: Another simulator serves this prefix.
     """

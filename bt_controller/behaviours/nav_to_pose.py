@@ -64,7 +64,7 @@ class GoTo(NavToPoseActionClient):
 
         Raises:
             NotServed: There is no such robot, action or place.
-            NobodyThere: No simulator answers.
+            SimulatorNotFound: No simulator answers.
         """
         super().setup(**kwargs)
         if self._place is not None:

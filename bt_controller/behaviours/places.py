@@ -39,7 +39,7 @@ class ToBlackboard(Behaviour):
 
         Raises:
             NotServed: There is no such place.
-            NobodyThere: No simulator answers.
+            SimulatorNotFound: No simulator answers.
         """
         try:
             self._poses = {key: kwargs["places"].pose(place) for key, place in self._places.items()}

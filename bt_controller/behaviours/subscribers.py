@@ -60,7 +60,7 @@ class Handler(Behaviour):
 
         Raises:
             NotServed: There is no such robot, or it does not publish this topic.
-            NobodyThere: No simulator answers.
+            SimulatorNotFound: No simulator answers.
         """
         self._topics = kwargs["topics"]
         self._robot = self._robot or kwargs["robot"]

@@ -9,10 +9,10 @@ from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.errors import (
     BadOptions,
     NameTaken,
-    NobodyThere,
     PortTaken,
     RequestTimeout,
     SimulatorGone,
+    SimulatorNotFound,
     Unreachable,
 )
 
@@ -21,6 +21,6 @@ def exit_code(error: Exception) -> int | None:
     """Return the exit code of an error with a user-readable text; None for a bug."""
     if isinstance(error, (TreeError, PortError, BadOptions, PortTaken, NameTaken)):
         return WRONG_USE
-    if isinstance(error, (NobodyThere, SimulatorGone, Unreachable, RequestTimeout)):
+    if isinstance(error, (SimulatorNotFound, SimulatorGone, Unreachable, RequestTimeout)):
         return NO_SIMULATOR
     return FAILED if isinstance(error, HmrsimError) else None

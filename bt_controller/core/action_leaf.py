@@ -113,7 +113,7 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
 
         Raises:
             NotServed: There is no such robot, or it has no such action.
-            NobodyThere: No simulator answers.
+            SimulatorNotFound: No simulator answers.
         """
         client = kwargs["client"]
         directory = kwargs.get("directory") or Directory.from_info(client.info())

@@ -70,7 +70,7 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         Raises:
             NotServed: There is no such robot, or it has no such action.
             PortError: A port's value in the file is invalid; or the name is another action's.
-            NobodyThere: No simulator answers.
+            SimulatorNotFound: No simulator answers.
         """
         if server := self.read("server_name"):
             directory = kwargs.get("directory") or Directory.from_info(kwargs["client"].info())

@@ -73,7 +73,7 @@ class Topics:
 
         Raises:
             NotServed: The robot has nothing to publish there.
-            NobodyThere, SimulatorGone, Unreachable: No simulator answers.
+            SimulatorNotFound, SimulatorGone, Unreachable: No simulator answers.
         """
         watched = robot, topic
         if watched not in self._wakes:
@@ -91,7 +91,7 @@ class Topics:
 
         Raises:
             NotServed: The robot has never published a message.
-            NobodyThere, SimulatorGone, Unreachable: No simulator answers.
+            SimulatorNotFound, SimulatorGone, Unreachable: No simulator answers.
         """
         watched = robot, topic
         # A message is decoded again only for another payload, or in lockstep at another instant.
@@ -110,7 +110,7 @@ class Topics:
 
         Raises:
             NotServed: The robot has nothing to publish there.
-            NobodyThere, SimulatorGone, Unreachable: No simulator answers.
+            SimulatorNotFound, SimulatorGone, Unreachable: No simulator answers.
         """
         return read(plain(TOPICS[topic]), self._ask(robot, topic))
 

@@ -30,7 +30,7 @@ class OpenLanes:
         client: The connection to the simulator.
 
     Raises:
-        NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator does not answer.
+        SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator does not answer.
     """
 
     def __init__(self, client: Client) -> None:
@@ -44,7 +44,7 @@ class OpenLanes:
         """Query the open lanes.
 
         Raises:
-            NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator does not answer.
+            SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator does not answer.
         """
         received = self._client.get(self._client.keys.world("route_graph"))
         if received != self._received:

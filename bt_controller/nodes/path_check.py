@@ -40,7 +40,7 @@ class PathCheck(Condition):
             **kwargs: *client*, and the arguments of all nodes.
 
         Raises:
-            NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator does not answer.
+            SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator does not answer.
             PortError: A port's value in the file is invalid.
         """
         super().setup(**kwargs)

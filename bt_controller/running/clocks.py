@@ -53,7 +53,7 @@ class Clock(Protocol):
 
         Raises:
             SimulatorGone: Nothing will come any more.
-            Idle, Dropped, NobodyThere: Likewise, in lockstep.
+            Idle, Dropped, SimulatorNotFound: Likewise, in lockstep.
         """
 
     def settle(self, done: Callable[[], bool], seconds: float) -> None:
@@ -74,7 +74,7 @@ def clock_for(client: Client, mailbox: Mailbox, *, feedback: bool, grace: float)
 
     Raises:
         RequestError: The simulator refuses this participant.
-        NobodyThere, SimulatorGone: No simulator answers.
+        SimulatorNotFound, SimulatorGone: No simulator answers.
     """
     lockstep = client.lockstep
     if lockstep is None:

@@ -16,7 +16,7 @@ from bt_controller.running.json_values import board_values
 from bt_controller.running.snapshot import Snapshot, nodes_of
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.client.warm_up import for_client
-from hmrsim_zenoh.errors import NobodyThere, SimulatorGone
+from hmrsim_zenoh.errors import SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -119,7 +119,7 @@ class Mission:
 
         Raises:
             TreeCrashed: A behaviour raised an error.
-            NobodyThere, SimulatorGone: A behaviour sent a request, and no simulator answers any more.
+            SimulatorNotFound, SimulatorGone: A behaviour sent a request, and no simulator answers any more.
         """
         self._ticks += 1
         self._count_at(now)
@@ -127,7 +127,7 @@ class Mission:
         try:
             with self._ticking, self._board.in_use(), simulated_time(now):
                 self.root.tick_once()
-        except (NobodyThere, SimulatorGone):
+        except (SimulatorNotFound, SimulatorGone):
             raise
         except Exception as error:
             raise TreeCrashed(f"the tree of {self.robot!r} broke: {told(error)}") from error

@@ -24,7 +24,7 @@ from bt_controller.running.tick_schedule import due, next_period
 from bt_controller.running.timer_queue import TimerQueue
 from bt_controller.world.directory import Directory
 from bt_controller.world.places import NamedPlaces
-from hmrsim_zenoh.errors import Idle, NobodyThere, SimulatorGone
+from hmrsim_zenoh.errors import Idle, SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -119,7 +119,7 @@ class Runner:
 
         Raises:
             NotServed: The simulator lacks a robot or an action.
-            NobodyThere, SimulatorGone, Unreachable: It does not say what it has.
+            SimulatorNotFound, SimulatorGone, Unreachable: It does not say what it has.
             TreeCrashed: A behaviour raised an error.
             Idle: A tree waits for what can't happen.
             Dropped: The simulator goes on without this client.
@@ -154,9 +154,9 @@ class Runner:
     def _follow(self) -> Outcome:
         try:
             return self._outcome(interrupted=self._stopped())
-        except (NobodyThere, SimulatorGone):
+        except (SimulatorNotFound, SimulatorGone):
             # Their goals have failed by now, and nodes that wait for something else would wait forever.
-            with suppress(NobodyThere, SimulatorGone):
+            with suppress(SimulatorNotFound, SimulatorGone):
                 self._tick(self._numbers.values())
             return self._outcome(gone=True)
         except Idle as error:

@@ -33,7 +33,7 @@ class NamedPlaces:
 
         Raises:
             ValueError: There is no such place.
-            NobodyThere, SimulatorGone, Unreachable, RequestError: The simulator does not answer.
+            SimulatorNotFound, SimulatorGone, Unreachable, RequestError: The simulator does not answer.
         """
         known = self._places()
         if name not in known:

@@ -30,7 +30,7 @@ def connected(args: argparse.Namespace) -> Iterator[tuple[Client, Info]]:
     """Connect to a simulator and get its description, within ``--timeout``.
 
     Raises:
-        NobodyThere: No simulator answers.
+        SimulatorNotFound: No simulator answers.
     """
     options = session_options(args)
     begin = time.monotonic()

@@ -105,7 +105,7 @@ class _Demo:
 
         Raises:
             DemoFailed: The simulator does not start, or the mission takes too long.
-            NobodyThere: The simulator can't be reached.
+            SimulatorNotFound: The simulator can't be reached.
         """
         began = time.monotonic()
         with ExitStack() as stack:

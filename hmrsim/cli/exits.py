@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.errors import HmrsimError, RecordingError, SettingsError, TraceError, WorldError
 from hmrsim_zenoh.errors import (
     BadOptions,
-    NobodyThere,
     PortTaken,
     PrefixTaken,
     RequestTimeout,
     SimulatorGone,
+    SimulatorNotFound,
     Unreachable,
 )
 
@@ -26,7 +26,7 @@ class ExitCode(IntEnum):
     DONE = 0
     FAILED = 1
     WRONG_USE = 2
-    NOBODY_THERE = 3
+    NO_SIMULATOR = 3
     INTERRUPTED = 130
 
 
@@ -47,10 +47,10 @@ _CODES: Final[Mapping[type[HmrsimError], ExitCode]] = {
     BadOptions: ExitCode.WRONG_USE,
     PortTaken: ExitCode.WRONG_USE,
     PrefixTaken: ExitCode.WRONG_USE,
-    NobodyThere: ExitCode.NOBODY_THERE,
-    SimulatorGone: ExitCode.NOBODY_THERE,
-    Unreachable: ExitCode.NOBODY_THERE,
-    RequestTimeout: ExitCode.NOBODY_THERE,
+    SimulatorNotFound: ExitCode.NO_SIMULATOR,
+    SimulatorGone: ExitCode.NO_SIMULATOR,
+    Unreachable: ExitCode.NO_SIMULATOR,
+    RequestTimeout: ExitCode.NO_SIMULATOR,
 }
 
 

@@ -54,7 +54,7 @@ def _simulator(args: argparse.Namespace, stack: ExitStack) -> Source:
     """Return the simulator.
 
     Raises:
-        NobodyThere: No simulator answers.
+        SimulatorNotFound: No simulator answers.
     """
     options = session_options(args)
     client = stack.enter_context(Client(options, clock="realtime"))

@@ -106,7 +106,7 @@ class ActionClient(Generic[G, R, F]):
 
         Raises:
             ClientClosed: The client was closed.
-            NobodyThere, SimulatorGone: No simulator is there.
+            SimulatorNotFound, SimulatorGone: No simulator is there.
             Dropped: It goes on without us.
             RequestError: It answers with an error, or does not want us to take part.
             RequestTimeout: It does not answer.

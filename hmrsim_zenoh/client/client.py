@@ -27,10 +27,10 @@ from hmrsim_zenoh.client.subscription import Subscription
 from hmrsim_zenoh.errors import (
     BadOptions,
     ClientClosed,
-    NobodyThere,
     RequestError,
     RequestTimeout,
     SimulatorGone,
+    SimulatorNotFound,
     Unreachable,
 )
 from hmrsim_zenoh.wire.envelopes import UnreadableError
@@ -82,7 +82,7 @@ class Client:
             grace: Wall seconds for which the simulator may be unreachable, as when a router is restarted.
 
         Raises:
-            NobodyThere: No peer answers at the endpoints.
+            SimulatorNotFound: No peer answers at the endpoints.
             BadOptions: An endpoint, the prefix or the configuration is invalid.
             ValueError: *name* is not a valid name.
         """
@@ -121,13 +121,13 @@ class Client:
         """Wait until the simulator is alive.
 
         Raises:
-            NobodyThere: It is not alive after *timeout* seconds.
+            SimulatorNotFound: It is not alive after *timeout* seconds.
             ClientClosed: The client was closed.
         """
         self._link.check_open()
         if not self._link.presence.wait(timeout):
             token = self.keys.alive()
-            raise NobodyThere(
+            raise SimulatorNotFound(
                 f"no simulator answers within {timeout:g} s: there is no token {token!r}; "
                 "start `hmrsim run WORLD`, or check --connect and --prefix"
             )
@@ -136,7 +136,7 @@ class Client:
         """Return the simulator's description: its world, its clock, its robots and their actions.
 
         Raises:
-            NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout: As `get`.
+            SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: As `get`.
         """
         body = self.get(self.keys.world("info"), timeout)
         try:
@@ -172,7 +172,7 @@ class Client:
         Raises:
             NameTaken: Another participant has this client's name.
             RequestError: The simulator refuses this participant.
-            NobodyThere, SimulatorGone, ClientClosed: There is no simulator to join.
+            SimulatorNotFound, SimulatorGone, ClientClosed: There is no simulator to join.
         """
         with self._joining:
             if self._lockstep is not None and (self._lockstep.over or self._lockstep.lost):
@@ -191,7 +191,7 @@ class Client:
         """Simulated seconds.
 
         Raises:
-            NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError: As `get`.
+            SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError: As `get`.
         """
         lockstep = self.lockstep
         return read_clock(self.get(self.keys.world("clock"))) if lockstep is None else lockstep.now
@@ -203,7 +203,7 @@ class Client:
 
         Raises:
             Dropped: The simulator goes on without this client.
-            NobodyThere, SimulatorGone, ClientClosed, Unreachable: There is no simulated time.
+            SimulatorNotFound, SimulatorGone, ClientClosed, Unreachable: There is no simulated time.
         """
         begin = self.now
         end = begin + seconds
@@ -225,7 +225,7 @@ class Client:
         A request with a payload may have changed something and is never sent twice.
 
         Raises:
-            NobodyThere, SimulatorGone: No simulator is there.
+            SimulatorNotFound, SimulatorGone: No simulator is there.
             Unreachable: The simulator is there, but nothing answers on that key.
             RequestError: It answers with an error.
             RequestTimeout: The answer takes longer than *timeout* seconds.
@@ -315,7 +315,7 @@ class Client:
         """Return the simulator's clock mode; a simulator that does not say has free-running time, as real robots do."""
         try:
             return "lockstep" if self.info(self._timeout).get("clock") == "lockstep" else "realtime"
-        except (NobodyThere, SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError):
+        except (SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError):
             return "realtime"
 
     def _await_simulator(self, key: str, until: float, timeout: float) -> None:

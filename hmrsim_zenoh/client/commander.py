@@ -40,7 +40,7 @@ class Commander:
 
     - `GoalFailed` when the goal was aborted or canceled,
     - `GoalRejectedError` when the robot rejected it,
-    - `NobodyThere`, `SimulatorGone`, `RequestError`, `GoalTimeout` when there is no usable answer.
+    - `SimulatorNotFound`, `SimulatorGone`, `RequestError`, `GoalTimeout` when there is no usable answer.
 
     Attributes:
         robot: The robot's name.

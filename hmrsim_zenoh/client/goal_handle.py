@@ -109,7 +109,7 @@ class GoalHandle(ABC, Generic[R, F]):
 
         Raises:
             GoalRejectedError: It was rejected.
-            NobodyThere, SimulatorGone, RequestError, ClientClosed: It failed.
+            SimulatorNotFound, SimulatorGone, RequestError, ClientClosed: It failed.
             GoalTimeout: Acceptance is unknown after *timeout* seconds, or the simulator's answer timed out.
         """
         if not self._wait(lambda: self._accepted is not None or self._done, timeout, at_once=True):
@@ -123,7 +123,7 @@ class GoalHandle(ABC, Generic[R, F]):
 
         Raises:
             GoalRejectedError: It was rejected.
-            NobodyThere, SimulatorGone, RequestError, ClientClosed: It failed.
+            SimulatorNotFound, SimulatorGone, RequestError, ClientClosed: It failed.
             GoalTimeout: There is none after *timeout* seconds (the goal goes on unless the caller cancels it),
                 or the simulator's acceptance timed out.
         """

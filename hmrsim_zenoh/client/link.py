@@ -13,7 +13,7 @@ import zenoh
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.liveliness import Presence
 from hmrsim_zenoh.client.worker import Worker
-from hmrsim_zenoh.errors import ClientClosed, NobodyThere, RequestError, SimulatorGone
+from hmrsim_zenoh.errors import ClientClosed, RequestError, SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -219,7 +219,7 @@ class Link:
         token = self.keys.alive()
         if self.presence.seen:
             return SimulatorGone(f"the simulator is gone: its token {token!r} has disappeared")
-        return NobodyThere(
+        return SimulatorNotFound(
             f"no simulator answers: there is no token {token!r}; "
             "start `hmrsim run WORLD`, or check --connect and --prefix"
         )

@@ -21,7 +21,7 @@ from hmrsim.errors import HmrsimError
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.participant import Participant, Wish
 from hmrsim_zenoh.client.single_flight import SingleFlight
-from hmrsim_zenoh.errors import Dropped, Idle, NobodyThere, RequestError, SimulatorGone
+from hmrsim_zenoh.errors import Dropped, Idle, RequestError, SimulatorGone, SimulatorNotFound
 from hmrsim_zenoh.wire.envelopes import dump
 from hmrsim_zenoh.wire.keys import ActionKey, Verb
 
@@ -66,7 +66,7 @@ class Lockstep:
 
     Raises:
         RequestError: The simulator refuses this participant, for instance as the name is taken.
-        NobodyThere, SimulatorGone, ClientClosed: There is no simulator to join.
+        SimulatorNotFound, SimulatorGone, ClientClosed: There is no simulator to join.
     """
 
     ordered = True
@@ -153,7 +153,7 @@ class Lockstep:
 
         Raises:
             Idle: The condition can't become true.
-            Dropped, NobodyThere, SimulatorGone, ClientClosed: Likewise.
+            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: Likewise.
         """
         return self._drive(condition, timeout, self.now if at_once else None)
 
@@ -163,7 +163,7 @@ class Lockstep:
         """Advance by simulated seconds; return whether they have passed, since lockstep may end before.
 
         Raises:
-            Dropped, NobodyThere, SimulatorGone, ClientClosed: This client can't advance time any more.
+            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can't advance time any more.
             ValueError: The time is out of range.
         """
         begin = self.now
@@ -194,7 +194,7 @@ class Lockstep:
 
         Raises:
             Idle: Nothing is scheduled, for the second time in a row.
-            Dropped, NobodyThere, SimulatorGone, ClientClosed: This client can't advance time any more.
+            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can't advance time any more.
         """
         limit = time.monotonic() + timeout
         with self._turns.take(self._ended, timeout) as ours:
@@ -241,7 +241,7 @@ class Lockstep:
         """Return whether no more grants will come.
 
         Raises:
-            Dropped, NobodyThere, SimulatorGone: Lockstep ended with this error.
+            Dropped, SimulatorNotFound, SimulatorGone: Lockstep ended with this error.
         """
         if self._error is not None:
             raise self._error
@@ -266,7 +266,7 @@ class Lockstep:
             self._participant.ask(Wish(until, wake, report, [command.payload for command in self._sent]))
         try:
             grant = self._participant.take(limit - time.monotonic())
-        except (Dropped, NobodyThere, SimulatorGone) as error:
+        except (Dropped, SimulatorNotFound, SimulatorGone) as error:
             self._error = error
             self._link.fail(error)
             raise

@@ -127,7 +127,7 @@ class Participant:
         Raises:
             NameTaken: Another participant has this name.
             RequestError: The simulator refuses this participant; the text says why.
-            NobodyThere, SimulatorGone, ClientClosed: There is no simulator to join.
+            SimulatorNotFound, SimulatorGone, ClientClosed: There is no simulator to join.
         """
         self._link.enter(self)
         try:
@@ -153,7 +153,7 @@ class Participant:
         Raises:
             Dropped: The simulator goes on without this participant.
             RequestError: The simulator can't read the request and applied none of it.
-            NobodyThere, SimulatorGone, ClientClosed: There will be no answer.
+            SimulatorNotFound, SimulatorGone, ClientClosed: There will be no answer.
         """
         limit = time.monotonic() + timeout
         while self._answered(limit - time.monotonic()):

@@ -13,7 +13,7 @@ import zenoh
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
-from hmrsim_zenoh.errors import NobodyThere, RequestTimeout
+from hmrsim_zenoh.errors import RequestTimeout, SimulatorNotFound
 from hmrsim_zenoh.ros2.keys import DOMAINS, read_token
 from hmrsim_zenoh.wire.envelopes import UnreadableError
 
@@ -58,14 +58,14 @@ def gather(options: SessionOptions, asked: Snapshot) -> Snapshot:
     """Return the snapshot with the findings on the network.
 
     Raises:
-        NobodyThere: No peer answers at the endpoints, or none is a simulator or a ROS node.
+        SimulatorNotFound: No peer answers at the endpoints, or none is a simulator or a ROS node.
         BadOptions, PortTaken: The session can't be opened.
         SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError: The simulator does not answer.
     """
     with Client(options, clock="realtime", acknowledge_timeout=options.timeout) as client:
         if options.listen or options.mode not in (None, "client"):
             # Peers connect to this session or learn of it from others, which takes a while.
-            with suppress(NobodyThere):
+            with suppress(SimulatorNotFound):
                 client.wait_for_simulator(options.timeout)
         prefixes = tuple(sorted(token.removesuffix(f"/{WORLD}/alive") for token in _tokens(client, _ANY_SIMULATOR)))
         simulator = _simulator(client, options.timeout) if options.prefix in prefixes else None
@@ -74,7 +74,9 @@ def gather(options: SessionOptions, asked: Snapshot) -> Snapshot:
         routers, peers = (tuple(map(str, each)) for each in (info.routers_zid(), info.peers_zid()))
     if not (prefixes or tokens or unreadable):
         who = "a Zenoh peer answers" if routers or peers else "no peer connects"
-        raise NobodyThere(f"{asked.where}: {who}, but there is no simulator and no ROS node; start {asked.command}")
+        raise SimulatorNotFound(
+            f"{asked.where}: {who}, but there is no simulator and no ROS node; start {asked.command}"
+        )
     return replace(
         asked,
         routers=routers,

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
-from hmrsim_zenoh.errors import BadOptions, NobodyThere, PortTaken
+from hmrsim_zenoh.errors import BadOptions, PortTaken, SimulatorNotFound
 from hmrsim_zenoh.wire.endpoints import check_endpoint, with_port
 from hmrsim_zenoh.wire.options import SessionOptions
 
@@ -60,7 +60,7 @@ def open_client(options: SessionOptions = DEFAULT_OPTIONS) -> zenoh.Session:
     Connects within the timeout, unless it only listens: then the simulator has to connect.
 
     Raises:
-        NobodyThere: No peer answers at the endpoints.
+        SimulatorNotFound: No peer answers at the endpoints.
         PortTaken: Another process listens on the endpoint.
         BadOptions: An endpoint or the configuration is invalid.
     """
@@ -86,7 +86,7 @@ def open_server(
 
     Raises:
         PortTaken: Another process listens there.
-        NobodyThere: The session only connects, and no peer answers.
+        SimulatorNotFound: The session only connects, and no peer answers.
         BadOptions: An endpoint or the configuration is invalid.
     """
     settings = _Settings(options)
@@ -134,7 +134,7 @@ def _join(options: SessionOptions, taken: PortTaken) -> tuple[zenoh.Session, tup
     settings.must_connect = True
     try:
         session, endpoints = _open_server(settings)
-    except NobodyThere:
+    except SimulatorNotFound:
         raise taken from None
     # A warning, since a lower level would be lost before logging is set up.
     _log.warning("another Zenoh listens on %s; joining it, and listening on %s", there, _listed(endpoints))
@@ -182,7 +182,7 @@ class _Settings:
             self._insert(_OPEN_TIMEOUT_KEY, round(min(patience, share) * 1000) or 1)
             try:
                 return self._try(advice)
-            except NobodyThere:
+            except SimulatorNotFound:
                 if time.monotonic() + pause >= end:
                     raise
             time.sleep(pause)
@@ -196,7 +196,7 @@ class _Settings:
             raise self._translated(error, advice) from None
         if self._has_choice and not (session.info.routers_zid() or session.info.peers_zid()):
             session.close()
-            raise self._nobody(advice)
+            raise self._not_found(advice)
         return session
 
     def _values(self) -> dict[str, object]:
@@ -229,7 +229,7 @@ class _Settings:
         except zenoh.ZError as error:
             raise BadOptions(f"Zenoh rejects {value!r} for {key}: {_first_line(error)}") from None
 
-    def _translated(self, error: zenoh.ZError, advice: str) -> BadOptions | PortTaken | NobodyThere:
+    def _translated(self, error: zenoh.ZError, advice: str) -> BadOptions | PortTaken | SimulatorNotFound:
         text = _first_line(error)
         if "in use" in text:
             taken = tuple(endpoint for endpoint in self.listen if str(endpoint) in text) or self.listen
@@ -237,11 +237,11 @@ class _Settings:
                 f"{_listed(taken)} is in use; give another endpoint with --listen, or join it with --connect",
             )
         if "Unable to connect" in text:
-            return self._nobody(advice)
+            return self._not_found(advice)
         return BadOptions(f"can't open a Zenoh session: {text}")
 
-    def _nobody(self, advice: str) -> NobodyThere:
-        return NobodyThere(f"no answer from {_listed(self.connect)}; {advice}")
+    def _not_found(self, advice: str) -> SimulatorNotFound:
+        return SimulatorNotFound(f"no answer from {_listed(self.connect)}; {advice}")
 
 
 def _listed(endpoints: tuple[Any, ...]) -> str:

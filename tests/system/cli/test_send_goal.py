@@ -15,7 +15,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.goal_handle import GoalHandle
-from hmrsim_zenoh.errors import GoalRejectedError, NobodyThere, RequestError, SimulatorGone
+from hmrsim_zenoh.errors import GoalRejectedError, RequestError, SimulatorGone, SimulatorNotFound
 
 INFO = {"robots": [{"name": "wall_e", "actions": ["wait"]}], "aliases": {"wall_e/rest": "wall_e/wait"}}
 GOAL_ID = "0123456789abcdef" * 2
@@ -160,7 +160,7 @@ def test_a_goal_that_the_simulator_cannot_read_is_2(client, capsys):
     assert (2, "goal: time.sec: expected an integer, got 'x'\n") == (code, capsys.readouterr().err)
 
 
-@pytest.mark.parametrize("error", [SimulatorGone("it is gone"), NobodyThere("no simulator answers")])
+@pytest.mark.parametrize("error", [SimulatorGone("it is gone"), SimulatorNotFound("no simulator answers")])
 def test_a_simulator_that_is_not_there_is_3(client, error, capsys):
     """Also when it was there before."""
     client.then = lambda goal: goal.fail(error)

@@ -21,10 +21,10 @@ from hmrsim_zenoh.errors import (
     ClientClosed,
     GoalRejectedError,
     GoalTimeout,
-    NobodyThere,
     RequestError,
     RequestTimeout,
     SimulatorGone,
+    SimulatorNotFound,
     Unreachable,
 )
 from hmrsim_zenoh.wire.envelopes import UnreadableError
@@ -379,7 +379,9 @@ def test_a_router_without_a_simulator_is_nobody(another):
     with Client(SessionOptions(connect=(router.endpoint,)), grace=0.2) as client:
         goal = client.action_client("wall_e", registry()["wait"]).send_goal(GOAL)
 
-        with pytest.raises(NobodyThere, match="there is no token 'hmrsim/_world/alive'; start `hmrsim run WORLD`"):
+        with pytest.raises(
+            SimulatorNotFound, match="there is no token 'hmrsim/_world/alive'; start `hmrsim run WORLD`"
+        ):
             goal.result(SOON)
 
 
@@ -624,7 +626,7 @@ def test_waiting_for_a_simulator_that_does_not_come(another):
     router = another(present=False)
     with Client(SessionOptions(connect=(router.endpoint,))) as client:
         assert not client.alive
-        with pytest.raises(NobodyThere, match=r"within 0.05 s: there is no token 'hmrsim/_world/alive'"):
+        with pytest.raises(SimulatorNotFound, match=r"within 0.05 s: there is no token 'hmrsim/_world/alive'"):
             client.wait_for_simulator(0.05)
 
 
@@ -719,7 +721,7 @@ def test_a_value_of_nobody(another):
     """No simulator, no value."""
     router = another(present=False)
     options = SessionOptions(connect=(router.endpoint,))
-    with Client(options, grace=0.1) as client, pytest.raises(NobodyThere, match="no simulator answers"):
+    with Client(options, grace=0.1) as client, pytest.raises(SimulatorNotFound, match="no simulator answers"):
         client.get("hmrsim/_world/clock")
 
 

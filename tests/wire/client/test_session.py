@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from hmrsim_zenoh.errors import BadOptions, NobodyThere, PortTaken
+from hmrsim_zenoh.errors import BadOptions, PortTaken, SimulatorNotFound
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def test_nobody_there_is_said_within_the_timeout(free_endpoint):
     """Without anybody at the endpoint the timeout holds, and the error names the endpoint."""
     began = time.monotonic()
 
-    with pytest.raises(NobodyThere, match=f"no answer from {free_endpoint}; start `hmrsim run WORLD`"):
+    with pytest.raises(SimulatorNotFound, match=f"no answer from {free_endpoint}; start `hmrsim run WORLD`"):
         open_client(SessionOptions(connect=(free_endpoint,), timeout=0.3))
 
     assert time.monotonic() - began < 2.0
@@ -92,7 +92,7 @@ def test_nobody_at_several_endpoints_is_said_within_the_timeout(free_endpoint, m
     """The error names all of them."""
     began = time.monotonic()
 
-    with pytest.raises(NobodyThere, match=f"no answer from {mute_endpoint}, {free_endpoint}; start"):
+    with pytest.raises(SimulatorNotFound, match=f"no answer from {mute_endpoint}, {free_endpoint}; start"):
         open_client(SessionOptions(connect=(mute_endpoint, free_endpoint), mode=mode, timeout=0.6))
 
     assert time.monotonic() - began < 5.0
@@ -131,7 +131,7 @@ def test_a_simulator_that_connects_does_not_listen():
 
 def test_a_simulator_that_only_connects_needs_somebody(free_endpoint):
     """It gives up after the timeout, too."""
-    with pytest.raises(NobodyThere, match=r"no answer from .*; start a Zenoh router"):
+    with pytest.raises(SimulatorNotFound, match=r"no answer from .*; start a Zenoh router"):
         open_server(SessionOptions(connect=(free_endpoint,), timeout=0.2))
 
 

@@ -19,7 +19,7 @@ from bt_controller.world.directory import NotServed
 from hmrsim.actions import registry
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim_zenoh.errors import NobodyThere
+from hmrsim_zenoh.errors import SimulatorNotFound
 
 
 @pytest.fixture
@@ -230,14 +230,14 @@ class TestEnds:
     def test_a_server_that_does_not_answer_is_failure(self, computing, board):
         """2 is Nav2's SEND_GOAL_FAILURE."""
         ticked, goal = computing
-        goal.fail(NobodyThere("nobody there"))
+        goal.fail(SimulatorNotFound("nobody there"))
 
         assert "F" == ticked.tick()
         assert (2, "nobody there") == (board["/code"], board["/message"])
 
     def test_a_goal_that_can_not_be_sent_is_failure(self, node, tree, known, client, board):
         """With that code, too."""
-        client.refuses = NobodyThere("nobody there")
+        client.refuses = SimulatorNotFound("nobody there")
         ticked = tree(node(Wait, error_code_id="{code}"), **known)
 
         assert "F" == ticked.tick()
@@ -345,7 +345,7 @@ class TestMoveIt:
     def test_nobody_there_is_failure(self, picking, board):
         """MoveIt's FAILURE."""
         ticked, goal = picking
-        goal.fail(NobodyThere("nobody there"))
+        goal.fail(SimulatorNotFound("nobody there"))
         ticked.tick()
 
         assert 99999 == board["/code"]
@@ -398,7 +398,7 @@ class TestFollowPath:
     def test_where_the_new_goal_can_not_be_sent_the_old_one_is_canceled(self, following, client, board, path):
         """The node fails, and nobody follows the robot any longer."""
         board["/path"] = path((1, 0), (4, 1))
-        client.refuses = NobodyThere("nobody there")
+        client.refuses = SimulatorNotFound("nobody there")
 
         assert "F" == following.tick()
         assert client.goals[0].canceled

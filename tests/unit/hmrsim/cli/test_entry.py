@@ -16,11 +16,11 @@ from hmrsim.program import command_line
 from hmrsim_zenoh.errors import (
     BadOptions,
     GoalRejectedError,
-    NobodyThere,
     PortTaken,
     PrefixTaken,
     RequestTimeout,
     SimulatorGone,
+    SimulatorNotFound,
     Unreachable,
 )
 
@@ -140,7 +140,7 @@ def test_wrong_use_is_2(arguments, capsys):
         (BadOptions("x"), 2),
         (PortTaken("x"), 2),
         (PrefixTaken("x"), 2),
-        (NobodyThere("x"), 3),
+        (SimulatorNotFound("x"), 3),
         (SimulatorGone("x"), 3),
         (RequestTimeout("x"), 3),
         (Unreachable("x"), 3),
@@ -154,7 +154,7 @@ def test_each_error_has_its_exit_code(error, code):
 
 def test_errors_name_the_program():
     """What has no file in front is said to come from hmrsim."""
-    assert "hmrsim: no simulator answers" == text_of(NobodyThere("no simulator answers"))
+    assert "hmrsim: no simulator answers" == text_of(SimulatorNotFound("no simulator answers"))
 
 
 def test_errors_of_files_begin_with_the_file():
@@ -164,11 +164,11 @@ def test_errors_of_files_begin_with_the_file():
 
 def test_a_known_error_is_one_line(broken_command, capsys):
     """A known error ends the command with its code and one line, no traceback."""
-    broken_command(NobodyThere("no simulator answers"))
+    broken_command(SimulatorNotFound("no simulator answers"))
 
     code = main(["map"])
 
-    assert (ExitCode.NOBODY_THERE, "hmrsim: no simulator answers\n") == (code, capsys.readouterr().err)
+    assert (ExitCode.NO_SIMULATOR, "hmrsim: no simulator answers\n") == (code, capsys.readouterr().err)
 
 
 def test_interrupted(broken_command):
