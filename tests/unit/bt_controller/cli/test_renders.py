@@ -71,5 +71,5 @@ def test_without_graphviz_it_is_said_what_to_do(monkeypatch):
     """Another way is named, too."""
     monkeypatch.setenv("PATH", "")
 
-    with pytest.raises(BadOptions, match=r"--svg needs Graphviz's `dot`.*apt install graphviz, or take --dot"):
+    with pytest.raises(BadOptions, match=r"--svg needs Graphviz's `dot`.*apt install graphviz, or use --dot"):
         svg("digraph {}")
