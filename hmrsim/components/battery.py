@@ -135,7 +135,7 @@ class Battery:
         return self.charge(now) / self.usable if self.usable else 0.0
 
     def flow(self, now: float) -> float:
-        """Return the units of energy a second that go in just now; negative when they go out."""
+        """Return the units of energy a second that go in now; negative when they go out."""
         charge = self.charge(now)
         if not self.charging:
             return -self.drain if charge > 0.0 else 0.0

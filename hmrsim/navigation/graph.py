@@ -140,7 +140,7 @@ class WaypointGraph:
     def straight_through(self, points: Sequence[Point], *, flies: bool = False) -> tuple[Route, str]:
         """Return the straight legs from point to point as far as nothing stands in the way, and what does; or "".
 
-        Between two points of one lane the lane is driven, which is open. Who *flies* knows no lanes, and no walls.
+        Between two points of one lane the lane is driven, which is open. A robot that *flies* goes straight over all.
         """
         legs: list[Leg] = []
         for a, b in pairwise(points):

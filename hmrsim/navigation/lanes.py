@@ -158,7 +158,7 @@ class Lanes:
     def reach(self, a: Point, b: Point, *, flies: bool = False) -> tuple[Point, str]:
         """Return how far one gets on the straight line from *a* to *b*, and what stops one before its end; or "".
 
-        On a lane only closed doors do, and nothing on the ground stops who *flies*.
+        On a lane only closed doors do, and nothing on the ground stops a robot that *flies*.
         """
         on_map = self._share_on_map(a, b)
         free = 1.0 if flies else self._closed_doors.free(a, b)

@@ -120,7 +120,7 @@ class Detections:
         return Sampled(Topic.DETECTIONS, robot.name, Detection3DArray.model_validate(found))
 
     def changed(self, silent: Collection[str]) -> Iterator[Sampled]:
-        """Yield what each robot sees for whom that has changed since it was told, but for those who say nothing."""
+        """Yield what each robot sees if that has changed since it was published; nothing of the *silent* robots."""
         robots = self._roster.robots.values()
         watchers = [robot for robot in robots if robot.name not in silent and sensors_of(robot)]
         surroundings = Surroundings(self._roster) if watchers else None

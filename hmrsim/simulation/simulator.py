@@ -78,7 +78,7 @@ class Service(Protocol):
 
     @property
     def serve(self) -> Callable[[Any, Any], Any]:
-        """Answers a request, or returns what is to be told whom to tell the answer."""
+        """Answers a request, or returns a function that is to be called with the receiver of the answer."""
 
     @property
     def recorded(self) -> Callable[[Any, Any], Any]:

@@ -109,7 +109,7 @@ class Admission:
             )
             if up_to is not None:
                 return up_to
-            closed = self.closures.told() + [f"{a}-{b} may not be driven by {robot.name}" for a, b in kept_off]
+            closed = self.closures.descriptions() + [f"{a}-{b} may not be driven by {robot.name}" for a, b in kept_off]
             raise NoRoute(error.code, f"{error}; {', '.join(closed)}") from None
 
     # --- barriers -------------------------------------------------------------------------------------------------

@@ -94,7 +94,7 @@ class LaneClosures:
             return ""
         return f"{lane[0]}-{lane[1]} is closed: {'; '.join(self.lanes[lane].values())}"
 
-    def told(self) -> list[str]:
+    def descriptions(self) -> list[str]:
         """Return which lanes are closed, and why, in words."""
         return [f"{a}-{b} is closed ({'; '.join(why.values())})" for (a, b), why in self.lanes.items()]
 
