@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
     from hmrsim.simulation.simulator import Simulator
 
@@ -85,10 +85,10 @@ class Wanderers:
         for robot in robots:
             self._send(robot, "wait", Wait.Goal(time=Duration.from_seconds(self._chance.random())))
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Send on the robot whose result has come."""
-        if isinstance(event, Answered) and isinstance(event.reply_to, _Wanderer):
-            self._send(event.reply_to, "navigate_to_pose", self._chance.choice(self._goals))
+        if isinstance(output, Answered) and isinstance(output.reply_to, _Wanderer):
+            self._send(output.reply_to, "navigate_to_pose", self._chance.choice(self._goals))
 
     def wants(self, _topic: Topic) -> bool:
         """Return False: results come unasked."""

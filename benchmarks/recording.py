@@ -20,7 +20,7 @@ from hmrsim_zenoh.recording.writing import RecordingFile
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
 
 QUICK: dict[str, Any] = {"sizes": (10, 100), "seconds": 5.0}
 
@@ -35,10 +35,10 @@ class _Timed(RecordingSink):
 
     spent = 0.0
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Write an event."""
         began = time.thread_time()
-        super().emit(event)
+        super().emit(output)
         self.spent += time.thread_time() - began
 
 

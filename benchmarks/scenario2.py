@@ -21,7 +21,7 @@ from hmrsim_zenoh import Client
 if TYPE_CHECKING:
     import zenoh
 
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
     from hmrsim.world.model import World
 
@@ -134,10 +134,10 @@ class _Here:
         self._simulator.run()
         self._results.pop()
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Take a result."""
-        if isinstance(event, Answered):
-            self._results.append(event.answer)
+        if isinstance(output, Answered):
+            self._results.append(output.answer)
 
     def wants(self, _topic: Topic) -> bool:
         """Return False: results come unasked."""

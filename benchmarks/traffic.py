@@ -23,7 +23,7 @@ from hmrsim.world_checks import load_world
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Sink
 
 QUICK: dict[str, Any] = {"rounds": 1, "seconds": 100.0}
@@ -40,10 +40,10 @@ class _Lanes:
     def __init__(self) -> None:
         self.driven = 0
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Count the event if a robot begins a lane."""
         self.driven += (
-            isinstance(event, EventStamped) and isinstance(event.event, MotionBegan) and event.event.lane is not None
+            isinstance(output, EventStamped) and isinstance(output.event, MotionBegan) and output.event.lane is not None
         )
 
     def wants(self, topic: Topic) -> bool:

@@ -6,7 +6,7 @@ One robot follows its script, another one gets a goal; a sink prints how goals b
 from hmrsim import RunSettings, Simulator, commands, load_world
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.protocol.outputs import Event, GoalChanged
+from hmrsim.protocol.outputs import GoalChanged, Output
 from hmrsim.protocol.topics import Topic
 
 
@@ -17,10 +17,10 @@ class Printer:
         """Goals come unasked, samples are not wanted."""
         return False
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Print the status of a goal."""
-        if isinstance(event, GoalChanged):
-            print(f"{event.stamp / 1e9:.1f} s: {event.robot} {event.action} {event.status.name}")
+        if isinstance(output, GoalChanged):
+            print(f"{output.stamp / 1e9:.1f} s: {output.robot} {output.action} {output.status.name}")
 
 
 world = load_world("examples/in_process.yaml").world

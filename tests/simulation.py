@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import AnyAction
     from hmrsim.protocol.commands import Command
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Sink
 
 SMALL_WORLD = {
@@ -59,12 +59,12 @@ class Log:
     """A sink that keeps all events with their simulated times."""
 
     topics: frozenset[Topic] = frozenset(Topic)
-    events: list[tuple[float, Event]] = field(default_factory=list)
+    events: list[tuple[float, Output]] = field(default_factory=list)
     simulator: Simulator | None = None
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Keep an event."""
-        self.events.append((self.simulator.now if self.simulator else 0.0, event))
+        self.events.append((self.simulator.now if self.simulator else 0.0, output))
 
     def wants(self, topic: Topic) -> bool:
         """Return whether the log listens to a topic."""

@@ -22,7 +22,7 @@ from hmrsim.protocol.topics import Topic
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Sink
 
 _FORMAT: Final = "[%(levelname)s] %(asctime)s | %(message)s"
@@ -58,15 +58,15 @@ class EventLog:
         """Return whether it takes a topic: events, but not how robots move."""
         return topic is Topic.EVENTS
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Log a goal or an event."""
-        if isinstance(event, GoalChanged):
+        if isinstance(output, GoalChanged):
             if self._goals:
-                self._log_goal(event)
-        elif isinstance(event, EventStamped):
-            level = _LEVELS[event.event.severity]
+                self._log_goal(output)
+        elif isinstance(output, EventStamped):
+            level = _LEVELS[output.event.severity]
             if level >= self._least and _log.isEnabledFor(level):
-                at, text = event.stamp / NANOSECONDS, printable(event.event.describe())
+                at, text = output.stamp / NANOSECONDS, printable(output.event.describe())
                 _log.log(level, "sim %.3f | %s", at, text)
 
     def _log_goal(self, event: GoalChanged) -> None:
@@ -90,17 +90,17 @@ class Later:
 
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
-        self._events: list[Event] = []
+        self._events: list[Output] = []
 
     def wants(self, topic: Topic) -> bool:
         """Return whether the other sink wants a topic."""
         return self._sink.wants(topic)
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Buffer an event."""
-        kind = type(event)
+        kind = type(output)
         if kind is GoalChanged or kind is EventStamped:
-            self._events.append(event)
+            self._events.append(output)
             if len(self._events) >= _MAX_LATER:
                 self.hand_on()
 

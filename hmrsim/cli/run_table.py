@@ -18,7 +18,7 @@ from hmrsim.robots.robot import Robot
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim_zenoh.host import Host
 
 _TRIES: Final = 5
@@ -45,10 +45,10 @@ class LastGoals:
     def __init__(self) -> None:
         self.verdicts: dict[str, Text] = {}
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Remember how a goal ended."""
-        if isinstance(event, GoalChanged) and event.status.terminal:
-            self.verdicts[event.robot] = _verdict(event)
+        if isinstance(output, GoalChanged) and output.status.terminal:
+            self.verdicts[output.robot] = _verdict(output)
 
     def wants(self, topic: Topic) -> bool:
         """Return whether it is the clock."""

@@ -25,7 +25,7 @@ from hmrsim.simulation.simulator import Simulator
 if TYPE_CHECKING:
     import argparse
 
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
     from hmrsim.world_checks import LoadedWorld
 
@@ -40,10 +40,10 @@ class _Tally:
         """Return False: ends of goals are delivered without it."""
         return False
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Count a goal that has ended."""
-        if isinstance(event, GoalChanged) and event.status.terminal:
-            self.statuses[event.status.name] += 1
+        if isinstance(output, GoalChanged) and output.status.terminal:
+            self.statuses[output.status.name] += 1
 
 
 def simulate(args: argparse.Namespace) -> int:

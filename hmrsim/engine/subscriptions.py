@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
     import simpy
 
-    from hmrsim.events import Event as WorldEvent
+    from hmrsim.events import Event
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Sink
 
 
@@ -77,17 +77,17 @@ class EventPublisher:
         interest: Likewise; check it before publishing frequent events.
     """
 
-    def __init__(self, env: simpy.Environment, interest: Interest, emit: Callable[[Event], None]) -> None:
+    def __init__(self, env: simpy.Environment, interest: Interest, emit: Callable[[Output], None]) -> None:
         self.interest = interest
         self._env = env
         self._emit = emit
 
-    def publish(self, make: Callable[[], WorldEvent]) -> None:
+    def publish(self, make: Callable[[], Event]) -> None:
         """Publish an event of this instant; it is built only if a sink wants it."""
         if self.interest.events:
             self._emit(EventStamped(stamp(self._env.now), make()))
 
-    def publish_untraced(self, make: Callable[[], WorldEvent]) -> None:
+    def publish_untraced(self, make: Callable[[], Event]) -> None:
         """Publish an event that is not in traces, likewise."""
         if self.interest.motion:
             self._emit(EventStamped(stamp(self._env.now), make()))

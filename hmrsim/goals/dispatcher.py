@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from hmrsim.goals.servers import ActionServer, Owner
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import CancelGoal, GetResult, SendGoal, StopWaiting
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
 
 _CANCEL = CancelGoalService.Response
 
@@ -80,7 +80,7 @@ class Dispatcher:
         actions: Mapping[str, AnyAction],
         telemetry: Telemetry,
         *,
-        emit: Callable[[Event], None],
+        emit: Callable[[Output], None],
         publisher: EventPublisher,
         seed: int = 0,
         keep_results: int = 1000,

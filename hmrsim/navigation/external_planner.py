@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.interfaces.nav2_msgs import ComputePathToPose
     from hmrsim.protocol.commands import PlanAnswered
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
 
 
 class Plans:
@@ -30,7 +30,7 @@ class Plans:
         present: Whether one has announced itself.
     """
 
-    def __init__(self, env: simpy.Environment, emit: Callable[[Event], None], publisher: EventPublisher) -> None:
+    def __init__(self, env: simpy.Environment, emit: Callable[[Output], None], publisher: EventPublisher) -> None:
         self._env = env
         self._emit = emit
         self._publisher = publisher

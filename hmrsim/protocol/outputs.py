@@ -12,7 +12,7 @@ from hmrsim.protocol.time import HasLeft, Joined, TimeState
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hmrsim.events import Event as WorldEvent
+    from hmrsim.events import Event
     from hmrsim.interfaces.message import Message
     from hmrsim.interfaces.nav2_msgs import ComputePathToPose
     from hmrsim.protocol.answers import CancelResponse, GoalEntry, GoalResponse, Refused, ResultResponse
@@ -111,7 +111,7 @@ class EventStamped(NamedTuple):
     """
 
     stamp: int
-    event: WorldEvent
+    event: Event
 
     @property
     def kind(self) -> str:
@@ -148,7 +148,7 @@ TimeAnswer = Joined | Granted | HasLeft | TimeState
 Published = StatusChanged | FeedbackSent | Sampled | EventStamped
 
 
-Event = (
+Output = (
     Answered
     | GoalChanged
     | StatusChanged

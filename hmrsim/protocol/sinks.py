@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Command
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
 
 
@@ -25,8 +25,8 @@ class Moment(NamedTuple):
 class Sink(Protocol):
     """Receives the outputs; called in the simulation's thread, which it must not block."""
 
-    def emit(self, event: Event) -> None:
-        """Take an event."""
+    def emit(self, output: Output) -> None:
+        """Take an output."""
 
     def wants(self, topic: Topic) -> bool:
         """Return whether the topic has a subscriber; a topic that no sink wants is not computed."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from hmrsim.protocol.commands import Command
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Moment
     from hmrsim.simulation.simulator import Simulator
 
@@ -39,23 +39,23 @@ class Watcher:
         """Return whether it wants a topic: events and motions."""
         return topic in (Topic.EVENTS, Topic.MOTION)
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Pass on an event."""
-        if isinstance(event, EventStamped):
-            what = event.event
+        if isinstance(output, EventStamped):
+            what = output.event
             if isinstance(what, RouteTaken):
                 return
-            self._take(Occurrence(event.stamp, what))
+            self._take(Occurrence(output.stamp, what))
             if isinstance(what, SimulationReset | WorldLoaded):
                 self._see()
             # Between two events the charge is monotonic.
             robot = getattr(what, "robot", None)
             if isinstance(robot, str) and what.traced:
                 self._weigh(robot)
-        elif isinstance(event, GoalChanged):
-            self._take(Occurrence(event.stamp, event.event(results_from=GoalStatus.CANCELED)))
-            if event.status.terminal:
-                self._weigh(event.robot)
+        elif isinstance(output, GoalChanged):
+            self._take(Occurrence(output.stamp, output.event(results_from=GoalStatus.CANCELED)))
+            if output.status.terminal:
+                self._weigh(output.robot)
 
     def weigh_all(self) -> None:
         """Pass on the charge of all batteries."""

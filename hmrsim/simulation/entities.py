@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.subscriptions import EventPublisher
-    from hmrsim.events import Event as WorldEvent
+    from hmrsim.events import Event
     from hmrsim.geometry import Point, Pose
     from hmrsim.goals.dispatcher import Dispatcher
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.simulation.run_control import Gate
     from hmrsim.world.model import World
 
@@ -64,7 +64,7 @@ class Roster:
         *,
         plans: Plans,
         publisher: EventPublisher,
-        emit: Callable[[Event], None],
+        emit: Callable[[Output], None],
         leaving: Callable[[str], None],
     ) -> None:
         self._env = env
@@ -195,7 +195,7 @@ class Roster:
             self._lay(entity, pose.point)
         self._publisher.publish(lambda: Teleported(entity.name, pose.point, pose.yaw))
 
-    def publish(self, make: Callable[[], WorldEvent]) -> None:
+    def publish(self, make: Callable[[], Event]) -> None:
         """Publish an event of a fault's own; it is made only if it is wanted."""
         self._publisher.publish(make)
 

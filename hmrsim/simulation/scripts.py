@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.protocol.answers import GoalResponse, ResultResponse
     from hmrsim.protocol.commands import Command
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
     from hmrsim.world.model import World
 
@@ -109,10 +109,10 @@ class Scripts:
         """Return False: answers come unasked."""
         return False
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Wake the script that waits for an answer."""
-        if isinstance(event, Answered) and isinstance(event.reply_to, simpy.Event):
-            event.reply_to.succeed(event.answer)
+        if isinstance(output, Answered) and isinstance(output.reply_to, simpy.Event):
+            output.reply_to.succeed(output.answer)
 
     def _run(self, script: Script) -> Generator[Any, Any, None]:
         for order in script.orders:

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.items import Item
     from hmrsim.protocol.commands import Command
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Sink
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
@@ -91,7 +91,7 @@ class Simulator:
     Args:
         world: What to run; its names must have been checked, as `load_world` does.
         settings: How to run it.
-        sinks: Where events go, in this order; the initial state is no event.
+        sinks: Where outputs go, in this order; the initial state is no output.
         watchers: Makes further sinks, of the simulator; called when all else is made.
         actions: The actions of robots, by name; all that are installed if None.
         services: The services of the world, by name; `hmrsim.services.registry` returns all that are installed.
@@ -282,9 +282,9 @@ class Simulator:
         if reply_to is not None:
             self._emit(Answered(reply_to, answer))
 
-    def tell(self, event: Event) -> None:
+    def tell(self, output: Output) -> None:
         """Send an event that is not of the world itself."""
-        self._emit(event)
+        self._emit(output)
 
     def stop(self, reason: str = "the simulation was stopped") -> None:
         """Abort every goal that runs; the simulation must not be run afterwards."""
@@ -298,11 +298,11 @@ class Simulator:
         # Interrupts come before all else; robots stand still after them.
         self.env.take_urgent()
 
-    def _emit(self, event: Event) -> None:
-        if self.dispatcher.cut_off and isinstance(event, _SAID) and event.robot in self.dispatcher.cut_off:
+    def _emit(self, output: Output) -> None:
+        if self.dispatcher.cut_off and isinstance(output, _SAID) and output.robot in self.dispatcher.cut_off:
             return
         for sink in self._sinks:
-            sink.emit(event)
+            sink.emit(output)
 
     def _emit_detections(self) -> None:
         for seen in self.detections.changed(self.dispatcher.cut_off):

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
     from hmrsim.protocol.commands import CancelGoal, PlanAnswered
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.participants import Participant
 
@@ -324,22 +324,22 @@ class LockstepCoordinator:
         """Return whether a participant wants to be woken for feedback; other events are emitted anyway."""
         return topic is Topic.FEEDBACK and "feedback" in self._reported
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Record an event that a participant waits for."""
-        kind = type(event)
+        kind = type(output)
         if kind is GoalChanged:
-            self._note_change(event)  # type: ignore[arg-type]  # by its exact type, as this is asked for each event
+            self._note_change(output)  # type: ignore[arg-type]  # by its exact type, as this is asked for each event
         elif kind is FeedbackSent:
             if "feedback" in self._reported:
-                self._note("feedback", stamp(self._simulator.now), event)  # type: ignore[arg-type]
+                self._note("feedback", stamp(self._simulator.now), output)  # type: ignore[arg-type]
         elif kind is RosterChanged:
             self._note_withheld()
         elif kind is PlanWanted:
             if self._granting:
                 self._simulator.halt()
-        elif kind is Answered and type(event.reply_to) is Slot:  # type: ignore[union-attr]
-            event.reply_to.answer = event.answer  # type: ignore[union-attr]
-            if event.reply_to.wakes and not _accepted(event.answer):  # type: ignore[union-attr]
+        elif kind is Answered and type(output.reply_to) is Slot:  # type: ignore[union-attr]
+            output.reply_to.answer = output.answer  # type: ignore[union-attr]
+            if output.reply_to.wakes and not _accepted(output.answer):  # type: ignore[union-attr]
                 # The refusal counts as the result: no later event could wake the participant that sent the command.
                 self._halt()
 

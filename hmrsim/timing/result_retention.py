@@ -10,7 +10,7 @@ from hmrsim.protocol.commands import ForgetResult
 from hmrsim.protocol.outputs import GoalChanged
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
     from hmrsim.simulation.simulator import Simulator
 
@@ -26,10 +26,10 @@ class Retention:
         self._timeout = timeout
         self._ended: deque[tuple[float, ForgetResult]] = deque()
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Record a goal that has ended."""
-        if self._timeout >= 0 and isinstance(event, GoalChanged) and event.status.terminal:
-            forget = ForgetResult(event.robot, event.action, event.goal_id)
+        if self._timeout >= 0 and isinstance(output, GoalChanged) and output.status.terminal:
+            forget = ForgetResult(output.robot, output.action, output.goal_id)
             self._ended.append((wall_time() + self._timeout, forget))
 
     def wants(self, _topic: Topic) -> bool:

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import Command
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Moment
     from hmrsim.settings.run import RunSettings
     from hmrsim.world.model import World
@@ -137,15 +137,15 @@ class Trace:
         """Return whether it takes a topic: what happens, but no samples."""
         return topic is Topic.EVENTS
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Write an event."""
-        kind = type(event)
+        kind = type(output)
         if kind is GoalChanged:
-            self._lines.append(self._status(event))  # type: ignore[arg-type]  # by its exact type: asked for each event
+            self._lines.append(self._status(output))  # type: ignore[arg-type]  # by its exact type: asked for each event
             if len(self._lines) >= _BATCH:
                 self.flush()
-        elif kind is EventStamped and event.event.traced:  # type: ignore[union-attr]  # likewise
-            self._add(_event_fields(event))  # type: ignore[arg-type]
+        elif kind is EventStamped and output.event.traced:  # type: ignore[union-attr]  # likewise
+            self._add(_event_fields(output))  # type: ignore[arg-type]
 
     def _status(self, event: GoalChanged) -> str:
         sec, nanosec = divmod(event.stamp, NANOSECONDS)

@@ -17,7 +17,7 @@ from hmrsim_zenoh.wire import encoding
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.time import TimeState
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.recording.recorder import Recorder
@@ -49,19 +49,19 @@ class RecordingSink:
         """Return whether a topic is recorded."""
         return topic in _TOPICS
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Write an event."""
-        match event:
+        match output:
             case Sampled():
-                self._sample(event)
+                self._sample(output)
             case GoalChanged():
-                self._recorder.event(event.event(), encoding.event_payload(event), event.stamp)
+                self._recorder.event(output.event(), encoding.event_payload(output), output.stamp)
             case EventStamped():
-                self._recorder.event(event.event, encoding.event_payload(event), event.stamp)
+                self._recorder.event(output.event, encoding.event_payload(output), output.stamp)
             case StatusChanged():
-                self._recorder.status(event)
+                self._recorder.status(output)
             case FeedbackSent():
-                self._recorder.feedback(event, stamp(self._simulator.now))
+                self._recorder.feedback(output, stamp(self._simulator.now))
 
     def close(self) -> None:
         """Write the pending data."""

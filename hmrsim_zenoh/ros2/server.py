@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import AnyAction
     from hmrsim.protocol.commands import AnyCommand
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
     from hmrsim.services import AnyService
     from hmrsim.simulation.simulator import Simulator
@@ -161,12 +161,12 @@ class Ros2Server:
         """Return whether a topic has a subscriber."""
         return self._publications.wants(topic)
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Send an event as replies and publications."""
-        if type(event) is not Answered:
-            self._publications.emit(event)
-        elif isinstance(event.reply_to, PendingRosReply) and event.reply_to.wire is self._wire:
-            self._answer(event.reply_to, event.answer)
+        if type(output) is not Answered:
+            self._publications.emit(output)
+        elif isinstance(output.reply_to, PendingRosReply) and output.reply_to.wire is self._wire:
+            self._answer(output.reply_to, output.answer)
 
     def close(self) -> None:
         """Stop declaring, before the session is closed; later requests are refused."""

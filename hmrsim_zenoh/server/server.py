@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import AnyAction
     from hmrsim.protocol.commands import AnyCommand, Command
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.services import AnyService
     from hmrsim.settings.run import RunSettings
     from hmrsim_zenoh.server.world_info import Description
@@ -202,9 +202,9 @@ class Server:
         """Return whether a topic has a subscriber."""
         return self._interest[topic] or (topic is Topic.EVENTS and self._interest[_LOG])
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Send an event as replies and publications."""
-        self._emitters[type(event)](event)
+        self._emitters[type(output)](output)
 
     def _emit_answer(self, event: Answered) -> None:
         asked = event.reply_to

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
     from hmrsim.actions import AnyAction
-    from hmrsim.protocol.outputs import Event
+    from hmrsim.protocol.outputs import Output
     from hmrsim.services import AnyService
     from hmrsim_zenoh.ros2.keys import TypeHash
     from hmrsim_zenoh.ros2.names import Names
@@ -130,12 +130,12 @@ class Publications:
             self._publish_poses()
         return self._goals.wants(topic) or self._topics.wants(topic)
 
-    def emit(self, event: Event) -> None:
+    def emit(self, output: Output) -> None:
         """Publish an event that has a ROS topic."""
-        emit = self._emitters.get(type(event))
+        emit = self._emitters.get(type(output))
         if emit is not None:
             try:
-                emit(event)
+                emit(output)
             except CdrError as error:
                 _log.warning("not published in ROS: %s", error)
 
