@@ -16,11 +16,11 @@ from hmrsim.report.quantities import as_text, in_seconds, length, rounded
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from hmrsim.report.pursuit import Pursuit, Standing
+    from hmrsim.report.fault_log import FaultRecord
+    from hmrsim.report.goal_record import GoalRecord, WaitRecord
     from hmrsim.report.reading import ReportInput
     from hmrsim.report.story import Story
     from hmrsim.report.track import Track
-    from hmrsim.report.troubles import Trouble
 
 _MAX_POINTS: Final = 300
 """Maximum points of a battery's curve."""
@@ -29,9 +29,9 @@ _MAX_POINTS: Final = 300
 def report_of(inputs: ReportInput) -> model.Report:
     """Return the report of a run, whose story must have ended."""
     story, source = inputs.story, inputs.source
-    goals = [goal_of(goal, exact=source.exact) for goal in story.book.goals]
+    goals = [goal_of(goal, exact=source.exact) for goal in story.goal_log.goals]
     robots = _robots(story, exact=source.exact)
-    waits = [_wait(standing) for standing in story.waiting.standings]
+    waits = [_wait(wait) for wait in story.waiting.wait_records]
     return model.Report(
         source=source,
         world=_world(inputs),
@@ -40,8 +40,8 @@ def report_of(inputs: ReportInput) -> model.Report:
         goals=tuple(goals),
         errors=tuple(errors_of(story)),
         waits=tuple(waits),
-        states=tuple(_spans(story.crew.tracks.values())),
-        faults=tuple(_fault(trouble) for trouble in story.troubles.all),
+        states=tuple(_spans(story.robot_log.tracks.values())),
+        faults=tuple(_fault(fault) for fault in story.fault_log.all),
         deadlocks=tuple(
             model.Deadlock(at=in_seconds(at), robots=names, lanes=lanes) for at, names, lanes in story.waiting.deadlocks
         ),
@@ -50,7 +50,7 @@ def report_of(inputs: ReportInput) -> model.Report:
         fixtures=tuple(fixtures_of(story)),
         throughput=tuple(throughput_of(story)),
         batteries={
-            name: curve for name, track in sorted(story.crew.tracks.items()) if (curve := _thinned(track.curve))
+            name: curve for name, track in sorted(story.robot_log.tracks.items()) if (curve := _thinned(track.curve))
         },
         events=dict(sorted(story.counts.items())),
     )
@@ -76,7 +76,7 @@ def _whole(value: Any) -> int | None:
 
 
 def _summary(story: Story, robots: list[model.Robot], waits: list[model.Wait], *, exact: bool) -> model.Summary:
-    goals = story.book.goals
+    goals = story.goal_log.goals
     statuses = Counter(goal.status.name for goal in goals)
     actions: dict[str, Counter[str]] = defaultdict(Counter)
     for goal in goals:
@@ -89,7 +89,7 @@ def _summary(story: Story, robots: list[model.Robot], waits: list[model.Wait], *
         goals=len(goals),
         by_status=dict(sorted(statuses.items())),
         by_action={name: dict(sorted(counts.items())) for name, counts in sorted(actions.items())},
-        rejected=len(story.book.rejected),
+        rejected=len(story.goal_log.rejected),
         success_rate=statuses["SUCCEEDED"] / ended if ended else None,
         distance=rounded(math.fsum(robot.distance or 0.0 for robot in robots)) if exact else None,
         energy_used=rounded(math.fsum(robot.energy_used or 0.0 for robot in energy)) if energy else None,
@@ -99,7 +99,7 @@ def _summary(story: Story, robots: list[model.Robot], waits: list[model.Wait], *
         reroutes=story.counts[Rerouted.kind],
         made_room=story.counts[MadeRoom.kind],
         deadlocks=len(story.waiting.deadlocks),
-        faults=len(story.troubles.all),
+        faults=len(story.fault_log.all),
     )
 
 
@@ -107,22 +107,22 @@ def _summary(story: Story, robots: list[model.Robot], waits: list[model.Wait], *
 
 
 def _robots(story: Story, *, exact: bool) -> list[model.Robot]:
-    goals = defaultdict[str, list["Pursuit"]](list)
-    for goal in story.book.goals:
+    goals = defaultdict[str, list["GoalRecord"]](list)
+    for goal in story.goal_log.goals:
         goals[goal.robot].append(goal)
-    tracks = sorted(story.crew.tracks.items())
+    tracks = sorted(story.robot_log.tracks.items())
     return [_robot(track, goals[name], track.stood, exact=exact) for name, track in tracks]
 
 
-def _robot(track: Track, goals: list[Pursuit], standings: list[Standing], *, exact: bool) -> model.Robot:
+def _robot(track: Track, goals: list[GoalRecord], wait_records: list[WaitRecord], *, exact: bool) -> model.Robot:
     times: Counter[model.State] = Counter()
     for began, ended, state in track.spans:
         times[state] += ended - began
     whole = sum(times.values())
     whom: Counter[str] = Counter()
-    for standing in standings:
-        for what in standing.robots or (standing.what,):
-            whom[what] += length(standing)
+    for wait in wait_records:
+        for what in wait.robots or (wait.what,):
+            whom[what] += length(wait)
     statuses = Counter(goal.status for goal in goals)
     metered = track.charge is not None
     return model.Robot(
@@ -141,9 +141,9 @@ def _robot(track: Track, goals: list[Pursuit], standings: list[Standing], *, exa
         succeeded=statuses[GoalStatus.SUCCEEDED],
         failed=statuses[GoalStatus.ABORTED],
         canceled=statuses[GoalStatus.CANCELED],
-        waits=len(standings),
-        waited=in_seconds(sum(length(standing) for standing in standings if standing.kind == "way")),
-        queued=in_seconds(sum(length(standing) for standing in standings if standing.kind == "dock")),
+        waits=len(wait_records),
+        waited=in_seconds(sum(length(wait) for wait in wait_records if wait.kind == "way")),
+        queued=in_seconds(sum(length(wait) for wait in wait_records if wait.kind == "dock")),
         waited_for={
             what: in_seconds(time) for what, time in sorted(whom.items(), key=lambda each: (-each[1], each[0]))
         },
@@ -177,36 +177,36 @@ def _thinned(curve: list[tuple[int, float]]) -> tuple[tuple[float, float], ...]:
 # --- waits and faults -----------------------------------------------------------------------------------------------
 
 
-def _wait(standing: Standing) -> model.Wait:
-    ended = standing.ended or standing.began
+def _wait(wait: WaitRecord) -> model.Wait:
+    ended = wait.ended or wait.began
     return model.Wait(
-        robot=standing.robot,
-        began=in_seconds(standing.began),
+        robot=wait.robot,
+        began=in_seconds(wait.began),
         ended=in_seconds(ended),
-        duration=in_seconds(ended - standing.began),
-        kind="dock" if standing.kind == "dock" else "way",
-        robots=standing.robots,
-        why=standing.why,
-        lane=standing.lane,
-        x=standing.at[0] if standing.at else None,
-        y=standing.at[1] if standing.at else None,
-        goal_id=standing.goal.goal_id if standing.goal else "",
-        until=standing.until,
+        duration=in_seconds(ended - wait.began),
+        kind="dock" if wait.kind == "dock" else "way",
+        robots=wait.robots,
+        why=wait.why,
+        lane=wait.lane,
+        x=wait.at[0] if wait.at else None,
+        y=wait.at[1] if wait.at else None,
+        goal_id=wait.goal.goal_id if wait.goal else "",
+        until=wait.until,
     )
 
 
-def _fault(trouble: Trouble) -> model.FaultSpan:
-    said = trouble.settings
+def _fault(fault: FaultRecord) -> model.FaultSpan:
+    said = fault.settings
     lane = said.get("lane")
-    subjects = [trouble.robot, as_text(said.get("door")), " → ".join(map(str, lane)) if isinstance(lane, list) else ""]
+    subjects = [fault.robot, as_text(said.get("door")), " → ".join(map(str, lane)) if isinstance(lane, list) else ""]
     known = {"robot", "door", "lane", "type", "at", "until"}
     detail = ", ".join(f"{key} {value}" for key, value in sorted(said.items()) if key not in known)
     return model.FaultSpan(
-        name=trouble.name,
-        fault=trouble.fault,
+        name=fault.name,
+        fault=fault.fault,
         subject=next(filter(None, subjects), ""),
-        robot=trouble.robot,
-        began=in_seconds(trouble.began),
-        ended=None if trouble.ended is None else in_seconds(trouble.ended),
+        robot=fault.robot,
+        began=in_seconds(fault.began),
+        ended=None if fault.ended is None else in_seconds(fault.ended),
         detail=detail,
     )

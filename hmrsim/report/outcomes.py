@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report import model
-from hmrsim.report.book import name_of, target_of
+from hmrsim.report.goal_log import name_of, target_of
 from hmrsim.report.quantities import in_seconds, rounded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from hmrsim.events.goals import SendGoalRejected
-    from hmrsim.report.pursuit import Pursuit
+    from hmrsim.report.goal_record import GoalRecord
     from hmrsim.report.story import Story
 
 _BUCKETS: Final = 40
 """Approximate number of intervals in which goals are counted."""
 
 
-def goal_of(goal: Pursuit, *, exact: bool) -> model.Goal:
+def goal_of(goal: GoalRecord, *, exact: bool) -> model.Goal:
     """Return the entry of a goal; its distance is unknown without motions."""
     target, at = target_of(goal.asked)
     return model.Goal(
@@ -48,13 +48,13 @@ def goal_of(goal: Pursuit, *, exact: bool) -> model.Goal:
 
 def errors_of(story: Story) -> Iterator[model.Error]:
     """Return the errors, in order of time."""
-    found = [_aborted(goal) for goal in story.book.goals if goal.status is GoalStatus.ABORTED]
-    found += [_rejected(*each) for each in story.book.rejected]
+    found = [_aborted(goal) for goal in story.goal_log.goals if goal.status is GoalStatus.ABORTED]
+    found += [_rejected(*each) for each in story.goal_log.rejected]
     yield from sorted(found, key=lambda error: (error.at, error.robot, error.goal_id))
 
 
-def _aborted(goal: Pursuit) -> model.Error:
-    standing = goal.waiting
+def _aborted(goal: GoalRecord) -> model.Error:
+    wait = goal.waiting
     return model.Error(
         at=in_seconds(goal.ended or 0),
         robot=goal.robot,
@@ -65,8 +65,8 @@ def _aborted(goal: Pursuit) -> model.Error:
         error_name=name_of(goal.action, goal.error_code),
         error_msg=goal.error_msg,
         target=target_of(goal.asked)[0],
-        waited_for=standing.what if standing else "",
-        waiting_since=in_seconds(standing.began) if standing else None,
+        waited_for=wait.what if wait else "",
+        waiting_since=in_seconds(wait.began) if wait else None,
         faults=goal.faults,
         deadlock=goal.deadlock,
     )
@@ -98,7 +98,7 @@ def throughput_of(story: Story) -> Iterator[model.Bucket]:
     width = _nice((ended - began) / NANOSECONDS / _BUCKETS) * NANOSECONDS
     counts: dict[int, Counter[GoalStatus]] = defaultdict(Counter)
     number = math.ceil((ended - began) / width)
-    for goal in story.book.goals:
+    for goal in story.goal_log.goals:
         if goal.ended is not None:
             counts[min(number - 1, int((goal.ended - began) // width))][goal.status] += 1
     for i in range(number):

@@ -12,8 +12,8 @@ from hmrsim.report.quantities import in_seconds, length, rounded
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from hmrsim.report.pursuit import Standing
-    from hmrsim.report.sites import Use
+    from hmrsim.report.facility_log import Use
+    from hmrsim.report.goal_record import WaitRecord
     from hmrsim.report.story import Story
 
 _MAX_PATHS: Final = 5000
@@ -22,17 +22,17 @@ _MAX_PATHS: Final = 5000
 def lanes_of(story: Story) -> Iterator[model.Lane]:
     """Return the usage of lanes, by name; that off the lanes comes first."""
     drives, meters, times = Counter[Any](), defaultdict[Any, list[float]](list), Counter[Any]()
-    for track in story.crew.tracks.values():
+    for track in story.robot_log.tracks.values():
         for lane, use in track.lanes.items():
             drives[lane] += use.drives
             meters[lane].append(use.distance)
             times[lane] += use.time
     waits, waited = Counter[Any](), Counter[Any]()
-    for standing in story.waiting.standings:
-        if standing.kind == "way":
-            waits[standing.lane] += 1
-            waited[standing.lane] += length(standing)
-    closed = story.sites.closed
+    for wait in story.waiting.wait_records:
+        if wait.kind == "way":
+            waits[wait.lane] += 1
+            waited[wait.lane] += length(wait)
+    closed = story.facility_log.closed
     both = {*closed, *((b, a) for a, b in closed)}
     for lane in sorted({*drives, *waits, *both}, key=lambda each: each or ("", "")):
         shut = closed.get(lane) or (closed.get((lane[1], lane[0])) if lane else None)
@@ -53,7 +53,7 @@ def lanes_of(story: Story) -> Iterator[model.Lane]:
 def paths_of(story: Story) -> Iterator[model.Path]:
     """Return the segments that were driven off the lanes; if there are too many, the most used ones."""
     paths = Counter[Any]()
-    for track in story.crew.tracks.values():
+    for track in story.robot_log.tracks.values():
         paths.update(track.paths)
     for (begin, end), drives in sorted(paths.most_common(_MAX_PATHS)):
         yield model.Path(begin=begin, end=end, drives=drives)
@@ -61,15 +61,19 @@ def paths_of(story: Story) -> Iterator[model.Path]:
 
 def fixtures_of(story: Story) -> Iterator[model.Fixture]:
     """Return the usage of doors, lifts and docks."""
-    sites, standings, whole = story.sites, story.waiting.standings, story.now - (story.began or 0)
+    facility_log, wait_records, whole = (
+        story.facility_log,
+        story.waiting.wait_records,
+        story.now - (story.began or 0),
+    )
     kinds: tuple[tuple[Any, dict[str, Use]], ...] = (
-        ("door", sites.doors),
-        ("lift", sites.lifts),
-        ("dock", sites.docks),
+        ("door", facility_log.doors),
+        ("lift", facility_log.lifts),
+        ("dock", facility_log.docks),
     )
     for kind, uses in kinds:
         for name, use in sorted(uses.items()):
-            waits = [each for each in standings if _is_for(each, kind, name)]
+            waits = [each for each in wait_records if _is_for(each, kind, name)]
             yield model.Fixture(
                 name=name,
                 kind=kind,
@@ -83,8 +87,8 @@ def fixtures_of(story: Story) -> Iterator[model.Fixture]:
             )
 
 
-def _is_for(standing: Standing, kind: str, name: str) -> bool:
+def _is_for(wait: WaitRecord, kind: str, name: str) -> bool:
     """Return whether a robot waited for a door, lift or dock; a reason begins with the door's or lift's name."""
     if kind == "dock":
-        return standing.kind == "dock" and standing.why == name
-    return standing.kind == "way" and standing.why.startswith(f"{name} is ")
+        return wait.kind == "dock" and wait.why == name
+    return wait.kind == "way" and wait.why.startswith(f"{name} is ")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 
 if TYPE_CHECKING:
-    from hmrsim.report.pursuit import Standing
+    from hmrsim.report.goal_record import WaitRecord
 
 _DIGITS: Final = 9
 
@@ -22,9 +22,9 @@ def rounded(value: float) -> float:
     return round(value, _DIGITS) + 0.0
 
 
-def length(standing: Standing) -> int:
+def length(wait: WaitRecord) -> int:
     """Return the nanoseconds that a robot waited."""
-    return (standing.ended or standing.began) - standing.began
+    return (wait.ended or wait.began) - wait.began
 
 
 def as_text(value: Any) -> str:

@@ -12,7 +12,6 @@ from hmrsim.components.battery import voltage_at
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import TraceError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.report.crew import Crew
 from hmrsim.report.model import Source
 from hmrsim.report.occurrence import (
     LATEST,
@@ -25,8 +24,9 @@ from hmrsim.report.occurrence import (
     text,
     time_of,
 )
+from hmrsim.report.robot_log import RobotLog
+from hmrsim.report.sink import ReportSink
 from hmrsim.report.story import Story
-from hmrsim.report.watching import Watcher
 from hmrsim.report.wording import times
 from hmrsim.trace.replay import replay
 
@@ -64,10 +64,10 @@ def of_trace(lines: Callable[[], Iterable[str]]) -> ReportInput:
     """
     first = next(iter(lines()), "")
     header = _header(first)
-    story, watchers = Story(), list[Watcher]()
+    story, watchers = Story(), list[ReportSink]()
 
-    def watch(simulator: Simulator) -> list[Watcher]:
-        watchers.append(Watcher(simulator, story.take))
+    def watch(simulator: Simulator) -> list[ReportSink]:
+        watchers.append(ReportSink(simulator, story.take))
         return watchers
 
     try:
@@ -92,9 +92,9 @@ _MISSING: Final = (
 
 def _as_written(lines: Iterable[str], header: Mapping[str, Any], why: str) -> ReportInput:
     """Return the content of a trace from its lines alone."""
-    story, last = Story(crew=Crew(began=0)), ""
+    story, last = Story(robot_log=RobotLog(began=0)), ""
     for name, robot in _robots(header):
-        story.crew.add(name, robot)
+        story.robot_log.add(name, robot)
     for i, line in enumerate(lines, 1):
         if i == 1 or not line.endswith("\n"):
             continue

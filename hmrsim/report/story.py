@@ -18,8 +18,10 @@ from hmrsim.events.robots import MotionBegan, Stopped
 from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.events.traffic import Deadlock, MadeRoom, Rerouted, WentOn
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.report.book import Book
-from hmrsim.report.crew import Crew
+from hmrsim.report.facility_log import FacilityLog
+from hmrsim.report.fault_log import FaultLog, FaultRecord, hit
+from hmrsim.report.goal_log import GoalLog
+from hmrsim.report.goal_record import WaitRecord
 from hmrsim.report.occurrence import (
     BatterySeen,
     Commanded,
@@ -31,10 +33,8 @@ from hmrsim.report.occurrence import (
     text,
     whole,
 )
-from hmrsim.report.pursuit import Standing
-from hmrsim.report.sites import Sites
+from hmrsim.report.robot_log import RobotLog
 from hmrsim.report.track import Motion, Track
-from hmrsim.report.troubles import Trouble, Troubles, hit
 from hmrsim.report.waiting import Waiting
 
 if TYPE_CHECKING:
@@ -54,17 +54,17 @@ class Story:
     Time continues after a reset, so all times are nanoseconds since the run began.
 
     Attributes:
-        crew: The robots.
-        book: The goals.
-        sites: Doors, lifts, docks and closed lanes.
+        robot_log: The robots.
+        goal_log: The goals.
+        facility_log: Doors, lifts, docks and closed lanes.
         waiting: The waits.
         now: The time of the last occurrence.
     """
 
-    crew: Crew = field(default_factory=Crew)
-    book: Book = field(default_factory=Book)
-    sites: Sites = field(default_factory=Sites)
-    troubles: Troubles = field(default_factory=Troubles)
+    robot_log: RobotLog = field(default_factory=RobotLog)
+    goal_log: GoalLog = field(default_factory=GoalLog)
+    facility_log: FacilityLog = field(default_factory=FacilityLog)
+    fault_log: FaultLog = field(default_factory=FaultLog)
     counts: Counter[str] = field(default_factory=Counter)
     misfits: int = 0
     first_misfit: str = ""
@@ -75,14 +75,14 @@ class Story:
 
     def __post_init__(self) -> None:
         """Map each kind of occurrence to its handler."""
-        crew, self.waiting = self.crew, Waiting(self.crew)
+        robot_log, self.waiting = self.robot_log, Waiting(self.robot_log)
         self._takers: dict[type, Callable[[int, Any], object]] = {
             SceneSeen: self._scene,
             MotionBegan: self._motion,
             Stopped: self._stopped,
-            Teleported: crew.teleported,
-            GoalAccepted: self.book.ask_of,
-            Commanded: self.book.command,
+            Teleported: robot_log.teleported,
+            GoalAccepted: self.goal_log.ask_of,
+            Commanded: self.goal_log.command,
             GoalStatusChanged: self._status,
             SendGoalRejected: self._rejected,
             events.Waiting: self.waiting.begin,
@@ -94,8 +94,8 @@ class Story:
             **dict.fromkeys(BATTERIES.events, self._on_battery),
             FaultBegan: self._fault_began,
             FaultEnded: self._fault_ended,
-            Spawned: crew.spawned,
-            Deleted: crew.deleted,
+            Spawned: robot_log.spawned,
+            Deleted: robot_log.deleted,
             SimulationReset: self._begun_anew,
             WorldLoaded: self._begun_anew,
             Malformed: self._left_out,
@@ -112,13 +112,13 @@ class Story:
         """Record the end of the run, at some time or that of the last occurrence."""
         if at is not None and at + self._offset > self.now:
             self.now = at + self._offset
-        self.crew.keep(set(), self.now)
-        self.sites.end(self.now)
+        self.robot_log.keep(set(), self.now)
+        self.facility_log.end(self.now)
 
     @property
     def began(self) -> int | None:
         """The time of the first occurrence."""
-        return self.crew.began
+        return self.robot_log.began
 
     @property
     def seen(self) -> bool:
@@ -128,15 +128,15 @@ class Story:
     @property
     def metered(self) -> bool:
         """Whether the charge of any battery is known."""
-        return any(track.charge is not None for track in self.crew.tracks.values())
+        return any(track.charge is not None for track in self.robot_log.tracks.values())
 
     # --- taking ---------------------------------------------------------------------------------------------------
 
     def _take(self, occurrence: Occurrence) -> None:
         # A stamp of one nanosecond is that of time 0, which ROS reads as unset.
         at = (0 if occurrence.at == 1 else occurrence.at) + self._offset
-        if self.crew.began is None:
-            self.crew.began = self.now = at
+        if self.robot_log.began is None:
+            self.robot_log.began = self.now = at
         event = occurrence.event
         if isinstance(event, _SAMPLED) or at >= self.now - JITTER:
             at = max(at, self.now)
@@ -150,7 +150,7 @@ class Story:
         taker = self._takers.get(type(event))
         if taker is not None:
             taker(at, event)
-        self.sites.take(at, event)
+        self.facility_log.take(at, event)
 
     def _left_out(self, _at: int, event: Malformed) -> None:
         self.misfits += 1
@@ -160,20 +160,20 @@ class Story:
         said = records(scene.fields, "robots")
         names = {text(robot, "name") for robot in said}
         if self._anew:
-            self.crew.keep(names, at)
+            self.robot_log.keep(names, at)
         for robot in said:
-            known = self.crew.tracks.get(text(robot, "name"))
+            known = self.robot_log.tracks.get(text(robot, "name"))
             if self._anew or known is None or known.ended is not None:
                 self._see(robot, at, gone=not self._anew)
         if self._anew:
             for fault in records(scene.fields, "faults"):
-                self._hit(self.troubles.begin(at, FaultBegan.from_json(fault)), at, begins=True)
-            self.sites.see(at, scene.fields)
+                self._hit(self.fault_log.begin(at, FaultBegan.from_json(fault)), at, begins=True)
+            self.facility_log.see(at, scene.fields)
         self._anew = False
 
     def _see(self, robot: Mapping[str, Any], at: int, *, gone: bool) -> None:
         """Start from the state of a robot in a scene."""
-        track = self.crew.track(text(robot, "name"), at, text(robot, "type", "") if gone else "")
+        track = self.robot_log.track(text(robot, "name"), at, text(robot, "type", "") if gone else "")
         track.type = text(robot, "type", "")
         # Other reasons are faults, which the scene lists separately.
         ailments, battery = robot.get("ailments"), robot.get("battery")
@@ -183,7 +183,7 @@ class Story:
             track.charging = bool(battery.get("charging"))
         for goal in records(robot, "goals"):
             if not GoalStatus(whole(goal, "status")).terminal:
-                self.book.ask_of(at, GoalAccepted.from_json(goal))
+                self.goal_log.ask_of(at, GoalAccepted.from_json(goal))
                 self._status(at, GoalStatusChanged.from_json(goal))
         motion = self._motion_in(robot, at, track)
         # Events may have said already that it drives, or waits.
@@ -191,8 +191,8 @@ class Story:
             track.halt(at)
             if motion is not None:
                 track.go(motion)
-        if motion is None and robot.get("waits") and track.standing is None:
-            track.standing = Standing(track.name, at, "way", goal=track.goal)
+        if motion is None and robot.get("waits") and track.wait is None:
+            track.wait = WaitRecord(track.name, at, "way", goal=track.goal)
         track.settle(at)
 
     def _motion_in(self, robot: Mapping[str, Any], at: int, track: Track) -> Motion | None:
@@ -205,45 +205,45 @@ class Story:
         return Motion.of(min(since, at), MotionBegan.from_json({**motion, "robot": track.name}), track.goal)
 
     def _motion(self, at: int, event: MotionBegan) -> None:
-        track = self.crew.track(event.robot, at)
+        track = self.robot_log.track(event.robot, at)
         track.stand_no_more(at, WentOn.kind)
         track.stop_queueing(at, WentOn.kind)
         track.go(Motion.of(at, event, track.goal))
         track.settle(at)
 
     def _stopped(self, at: int, event: Stopped) -> None:
-        track = self.crew.track(event.robot, at)
+        track = self.robot_log.track(event.robot, at)
         track.stand_no_more(at, event.kind)
         track.halt(at, event.at)
         track.settle(at)
 
     def _status(self, at: int, event: GoalStatusChanged) -> None:
-        goal = self.book.change(at, event)
-        track = self.crew.track(goal.robot, at)
+        goal = self.goal_log.change(at, event)
+        track = self.robot_log.track(goal.robot, at)
         if goal.ended is None:
             track.running[goal.goal_id] = goal
         else:
             track.running.pop(goal.goal_id, None)
             goal.waiting = track.waiting_for(goal, at)
-            goal.faults = self.troubles.at(goal.robot)
+            goal.faults = self.fault_log.at(goal.robot)
             if track.queued is not None and track.queued.goal is goal:
                 track.stop_queueing(at, "end")
         track.settle(at)
 
     def _rejected(self, at: int, event: SendGoalRejected) -> None:
-        self.book.rejected.append((at, event, self.troubles.at(event.robot)))
+        self.goal_log.rejected.append((at, event, self.fault_log.at(event.robot)))
 
     # --- energy and faults ----------------------------------------------------------------------------------------
 
     def _battery(self, at: int, battery: BatterySeen) -> None:
-        track = self.crew.track(battery.robot, at)
+        track = self.robot_log.track(battery.robot, at)
         if battery.charge is None:
             track.measure(at, battery.percentage)
         else:
             track.weigh(at, battery.charge, battery.percentage)
 
     def _on_battery(self, at: int, event: BatteryEvent) -> None:
-        track = self.crew.track(event.robot, at)
+        track = self.robot_log.track(event.robot, at)
         track.measure(at, event.percentage)
         match event:
             case BatteryEmpty():
@@ -255,18 +255,18 @@ class Story:
         track.settle(at)
 
     def _fault_began(self, at: int, event: FaultBegan) -> None:
-        self._hit(self.troubles.begin(at, event), at, begins=True)
+        self._hit(self.fault_log.begin(at, event), at, begins=True)
 
     def _fault_ended(self, at: int, event: FaultEnded) -> None:
-        self._hit(self.troubles.end(at, event.name), at, begins=False)
+        self._hit(self.fault_log.end(at, event.name), at, begins=False)
 
-    def _hit(self, trouble: Trouble | None, at: int, *, begins: bool) -> None:
-        if trouble is not None and trouble.robot in self.crew.tracks:
-            track = self.crew.track(trouble.robot, at)
-            hit(trouble, track, begins=begins)
+    def _hit(self, fault: FaultRecord | None, at: int, *, begins: bool) -> None:
+        if fault is not None and fault.robot in self.robot_log.tracks:
+            track = self.robot_log.track(fault.robot, at)
+            hit(fault, track, begins=begins)
             track.settle(at)
 
     def _begun_anew(self, at: int, event: SimulationReset | WorldLoaded) -> None:
         self._anew = True
-        self.troubles.going_on.clear()
-        self.crew.begin_anew(at, event)
+        self.fault_log.going_on.clear()
+        self.robot_log.reset(at, event)

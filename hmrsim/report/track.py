@@ -14,8 +14,8 @@ from hmrsim.report.occurrence import Misfit
 if TYPE_CHECKING:
     from hmrsim.events.robots import MotionBegan
     from hmrsim.geometry import Point
+    from hmrsim.report.goal_record import GoalRecord, WaitRecord
     from hmrsim.report.model import State
-    from hmrsim.report.pursuit import Pursuit, Standing
 
 _INSTANT: Final = 5
 """Nanoseconds within which two ends count as simultaneous, as stamps are rounded."""
@@ -36,10 +36,10 @@ class Motion:
     lane: tuple[str, str] | None
     profile: Trapezoid | None
     behind: float
-    goal: Pursuit | None
+    goal: GoalRecord | None
 
     @classmethod
-    def of(cls, at: int, event: MotionBegan, goal: Pursuit | None) -> Motion:
+    def of(cls, at: int, event: MotionBegan, goal: GoalRecord | None) -> Motion:
         """Return the segment of an event.
 
         Raises:
@@ -91,13 +91,13 @@ class Track:
     curve: list[tuple[int, float]] = field(default_factory=list)
     spans: list[tuple[int, int, State]] = field(default_factory=list)
     motion: Motion | None = None
-    standing: Standing | None = None
-    queued: Standing | None = None
-    stood: list[Standing] = field(default_factory=list)
+    wait: WaitRecord | None = None
+    queued: WaitRecord | None = None
+    stood: list[WaitRecord] = field(default_factory=list)
     disabled_reasons: set[str] = field(default_factory=set)
     cut_off: set[str] = field(default_factory=set)
     charging: bool = False
-    running: dict[str, Pursuit] = field(default_factory=dict)
+    running: dict[str, GoalRecord] = field(default_factory=dict)
     lanes: dict[tuple[str, str] | None, LaneUse] = field(default_factory=lambda: defaultdict(LaneUse))
     paths: dict[tuple[Point, Point], int] = field(default_factory=lambda: defaultdict(int))
     _state: State = "idle"
@@ -109,7 +109,7 @@ class Track:
         self._since = self.began
 
     @property
-    def goal(self) -> Pursuit | None:
+    def goal(self) -> GoalRecord | None:
         """The goal that holds its base, or any other that runs."""
         found = None
         for goal in self.running.values():
@@ -117,32 +117,32 @@ class Track:
                 found = goal
         return found
 
-    def waiting_for(self, goal: Pursuit, at: int) -> Standing | None:
+    def waiting_for(self, goal: GoalRecord, at: int) -> WaitRecord | None:
         """Return what it waits for during a goal, or waited for until this instant."""
-        for standing in (self.standing, self.queued, *self.stood[-1:]):
-            if standing is not None and standing.goal is goal and standing.ended in (None, at):
-                return standing
+        for wait in (self.wait, self.queued, *self.stood[-1:]):
+            if wait is not None and wait.goal is goal and wait.ended in (None, at):
+                return wait
         return None
 
     def stand_no_more(self, at: int, until: str) -> None:
         """Record the end of its wait on its way, if it waited."""
-        standing, self.standing = self.standing, None
-        self._keep(standing, at, until)
+        wait, self.wait = self.wait, None
+        self._keep(wait, at, until)
 
     def stop_queueing(self, at: int, until: str) -> None:
         """Record that it has left the queue."""
         queued, self.queued = self.queued, None
         self._keep(queued, at, until)
 
-    def _keep(self, standing: Standing | None, at: int, until: str) -> None:
+    def _keep(self, wait: WaitRecord | None, at: int, until: str) -> None:
         """Keep a state that lasted for some time."""
-        if standing is None or standing.began == at:
+        if wait is None or wait.began == at:
             return
-        standing.ended, standing.until = at, until
-        self.stood.append(standing)
-        if standing.goal is not None:
-            standing.goal.waits += 1
-            standing.goal.waited += at - standing.began
+        wait.ended, wait.until = at, until
+        self.stood.append(wait)
+        if wait.goal is not None:
+            wait.goal.waits += 1
+            wait.goal.waited += at - wait.began
 
     def return_at(self, at: int) -> None:
         """Record that it was added again."""
@@ -221,7 +221,7 @@ class Track:
             return "offline"
         if self.disabled_reasons:
             return "stopped"
-        if self.standing is not None:
+        if self.wait is not None:
             return "waiting"
         if self.motion is not None:
             return "driving"

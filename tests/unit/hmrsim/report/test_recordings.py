@@ -13,8 +13,8 @@ from hmrsim.protocol.commands import CallService
 from hmrsim.protocol.topics import Topic
 from hmrsim.report import of_recording, report_of
 from hmrsim.report.occurrence import Occurrence, SceneSeen
+from hmrsim.report.sink import ReportSink
 from hmrsim.report.story import Story
-from hmrsim.report.watching import Watcher
 from hmrsim.services import registry as services
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks.loading import world_of
@@ -54,7 +54,7 @@ def _recorded(world, *, since=0.0, battery=None):
         elif battery:
             samples.append((happened.at, f"{battery}/battery_state", _state(simulator, battery)))
 
-    late.watcher = Watcher(simulator, keep)
+    late.watcher = ReportSink(simulator, keep)
     simulator.run_scripts()
     end = samples[-1][0]
     return SimpleNamespace(

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Crew:
+class RobotLog:
     """Keeps an account of each robot.
 
     Attributes:
@@ -59,7 +59,7 @@ class Crew:
             track.halt(at)
             track.settle(at)
 
-    def begin_anew(self, at: int, event: SimulationReset | WorldLoaded) -> None:
+    def reset(self, at: int, event: SimulationReset | WorldLoaded) -> None:
         """Record a reset: all robots are at their start, and their states are published again."""
         for track in self.tracks.values():
             if track.ended is None:

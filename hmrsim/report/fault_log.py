@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(slots=True)
-class Trouble:
+class FaultRecord:
     """A fault that has begun; *robot* is empty for a fault of another subject."""
 
     name: str
@@ -25,33 +25,33 @@ class Trouble:
 
 
 @dataclass(slots=True)
-class Troubles:
+class FaultLog:
     """All faults, in order, and the active ones."""
 
-    all: list[Trouble] = field(default_factory=list)
-    going_on: dict[str, Trouble] = field(default_factory=dict)
+    all: list[FaultRecord] = field(default_factory=list)
+    going_on: dict[str, FaultRecord] = field(default_factory=dict)
 
-    def begin(self, at: int, event: FaultBegan) -> Trouble:
+    def begin(self, at: int, event: FaultBegan) -> FaultRecord:
         """Record that a fault has begun, and return it."""
-        trouble = Trouble(event.name, event.fault, event.robot, event.settings, at)
-        self.all.append(trouble)
-        self.going_on[trouble.name] = trouble
-        return trouble
+        fault = FaultRecord(event.name, event.fault, event.robot, event.settings, at)
+        self.all.append(fault)
+        self.going_on[fault.name] = fault
+        return fault
 
-    def end(self, at: int, name: str) -> Trouble | None:
+    def end(self, at: int, name: str) -> FaultRecord | None:
         """Record that a fault has ended, and return it if it was known."""
-        trouble = self.going_on.pop(name, None)
-        if trouble is not None:
-            trouble.ended = at
-        return trouble
+        fault = self.going_on.pop(name, None)
+        if fault is not None:
+            fault.ended = at
+        return fault
 
     def at(self, robot: str) -> tuple[str, ...]:
         """Return the names of the active faults that may affect a robot: its own, and those without a robot."""
-        return tuple(name for name, trouble in self.going_on.items() if trouble.robot in ("", robot))
+        return tuple(name for name, fault in self.going_on.items() if fault.robot in ("", robot))
 
 
-def hit(trouble: Trouble, track: Track, *, begins: bool) -> None:
+def hit(fault: FaultRecord, track: Track, *, begins: bool) -> None:
     """Record the effect of a fault on the state of its robot."""
-    hurt = {"breakdown": track.disabled_reasons, "messages_lost": track.cut_off}.get(trouble.fault)
+    hurt = {"breakdown": track.disabled_reasons, "messages_lost": track.cut_off}.get(fault.fault)
     if hurt is not None:
-        (hurt.add if begins else hurt.discard)(trouble.name)
+        (hurt.add if begins else hurt.discard)(fault.name)

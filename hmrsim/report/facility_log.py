@@ -40,7 +40,7 @@ class Use:
 
 
 @dataclass(slots=True)
-class Sites:
+class FacilityLog:
     """All of a run, by kind and name."""
 
     doors: dict[str, Use] = field(default_factory=lambda: defaultdict(Use))

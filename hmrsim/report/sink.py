@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
 
 
-class Watcher:
+class ReportSink:
     """A sink that passes on occurrences, beginning with the initial state.
 
     Args:

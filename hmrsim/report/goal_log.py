@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import registry
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.report.goal_record import GoalRecord
 from hmrsim.report.occurrence import Misfit, text
-from hmrsim.report.pursuit import Pursuit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -24,13 +24,13 @@ _MAX_CHARACTERS: Final = 80
 
 
 @dataclass(slots=True)
-class Book:
+class GoalLog:
     """All goals, in order of acceptance, and the rejected ones, with their times and the active faults."""
 
-    goals: list[Pursuit] = field(default_factory=list)
+    goals: list[GoalRecord] = field(default_factory=list)
     rejected: list[tuple[int, SendGoalRejected, tuple[str, ...]]] = field(default_factory=list)
     _asked: dict[tuple[str, str], Any] = field(default_factory=dict)
-    _known: dict[str, Pursuit] = field(default_factory=dict)
+    _known: dict[str, GoalRecord] = field(default_factory=dict)
 
     def ask_of(self, _at: int, event: GoalAccepted) -> None:
         """Record the message of the goal that will be accepted next."""
@@ -42,7 +42,7 @@ class Book:
         if line.get("command") == "send_goal":
             self._asked[text(line, "robot"), text(line, "action")] = line.get("goal")
 
-    def change(self, at: int, event: GoalStatusChanged) -> Pursuit:
+    def change(self, at: int, event: GoalStatusChanged) -> GoalRecord:
         """Record the status of a goal, and return the goal."""
         robot, action, goal_id, status = event.robot, event.action, event.goal_id, GoalStatus(event.status)
         if status is GoalStatus.UNKNOWN:
@@ -50,7 +50,7 @@ class Book:
         goal = self._known.get(goal_id)
         if goal is None or (goal.ended is not None and not status.terminal):
             known = registry().get(action)
-            goal = Pursuit(robot, action, goal_id, at, holds_base=known is None or known.holds_base)
+            goal = GoalRecord(robot, action, goal_id, at, holds_base=known is None or known.holds_base)
             goal.asked = self._asked.pop((robot, action), None)
             self.goals.append(goal)
             self._known[goal_id] = goal

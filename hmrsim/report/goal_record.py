@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(slots=True, eq=False)
-class Pursuit:
+class GoalRecord:
     """A goal and its progress; times in nanoseconds."""
 
     robot: str
@@ -29,13 +29,13 @@ class Pursuit:
     waits: int = 0
     reroutes: int = 0
     deadlock: bool = False
-    waiting: Standing | None = None
+    waiting: WaitRecord | None = None
     holds_base: bool = True
     faults: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)
-class Standing:
+class WaitRecord:
     """A wait of a robot on its way, or in a queue."""
 
     robot: str
@@ -45,7 +45,7 @@ class Standing:
     why: str = ""
     lane: tuple[str, str] | None = None
     at: Point | None = None
-    goal: Pursuit | None = None
+    goal: GoalRecord | None = None
     ended: int | None = None
     until: str = ""
 
