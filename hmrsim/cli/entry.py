@@ -6,6 +6,7 @@ import sys
 from typing import TYPE_CHECKING, Final
 
 from hmrsim import __version__
+from hmrsim.cli.garbage import raise_thresholds
 from hmrsim.errors import HmrsimError
 from hmrsim.program.command_line import ENVIRONMENT, LazyParser, add_commands, autocomplete, run_program
 
@@ -68,6 +69,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(argv: Sequence[str] | None) -> int:
+    raise_thresholds()
     try:
         parser = _parser()
         autocomplete(parser, f"{__package__}.completers")

@@ -1,4 +1,4 @@
-"""The settings of Python's garbage collector in a process that runs one simulation."""
+"""The settings of Python's garbage collector in a process that runs one command."""
 
 from __future__ import annotations
 
@@ -8,6 +8,11 @@ from typing import Final
 _THRESHOLDS: Final = (50_000, 20, 50)
 
 
+def raise_thresholds() -> None:
+    """Collect less often than by default: what a command loads stays until its end."""
+    gc.set_threshold(*_THRESHOLDS)
+
+
 def collect_rarely() -> None:
     """Exclude existing objects from garbage collection, and collect the others less often.
 
@@ -15,4 +20,4 @@ def collect_rarely() -> None:
     defaults spend a fifth of the time on traversing them.
     """
     gc.freeze()
-    gc.set_threshold(*_THRESHOLDS)
+    raise_thresholds()
