@@ -18,7 +18,7 @@ from hmrsim.plugins import discover
 class Settings(BaseModel):
     """What a world file may set of a component: unknown keys, NaN and infinity are errors."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
 
 
 @dataclass(frozen=True)

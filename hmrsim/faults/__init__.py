@@ -46,7 +46,7 @@ Probability = Annotated[float, Field(strict=True, gt=0, le=1)]
 class Occurrence(BaseModel):
     """Settings that every fault has: when it happens. A fault that is not a `Spell` happens in an instant."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
 
     name: Name | None = Field(
         default=None, description="Its name in events, by which it is cleared; None for its type and a number."

@@ -13,7 +13,7 @@ from hmrsim.settings.option import hints, settings_of
 class Settings(BaseModel):
     """The base of models of settings."""
 
-    model_config = ConfigDict(frozen=True, strict=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid", defer_build=True)
 
 
 @cache

@@ -40,7 +40,7 @@ PIXEL_SPEED = 300.0
 class Model(BaseModel):
     """A part of a world file: unknown keys, NaN and infinity are errors."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
 
 
 Coordinate = Annotated[float, Field(strict=True, ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
@@ -106,7 +106,7 @@ class Lane(Model):
         capacity: Maximum number of robots at once under a policy with reservations; None for the traffic's default.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False, populate_by_name=True)
 
     from_: Name = Field(alias="from")
     to: Name
@@ -281,7 +281,7 @@ class RobotSpec(Model):
 class _Open(Model):
     """A part with further fields of its own, which must be finite numbers, too."""
 
-    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="allow", frozen=True, defer_build=True, allow_inf_nan=False)
 
     @model_validator(mode="after")
     def _finite(self) -> Self:

@@ -27,7 +27,7 @@ _Key = Annotated[str, Field(min_length=1, max_length=_MAX_KEY)]
 
 
 class _Request(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
 
     id: _Id
 

@@ -35,7 +35,7 @@ class Settings(BaseModel):
         patience: Seconds that a robot waits before its goal is aborted; None for no limit.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
 
     policy: str = "free"
     patience: Annotated[float, Field(strict=True, gt=0, le=1e9)] | None = 60.0
