@@ -1,4 +1,4 @@
-"""What every action promises, whoever wrote it: run over the whole registry."""
+"""What every action in the registry promises."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def test_it_is_canceled_at_the_instant_of_a_cancel(action, owner, prepared):
 
 @pytest.mark.parametrize("action", INSTANT, ids=lambda action: action.name)
 def test_one_that_takes_no_time_can_not_be_canceled_any_more(action, owner, prepared):
-    """It has succeeded already, and holds nobody up."""
+    """It has succeeded already, without taking any time."""
     run, now = prepared
     cancel = CancelGoal(owner, action.name, GOAL, reply_to="cancel")
     log = run((now, SendGoal(owner, action.name, example(action), GOAL)), (now + 0.5, cancel))

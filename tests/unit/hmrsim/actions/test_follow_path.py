@@ -58,7 +58,7 @@ def test_the_one_controller_has_two_names(run, controller):
     assert "SUCCEEDED" == run((0.0, follow("a", (2, 2), controller_id=controller))).changes("a" * 32)[-1][1]
 
 
-def test_whoever_is_sent_the_same_way_again_has_waited_since_before(make_run):
+def test_a_repeated_path_does_not_restart_the_patience(make_run):
     """A path each second does not make a robot more patient: it gives up 20 s after it has come to what is in its way.
 
     Nav2's progress checker counts on, too, when its controller is given another path.

@@ -61,7 +61,7 @@ def test_lines_and_exit_code(start):
 
 
 def test_complaints_are_logged(start, caplog):
-    """What a child writes to its stderr is there for whoever wants the log."""
+    """What a child writes to its stderr goes to the log."""
     with caplog.at_level("INFO", "hmrsim.cli.children"):
         process, _ = start("greet")
         with process:
@@ -71,7 +71,7 @@ def test_complaints_are_logged(start, caplog):
 
 
 def test_a_child_that_will_not_end_is_killed(start, monkeypatch):
-    """Who ignores SIGTERM is killed in the end."""
+    """A child that ignores SIGTERM is killed in the end."""
     monkeypatch.setattr("hmrsim.cli.children._PATIENCE", 0.2)
     process, lines = start("stubborn")
     lines.get(timeout=PATIENCE)

@@ -172,7 +172,7 @@ def test_a_known_error_is_one_line(broken_command, capsys):
 
 
 def test_interrupted(broken_command):
-    """Ctrl-C that nobody handles is 130."""
+    """An unhandled Ctrl-C exits with 130."""
     broken_command(KeyboardInterrupt())
 
     assert 130 == main(["map"])

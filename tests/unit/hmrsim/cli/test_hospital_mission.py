@@ -18,7 +18,7 @@ def hospital():
     return load_world("hospital").world
 
 
-def test_everybody_goes_to_places_that_there_are(hospital):
+def test_robots_go_to_known_places(hospital):
     """The controller knows the names of places, and the simulator where they are."""
     visited = {node.name for robot in hospital.robots for node in mission(robot).iterate() if isinstance(node, GoTo)}
 
@@ -52,13 +52,13 @@ def test_fetchers_carriers_a_drone_and_a_cleaner(hospital):
     assert "m_o" == min(kinds, key=lambda name: kinds[name].base.speed)
 
 
-def test_everybody_begins_at_a_charger_of_its_own(hospital):
+def test_each_robot_begins_at_its_own_charger(hospital):
     """And has a battery that it can charge there."""
     assert [f"charger_{i}" for i in range(1, 9)] == [robot.at for robot in hospital.robots.values()]
     assert all("battery" in hospital.robot_type(robot).components for robot in hospital.robots.values())
 
 
-def test_who_goes_to_the_pharmacy_may(hospital):
+def test_robots_that_go_to_the_pharmacy_may_enter_it(hospital):
     """Its door opens for some only, and those whose mission leads there are among them."""
     visitors = [name for name in hospital.robots if any(n.name == "Go to pharmacy" for n in mission(name).iterate())]
 
@@ -79,7 +79,7 @@ def test_there_is_a_way_around_the_visitors(hospital):
     assert all(graph.plan(places["kitchen"], point, 1.0).legs for name, point in places.items() if name != "kitchen")
 
 
-def test_nobody_has_the_errand_of_another(hospital):
+def test_no_two_robots_have_the_same_mission(hospital):
     """Each robot of the map goes its own way."""
     errands = {tuple(node.name for node in mission(robot).children) for robot in hospital.robots}
 
@@ -99,7 +99,7 @@ def test_what_is_fetched_can_be_carried(hospital):
     assert all(hospital.items[item].weight <= most for item, most in fetched.items())
 
 
-def test_nobody_works_by_a_script(hospital):
+def test_no_robot_has_a_script(hospital):
     """A script would give a robot goals of its own beside those of the mission."""
     assert all(robot.script == () for robot in hospital.robots.values())
 

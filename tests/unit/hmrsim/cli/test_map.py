@@ -99,7 +99,7 @@ def test_what_the_command_line_adds_is_checked(capsys):
 
 
 def test_a_shipped_world_by_its_file_name(capsys):
-    """Who adds a suffix to the name of a shipped world is told its name."""
+    """The error for a shipped world's name with a suffix gives the name."""
     code = main(["map", "validate", "hospital.yaml"])
 
     assert 2 == code

@@ -119,7 +119,7 @@ def test_what_the_command_line_adds_is_there(path, capsys):
 
 
 def test_a_file_that_is_not_there_is_2(capsys):
-    """Who adds a suffix to the name of a shipped world is told its name."""
+    """The error for a shipped world's name with a suffix gives the name."""
     code = main(["map", "info", "scenario1.yaml"])
 
     assert 2 == code

@@ -111,7 +111,7 @@ def test_no_route_is_1(path, capsys, goal, code):
     ],
 )
 def test_no_start_is_1(path, capsys, start, error):
-    """Nobody can stand there, even to stay; Nav2's code says that it is the start."""
+    """No robot can stand there, even to stay; Nav2's error code blames the start."""
     assert 1 == main(["map", "plan", path, start, start])
 
     assert f"hmrsim: {error}\n" == capsys.readouterr().err

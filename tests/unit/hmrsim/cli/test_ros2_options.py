@@ -15,7 +15,7 @@ from hmrsim_zenoh.settings import Ros2Settings
 
 @pytest.fixture(autouse=True)
 def _no_domain(monkeypatch):
-    """Keep the domain of whoever runs the tests away."""
+    """Ignore the domain that is set in the user's shell."""
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
 
 
@@ -83,7 +83,7 @@ def test_a_domain_that_is_none_is_2(capsys):
 
 
 def test_a_domain_of_thousands_of_digits_is_2(capsys):
-    """It is none, and nobody tries to make a number of it."""
+    """It is rejected without being converted to a number."""
     code = main(["run", "scenario1", "--ros2", "--ros-domain-id", "7" * 5000])
 
     assert 2 == code

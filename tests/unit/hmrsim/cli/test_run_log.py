@@ -85,7 +85,7 @@ def test_beside_a_table_only_errors_are_logged(caplog):
 
 
 def test_goals_can_be_logged_later(caplog):
-    """Nobody waits for the words; the time is that of the goal."""
+    """The simulation does not wait for the log; the time in a line is that of the goal."""
     later = Later(EventLog())
     simulator = logged(later)
 
@@ -140,8 +140,8 @@ def test_log_lines_have_at_least_the_level_asked_for(level, written):
     assert written == [line.rpartition("| ")[2] for line in lines]
 
 
-def test_whoever_logs_never_waits():
-    """Nobody reads our stderr, but neither logging nor the end of it takes long."""
+def test_logging_never_blocks():
+    """Neither logging nor its end takes long while stderr is not read."""
     stuck = threading.Event()
 
     with LogLines(lambda _line: stuck.wait()):

@@ -146,7 +146,7 @@ def test_table_looks_again_when_the_robot_moved_meanwhile(host, monkeypatch):
 
 
 def test_table_wants_the_clock():
-    """Time moves on between events for whoever looks at it."""
+    """The table shows how time moves on between events."""
     goals = LastGoals()
 
     assert [Topic.CLOCK] == [topic for topic in Topic if goals.wants(topic)]

@@ -1,4 +1,4 @@
-"""What every component promises, whoever wrote it."""
+"""What every component in the registry promises."""
 
 from __future__ import annotations
 

@@ -227,7 +227,7 @@ def test_odd_worlds(world):
 
 
 def test_lanes_in_colours_of_their_own():
-    """Directions that somebody has counted are drawn beside each other in their own colour and width, and say it."""
+    """The directions are drawn beside each other in their own colour and width, with their notes."""
     svg = Drawing(TWO_ROOMS).svg(
         {("a", "b"): ("#123456", 5.0), ("b", "a"): ("#654321", 2.0)}, lane_notes={("a", "b"): "12 times"}
     )

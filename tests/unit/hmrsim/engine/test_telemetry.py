@@ -30,8 +30,8 @@ def test_the_clock_ticks_ten_times_a_second(make_run):
     assert 500_000_000 == log.events[-1][1].message.clock.to_nanoseconds()
 
 
-def test_nothing_is_sampled_that_nobody_wants(make_run):
-    """And nothing is due."""
+def test_nothing_is_sampled_without_a_subscriber(make_run):
+    """Nothing is due, either."""
     run = make_run(topics=frozenset())
     log = run(until=5.0)
 
@@ -39,7 +39,7 @@ def test_nothing_is_sampled_that_nobody_wants(make_run):
     assert math.inf == run.simulator.next_due
 
 
-def test_sampling_begins_when_somebody_comes_to_listen(make_run):
+def test_sampling_begins_with_the_first_subscriber(make_run):
     """At the next multiple of the period, not with what was missed."""
     run = make_run(topics=frozenset())
     run(until=1.23)
@@ -49,7 +49,7 @@ def test_sampling_begins_when_somebody_comes_to_listen(make_run):
     assert [1.3, 1.4] == pytest.approx(sampled(log, Topic.CLOCK))
 
 
-def test_sampling_ends_when_nobody_listens_any_more(run):
+def test_sampling_ends_with_the_last_subscriber(run):
     """Nothing is due then."""
     run(until=0.5)
     run.log.topics = frozenset()
@@ -69,15 +69,15 @@ def test_odometry_tells_pose_and_speed(make_run):
     assert (1.5, 1.0) == pytest.approx((odom.pose.pose.position.x, odom.twist.twist.linear.x))
 
 
-def test_who_listens_does_not_change_what_happens():
-    """The same commands give the same goals' changes, with and without listeners."""
+def test_subscribers_do_not_change_what_happens():
+    """The same commands give the same goals' changes, with and without subscribers."""
     quiet, loud = simulate(topics=frozenset()), simulate()
 
     assert quiet((0.0, GO)).changes("a" * 32) == loud((0.0, GO)).changes("a" * 32)
 
 
-def test_who_came_last_hears_of_the_end(make_run):
-    """A sink that began to listen without a word yet gets the last status."""
+def test_a_late_subscriber_learns_of_the_end(make_run):
+    """A late sink that has received nothing yet gets the last status."""
     run = make_run(topics=frozenset())
     run((0.0, SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=9)), "a" * 32)), until=1.0)
     run.log.topics = frozenset({Topic.STATUS})

@@ -1,4 +1,4 @@
-"""What every kind of event promises, whoever wrote it: run over the whole registry."""
+"""What every kind of event in the registry promises."""
 
 from __future__ import annotations
 
@@ -88,12 +88,12 @@ def test_ours_are_without_flaws():
 
 
 def test_the_tables_in_the_docs_are_in_step():
-    """Whoever changes an event runs make schemas."""
+    """A change of an event needs a run of make schemas."""
     assert 0 == tables(["--check"])
 
 
 def test_flaws_are_found(monkeypatch):
-    """An event in no group, a field without description, a text of what is no field: each is named."""
+    """An event without group, a field without description, a text with an unknown field: each is reported."""
 
     class Bad(
         Event, kind="bad", severity="dreadful", text="{nothing} {robot:loud}", changes="mood", sets={"robot": "happy"}

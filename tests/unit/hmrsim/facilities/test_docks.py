@@ -140,7 +140,7 @@ class TestDocking:
         assert [(20.0, "SUCCEEDED"), (30.0, "SUCCEEDED")] == [log.changes(A)[-1], log.changes(B)[-1]]
         assert [(30.0, "eve", "bay")] == told(log, "dock_undocked")
 
-    def test_whoever_is_docked_there_is_done_at_once(self, make_run):
+    def test_a_docked_robot_is_done_at_once(self, make_run):
         """As Nav2 does."""
         log = make_run(world())((0.0, dock()), (20.0, dock(goal_id=B)))
 
@@ -181,7 +181,7 @@ class TestDocking:
         assert (16.0, "SUCCEEDED") == log.changes(B)[-1]
 
     def test_staging_may_take_too_long(self, make_run):
-        """903, where it is then; somebody else may have the berth."""
+        """Error 903; the robot stays where it is, as another one may have the berth."""
         run = make_run(world(("eve", "wall_e")))
         log = run((0.0, dock(max_staging_time=4.0)), (1.0, dock("wall_e", B)))
 
@@ -240,8 +240,8 @@ class TestUndocking:
 
         assert (False, code, text) == (log.result(B).success, log.result(B).error_code, log.result(B).error_msg)
 
-    def test_whoever_is_not_docked_can_not_undock(self, make_run):
-        """902."""
+    def test_a_robot_that_is_not_docked_can_not_undock(self, make_run):
+        """Error 902."""
         log = make_run(world())((0.0, undock()))
 
         assert (902, "eve is not docked") == (log.result(B).error_code, log.result(B).error_msg)
@@ -254,7 +254,7 @@ class TestUndocking:
 
         assert [(22.0, "CANCELED"), (26.0, "SUCCEEDED")] == [log.changes(B)[-1], log.changes(C)[-1]]
 
-    def test_whoever_drives_off_is_docked_no_longer(self, make_run):
+    def test_a_robot_that_drives_off_is_undocked(self, make_run):
         """With any goal."""
         log = make_run(world())((0.0, dock()), (20.0, go(0)))
 
@@ -264,7 +264,7 @@ class TestUndocking:
 class TestStandingThere:
     """Without dock_robot."""
 
-    def test_whoever_begins_at_a_dock_is_docked_there(self, make_run):
+    def test_a_robot_that_begins_at_a_dock_is_docked(self, make_run):
         """And shows it, as the dock does."""
         made = world()
         made["robots"]["eve"]["at"] = "bay"
@@ -274,8 +274,8 @@ class TestStandingThere:
         assert ["dock", "full", "docked:eve"] == tags(run, "bay")
         assert ["dock", "charger", "free"] == tags(run, "charger")
 
-    def test_whoever_is_set_there_is_docked(self, make_run):
-        """And undocked when it is set elsewhere."""
+    def test_a_robot_that_is_set_on_a_dock_is_docked(self, make_run):
+        """It is undocked when it is set elsewhere."""
         run = make_run(world())
         for x, y in ((10.0, 5.0), (0.0, 0.0)):
             run.ask("set_entity_state", {"entity": "eve", "state": {"pose": {"position": {"x": x, "y": y}}}})
@@ -283,7 +283,7 @@ class TestStandingThere:
         assert [(0.0, "eve", "bay")] == told(run.log, "dock_docked")
         assert [(0.0, "eve", "bay")] == told(run.log, "dock_undocked")
 
-    def test_whoever_only_drives_there_is_not(self, make_run):
+    def test_a_robot_that_only_drives_to_a_dock_is_not_docked(self, make_run):
         """It has to dock."""
         run = make_run(world())
         log = run((0.0, go(10, 5)))
@@ -291,7 +291,7 @@ class TestStandingThere:
         assert [] == told(log, "dock_docked")
 
     def test_a_reset_docks_them_as_in_the_beginning(self, make_run):
-        """Whoever was docked meanwhile is where it was."""
+        """A robot that docked meanwhile is back where it was."""
         made = world(("eve", "wall_e"))
         made["robots"]["wall_e"]["at"] = "bay"
         run = make_run(made)
@@ -336,7 +336,7 @@ class TestQueue:
         assert ["dock", "full", "docked:eve", "docked:wall_e", "queued:m_o"] == tags(run, "bay")
 
     @pytest.mark.parametrize("end", ["cancel", "preempt", "delete", "time"])
-    def test_whoever_leaves_the_queue_is_passed_over(self, make_run, end):
+    def test_a_robot_that_leaves_the_queue_is_passed_over(self, make_run, end):
         """However it ends."""
         ends = {
             "cancel": lambda run: run.simulator.submit(CancelGoal("wall_e", "dock_robot", B)),
@@ -382,7 +382,7 @@ class TestQueue:
 
         assert ["SUCCEEDED"] * 4 == [log.changes(each)[-1][1] for each in (A, B, C, D)]
 
-    def test_whoever_has_left_a_dock_is_in_the_way_on_the_lane(self, make_run):
+    def test_a_robot_that_has_left_a_dock_is_in_the_way_on_the_lane(self, make_run):
         """Where places are reserved: another one waits for it to leave."""
         run = make_run(world(("eve", "wall_e"), "reserve"))
         log = run((0.0, dock()), (20.0, undock()), (26.0, go(20, robot="wall_e")), (60.0, go(20, goal_id=D)))

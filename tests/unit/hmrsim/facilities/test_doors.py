@@ -1,4 +1,4 @@
-"""Doors: who has to wait for them, for whom they open, and when they close again."""
+"""Doors: which robots have to wait for them, for which they open, and when they close again."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class TestOpening:
 
         assert [(2.0, {"door": "gate", "by": "eve"})] == log.happened("door_opened")
 
-    def test_without_an_opening_time_nobody_waits(self):
+    def test_without_an_opening_time_no_robot_waits(self):
         """Ten metres take ten seconds."""
         log = simulate(world(opening_time=0))((0.0, go(10.0)))
 
@@ -116,7 +116,7 @@ class TestOpening:
 
         assert (14.0, "SUCCEEDED") == simulate(both)((0.0, go(10.0))).changes(EVE)[-1]
 
-    def test_who_flies_does_not_ask(self):
+    def test_a_flying_robot_does_not_ask(self):
         """It goes over it in 10 s."""
         flying = world() | {"robots": {"eve": {"at": "west", "base": {"flies": True}}}}
         log = simulate(flying)((0.0, go(10.0)))
@@ -143,7 +143,7 @@ class TestKeys:
         assert (12.0, "SUCCEEDED") == log.changes(EVE)[-1]
 
     @pytest.mark.parametrize("opens_for", [["bob"], []])
-    def test_whom_it_does_not_know_goes_around(self, opens_for):
+    def test_a_robot_that_it_does_not_open_for_goes_around(self, opens_for):
         """Twenty metres, and no wait."""
         log = simulate(world(around=True, robots=["eve", "bob"], opens_for=opens_for))((0.0, go(10.0)))
 
@@ -160,7 +160,7 @@ class TestKeys:
         assert f"no route from (0, 0) to (10, 0); {why}" == result.error_msg
 
     def test_it_may_pass_while_the_door_is_open(self):
-        """Somebody has opened it."""
+        """A client has opened it."""
         run = simulate(world(around=True, opens_for=[]))
         tell(run, "open")
         log = run((2.0, go(10.0)))
@@ -201,7 +201,7 @@ class TestOrders:
 
         assert (12.0, "SUCCEEDED") == log.changes(EVE)[-1]
 
-    def test_one_that_was_locked_opens_for_nobody(self):
+    def test_a_locked_door_opens_for_no_robot(self):
         """Robots plan around it; the lane is closed both ways, and says why."""
         run = simulate(world(around=True))
         tell(run, "locked")
@@ -233,8 +233,8 @@ class TestOrders:
 
         assert (12.0, "SUCCEEDED") == log.changes(EVE)[-1]
 
-    def test_it_can_not_be_closed_on_somebody(self):
-        """Who is on the way through is named."""
+    def test_it_can_not_be_closed_on_a_robot(self):
+        """The robot on its way through is named."""
         run = simulate(world(open=True))
         run((0.0, go(10.0)), until=3.0)
 
@@ -243,7 +243,7 @@ class TestOrders:
             answer.error_message,
         )
 
-    def test_it_can_be_closed_behind_somebody_who_is_past_it(self):
+    def test_it_can_be_closed_behind_a_robot_that_is_past_it(self):
         """At 6 m, on the same lane."""
         run = simulate(world(open=True))
         run((0.0, go(10.0)), until=6.0)
@@ -340,7 +340,7 @@ class TestJams:
 class TestStanding:
     """Robots that stop on their way."""
 
-    def test_it_does_not_close_on_who_stands_in_it(self):
+    def test_it_does_not_close_on_a_robot_that_stands_in_it(self):
         """Canceled 5.2 m from the west, with its footprint in the door, where it stands until it is told to go on."""
         wide = world() | {"robots": {"eve": {"at": "west", "base": {"radius": 0.3}}}}
         run = simulate(wide)
@@ -352,7 +352,7 @@ class TestStanding:
         assert (54.8, "SUCCEEDED") == run.log.changes(BOB)[-1]
         assert "door_closed" == doors_of(run.log)[-1][1]
 
-    def test_who_stopped_before_it_waits_for_it_again(self):
+    def test_a_robot_that_stopped_before_it_waits_for_it_again(self):
         """At 4 m; the door closes, and takes 2 s to open again for the 6 m that are left."""
         run = simulate(world())
         run((0.0, go(10.0)), (6.0, CancelGoal("eve", "navigate_to_pose")), until=20.0)
@@ -361,7 +361,7 @@ class TestStanding:
         assert (9.0, "door_closed") == doors_of(log)[2]
         assert (28.0, "SUCCEEDED") == log.changes(BOB)[-1]
 
-    def test_who_stands_before_a_locked_one_in_the_middle_of_its_lane_waits(self):
+    def test_a_robot_before_a_locked_door_in_the_middle_of_its_lane_waits(self):
         """On its lane there is no other way, also if it may leave the lane: it waits until its patience ends."""
         run = simulate(world(around=True))
         run((0.0, go(4.0)))
@@ -376,7 +376,7 @@ class TestOffTheLanes:
     """A closed door is a wall."""
 
     def test_a_path_through_a_closed_door_is_blocked(self):
-        """Off the lanes nobody opens it."""
+        """Off the lanes no robot opens it."""
         log = simulate(world())((0.0, follow((0, 0.5), (10, 0.5))))
 
         assert "blocked: an obstacle stands between (0, 0.5) and (10, 0.5)" == log.result(EVE).error_msg
@@ -387,7 +387,7 @@ class TestOffTheLanes:
 
         assert (10.5, "SUCCEEDED") == log.changes(EVE)[-1]
 
-    def test_one_that_has_closed_meanwhile_opens_for_who_comes(self):
+    def test_one_that_has_closed_meanwhile_opens_for_the_next_robot(self):
         """Closed while the robot was still on the first half metre."""
         run = simulate(world(open=True))
         run((0.0, follow((0, 0.5), (10, 0.5))), until=0.2)
@@ -397,7 +397,7 @@ class TestOffTheLanes:
         assert (12.5, "SUCCEEDED") == run.log.changes(EVE)[-1]
 
     def test_planned_ways_lead_through_doors_on_lanes_only(self):
-        """An open door may be closed when somebody comes: the straight line from side to side is not taken."""
+        """An open door may be closed before the robot comes: the straight line from side to side is not taken."""
         plan = world(open=True)
         plan["robots"] = {"eve": {"at": [4, 0.5]}}
         route = simulate(plan).simulator.robots["eve"].plan_to((6.0, 0.5))
@@ -411,7 +411,7 @@ class TestOffTheLanes:
 
         assert clear is run.simulator.graph.clear((0.0, 0.5), (10.0, 0.5))
 
-    def test_nobody_is_put_into_a_closed_door(self):
+    def test_no_robot_is_put_into_a_closed_door(self):
         """The service refuses it."""
         run = simulate(world())
         answer = run.ask("set_entity_state", {"entity": "eve", "state": {"pose": {"position": {"x": 5.0}}}})
@@ -419,7 +419,7 @@ class TestOffTheLanes:
         assert "(5, 0) is in a closed door" == answer.result.error_message
 
     @pytest.mark.parametrize(("state", "end"), [("open", 8.0), ("closed", 5.0)])
-    def test_who_drives_straight_on_stops_before_a_closed_door(self, state, end):
+    def test_a_robot_that_drives_straight_on_stops_before_a_closed_door(self, state, end):
         """Also on a lane, where walls don't count."""
         goal = actions()["drive_on_heading"].goal.model_validate({"target": {"x": 8.0}, "speed": 1.0})
         run = simulate(world(open=state == "open"))
@@ -452,7 +452,7 @@ class TestAnew:
         assert (3.0, "door_closed") in doors_of(run.log)
 
     def test_that_it_is_closed_in_the_beginning_is_no_news(self):
-        """Nobody gets through from the start, and nothing is told of it."""
+        """No robot gets through from the start, and no event is sent."""
         run = simulate(world(opens_for=[]))
 
         assert frozenset({("west", "east"), ("east", "west")}) == run.simulator.graph.closed
@@ -476,7 +476,7 @@ ANYTHING = st.tuples(
     opens_for=st.sampled_from([None, None, ["bob"], []]),
     stays_open=st.sampled_from([0, 1, None]),
 )
-def test_nobody_is_ever_in_a_closed_door(orders, policy, opens_for, stays_open):
+def test_no_robot_is_ever_in_a_closed_door(orders, policy, opens_for, stays_open):
     """Whatever robots want and doors are told, at any time; they never change sides while it is closed."""
     plan = world(opens_for=opens_for, stays_open=stays_open) | {
         "robots": {name: {"at": at, "base": {"radius": 0.2}} for name, at in STARTS.items()},

@@ -1,4 +1,4 @@
-"""Lifts: who waits for the cabin, how long a ride takes, and whose turn it is."""
+"""Lifts: which robots wait for the cabin, how long a ride takes, and whose turn it is."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ class TestCalls:
         assert [(4.0, {"lift": "lift", "stop": "ground", "by": "eve"})] == log.happened("lift_called")
         assert (22.0, "SUCCEEDED") == log.changes(EVE)[-1]
 
-    def test_who_calls_first_rides_first(self):
+    def test_the_robot_that_calls_first_rides_first(self):
         """Bob waits at the stop next to where the lift lets eve out, but ann has called before him."""
         robots = {"eve": "ground", "bob": "ward", "ann": "second"}
         log = simulate(world(robots))(
@@ -153,8 +153,8 @@ class TestCalls:
         # Eve: up at 9. The cabin at ann's at 18, down at 32. At bob's at 41, down at 50, and 4 m more.
         assert [9.0, 32.0, 54.0] == [log.changes(IDS[name])[-1][0] for name in ("eve", "ann", "bob")]
 
-    def test_of_those_who_call_at_once_the_first_by_name_comes_first(self):
-        """Whoever was asked first; the cabin is elsewhere."""
+    def test_robots_that_call_at_once_ride_in_the_order_of_names(self):
+        """The order of requests doesn't matter; the cabin is elsewhere."""
         robots = {"eve": "ground", "ann": "second"}
         run = simulate(world(robots, at="first"))
         for robot in robots:
@@ -165,7 +165,7 @@ class TestCalls:
         assert [18.0, 36.0] == [log.changes(IDS[name])[-1][0] for name in ("ann", "eve")]
 
     @pytest.mark.parametrize("policy", policies())
-    def test_who_gets_out_passes_who_wants_to_get_in(self, policy):
+    def test_a_robot_that_gets_out_passes_one_that_gets_in(self, policy):
         """Each stands where the other wants to be; where waypoints take one robot, stops take any number."""
         plan = world({"eve": "ground", "bob": "first"}) | {"traffic": {"policy": policy}}
         log = simulate(plan)((0.0, go("first")), (0.0, go("ground", robot="bob")))
@@ -194,7 +194,7 @@ class TestCalls:
         assert [14.0] == [time for time, _ in run.log.happened("lift_arrived")]
 
     def test_the_service_calls_it(self):
-        """At once, if nobody rides."""
+        """At once, if no robot rides."""
         run = simulate(world())
         answer = call(run, "second")
         run.simulator.run()

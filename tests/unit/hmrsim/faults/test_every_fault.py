@@ -1,4 +1,4 @@
-"""What every kind of fault promises, whoever wrote it: run over the whole registry."""
+"""What every kind of fault in the registry promises."""
 
 from __future__ import annotations
 

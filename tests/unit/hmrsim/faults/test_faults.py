@@ -86,7 +86,7 @@ def test_a_robot_that_broke_down_twice_is_repaired_twice():
 
 
 def test_what_is_in_the_way_is_seen():
-    """The robot's tags say what ails it, and that nobody gets past."""
+    """The robot's tags name the fault, and say that it blocks the way."""
     run = faulty({"type": "breakdown", "robot": "wall_e", "at": 2})
     run((0.0, go(9, 2)), until=3.0)
 
@@ -111,7 +111,7 @@ def test_others_drive_around_a_broken_robot():
     assert (13.0, "SUCCEEDED") == log.changes(B)[-1]
 
 
-def test_who_is_moved_out_of_the_way_is_in_it_no_longer():
+def test_a_robot_that_is_moved_away_no_longer_blocks_the_way():
     """The lane is open again before the robot is repaired."""
     run = faulty({"type": "breakdown", "robot": "wall_e", "at": 2})
     run((0.0, go(9, 2)), until=3.0)
@@ -120,7 +120,7 @@ def test_who_is_moved_out_of_the_way_is_in_it_no_longer():
     assert frozenset() == run.simulator.graph.closed
 
 
-def test_who_is_deleted_is_in_the_way_no_longer():
+def test_a_deleted_robot_no_longer_blocks_the_way():
     """Though the fault goes on."""
     run = faulty({"type": "breakdown", "robot": "wall_e", "at": 2})
     run((0.0, go(9, 2)), until=3.0)
@@ -156,8 +156,8 @@ def test_slips_multiply():
 # --- lanes -----------------------------------------------------------------------------------------------------------
 
 
-def test_nobody_enters_a_closed_lane():
-    """Who plans finds no route, and is told why."""
+def test_no_robot_enters_a_closed_lane():
+    """The planner finds no route, and the result says why."""
     log = faulty({"type": "lane_closed", "lane": ["shelf", "door"], "at": 1, "until": 9, "name": "wet"})(
         (2.0, go(9, 2))
     )
@@ -174,7 +174,7 @@ def test_a_lane_closed_twice_is_open_when_both_are_over():
     assert {9.0} == {time for time, _ in log.happened("lane_opened")}
 
 
-def test_who_was_on_its_way_waits_until_the_lane_is_open():
+def test_a_robot_on_its_way_waits_until_the_lane_is_open():
     """If there is no other way."""
     log = faulty({"type": "lane_closed", "lane": ["door", "shelf"], "at": 1, "until": 9})((0.0, go(9, 2)))
 
@@ -185,7 +185,7 @@ def test_who_was_on_its_way_waits_until_the_lane_is_open():
 
 
 def test_a_claw_that_drops_its_item_does_so_where_the_robot_is():
-    """It lies on the lane, which is closed until somebody picks it up; to place it fails."""
+    """The item lies on the lane, which is closed until it is picked up; placing it fails."""
     run = faulty({"type": "claw_drops", "robot": "wall_e", "at": 2})
     log = run((0.0, pick("letter")), (0.0, go(9, 2, B)), until=3.0)
     closed = run.simulator.graph.closed
@@ -287,7 +287,7 @@ def test_what_a_lost_robot_sees_is_off_as_it_is():
 
 @pytest.fixture
 def cut():
-    """Return a simulation in which nobody can reach wall_e from 2 to 10 s."""
+    """Return a simulation in which no message reaches wall_e from 2 to 10 s."""
     return faulty({"type": "messages_lost", "robot": "wall_e", "at": 2, "until": 10})
 
 
@@ -333,7 +333,7 @@ def test_nothing_that_it_publishes_arrives(cut):
     assert [10.0, 10.0] == said
 
 
-def test_whoever_waits_is_answered_when_the_simulation_stops(cut):
+def test_a_waiting_client_is_answered_when_the_simulation_stops(cut):
     """A request gets exactly one answer, always."""
     log = cut((0.0, go(9, 2)), (1.0, GetResult("wall_e", "navigate_to_pose", A, "asked")), until=3.0)
     cut.simulator.stop()
@@ -341,8 +341,8 @@ def test_whoever_waits_is_answered_when_the_simulation_stops(cut):
     assert GoalStatus.ABORTED == log.answer("asked").status
 
 
-def test_whoever_waits_is_answered_when_the_robot_is_deleted(cut):
-    """Likewise."""
+def test_a_waiting_client_is_answered_when_the_robot_is_deleted(cut):
+    """A deleted robot's goal is aborted, too."""
     log = cut((0.0, go(9, 2)), (1.0, GetResult("wall_e", "navigate_to_pose", A, "asked")), until=3.0)
     cut.ask("delete_entity", {"entity": "wall_e"})
 
@@ -390,8 +390,8 @@ def test_its_own_script_goes_on():
 # --- doors and batteries ---------------------------------------------------------------------------------------------
 
 
-def test_a_jammed_door_lets_nobody_through():
-    """Who waits before it goes on when it moves again."""
+def test_a_jammed_door_lets_no_robot_through():
+    """A robot that waits before it goes on when the door moves again."""
     world = {**SMALL_WORLD, "doors": {"gate": {"at": [[7, 1], [7, 3]], "opening_time": 1.0}}}
     run = simulate({**world, "faults": [{"type": "door_jammed", "door": "gate", "at": 1, "until": 9}]})
     log = run((0.0, go(9, 2)))
@@ -447,7 +447,7 @@ def test_random_faults_come_again_and_again():
 
 
 def test_a_robot_far_away_changes_nothing():
-    """What happens to one robot is the same whoever else there is, and whatever happens to them."""
+    """What happens to one robot depends neither on other robots, nor on what happens to them."""
     fault = {"type": "breakdown", "mean_time_between": 5.0, "mean_duration": 2.0}
     more = {**SMALL_WORLD["robots"], "bob": {"type": "nurse", "at": [3, 9]}}
     alone = faulty({**fault, "robot": "wall_e"})
@@ -467,7 +467,7 @@ def test_a_robot_far_away_changes_nothing():
     assert story(alone) == story(crowd)
 
 
-def test_a_fault_of_who_is_not_there_is_missed():
+def test_a_fault_of_a_missing_robot_is_missed():
     """An event says why, and the simulation goes on."""
     run = faulty({"type": "breakdown", "robot": "eve", "at": 2})
     run.ask("delete_entity", {"entity": "eve"})

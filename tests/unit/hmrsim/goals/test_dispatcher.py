@@ -70,7 +70,7 @@ class TestAccept:
         assert 1 == log.answer(A).stamp
 
     def test_the_answer_comes_before_the_status(self, run):
-        """A client learns of acceptance first; whoever watches learns what was asked before how it goes."""
+        """The client learns of acceptance first; a subscriber learns of the goal before its status."""
         log = run((0.0, go()))
 
         assert ["Answered", "EventStamped", "GoalChanged"] == [type(event).__name__ for _, event in log.events[:3]]
@@ -110,7 +110,7 @@ class TestAccept:
         assert run((0.0, go(frame="map"))).answer(A).accepted
 
     def test_a_robot_with_an_external_planner_is_not_ready(self, make_run):
-        """Nobody has announced a planner."""
+        """No planner has been announced."""
         run = make_run({"robots": {"wall_e": {"at": [0, 0], "planner": "external"}}})
 
         assert "not_ready" == run((0.0, go())).answer(A).reason
@@ -418,7 +418,7 @@ class TestEnd:
     """Whatever happens, an accepted goal gets exactly one terminal status."""
 
     def test_stopping_aborts_what_runs(self, run):
-        """The reason is in the result, and whoever waits is answered."""
+        """The result gives the reason, and a client that waits for it is answered."""
         log = run((0.0, go()), (0.0, GetResult("wall_e", "navigate_to_pose", A, "result")), until=1.0)
         run.simulator.stop("the simulator was stopped")
 
@@ -483,7 +483,7 @@ class TestFeedback:
         assert kinds.index("FeedbackSent") < kinds.index("GoalChanged", kinds.index("Answered"))
         assert 1.05 == log.feedback(A)[-1][0]
 
-    def test_none_is_made_when_nobody_listens(self, make_run):
+    def test_no_feedback_is_made_without_a_subscriber(self, make_run):
         """The action is not even asked."""
         asked = []
 
@@ -529,7 +529,7 @@ _COMMANDS = st.one_of(
 @examples(60)
 @given(st.lists(st.tuples(st.floats(0, 4), _COMMANDS), max_size=25), st.booleans())
 def test_any_commands_leave_each_accepted_goal_one_terminal_status_and_every_robot_free(commands, stopped):
-    """Whatever is sent when: legal transitions only, one end each, one answer each, nobody holds a base."""
+    """Any commands: transitions are legal, each goal has one end and one answer, and no base is held."""
     run = simulate()
     at = 0.0
     timed = []

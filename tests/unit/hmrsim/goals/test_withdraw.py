@@ -20,7 +20,7 @@ def ask(reply_to):
     return GetResult("wall_e", "wait", GOAL, reply_to)
 
 
-def test_who_has_gone_is_not_answered():
+def test_a_client_that_has_gone_is_not_answered():
     """Others who wait for the same goal are."""
     gone, there = "gone", "there"
     log = simulate()((0, SEND), (1, ask(gone)), (1, ask(there)), (2, StopWaiting("wall_e", "wait", GOAL, (gone,))))
@@ -29,15 +29,15 @@ def test_who_has_gone_is_not_answered():
     assert 1 == len(log.answers(there))
 
 
-def test_who_is_told():
-    """Who can't be kept waiting is told the status that the goal has now."""
+def test_a_client_that_can_not_wait_is_answered_at_once():
+    """The answer has the current status of the goal."""
     log = simulate()((0, SEND), (1, ask("there")), (2, StopWaiting("wall_e", "wait", GOAL, ("there",), tell=True)))
 
     assert [ResultResponse(GoalStatus.EXECUTING, Wait.Result())] == log.answers("there")
 
 
 def test_too_late():
-    """Who was answered already, or asked for a goal that there is not, is nobody."""
+    """Withdrawing a request that was answered, or one for an unknown goal, has no effect."""
     log = simulate()(
         (0, SEND),
         (1, ask("there")),

@@ -73,7 +73,7 @@ def test_everything_is_reached_from_everywhere(loaded):
 
 
 def test_every_robot_drives(loaded):
-    """All robots set out at once, and each arrives where nobody and nothing is in its way, nor any script."""
+    """All robots set out at once, and each arrives if no robot, door, fault or script interferes."""
     log = Log(frozenset())
     robots = {name: robot.model_copy(update={"script": ()}) for name, robot in loaded.world.robots.items()}
     empty = {"robots": robots, "traffic": Traffic(), "doors": {}, "faults": ()}

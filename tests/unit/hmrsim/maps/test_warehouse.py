@@ -43,7 +43,7 @@ def grabs(world):
 
 
 def test_file_is_what_the_generator_writes():
-    """Whoever changes one of the two changes both."""
+    """The file and its generator are changed together."""
     module = runpy.run_path(str(GENERATOR))
 
     assert module["FILE"].read_text(encoding="utf-8") == module["generate"]()
@@ -83,7 +83,7 @@ def _driven_through(world):
     return [point for name, point in world.points.items() if degree[name] > 1]
 
 
-def test_everybody_has_something_to_do(world):
+def test_every_robot_has_something_to_do(world):
     """Every script is of words that robots know, and ends where the robot was parked, or at a charger."""
     words = {word for robot in world.robots.values() for word, _ in orders(robot)}
     docked = [name for name, robot in world.robots.items() if robot.script[-1].startswith("Dock charger_")]
@@ -94,7 +94,7 @@ def test_everybody_has_something_to_do(world):
 
 
 def test_every_grab_can_be_done(world):
-    """What a script grabs is in reach, not too heavy, nobody else's, and put down again."""
+    """What a script grabs is in reach, not too heavy, not grabbed by another robot, and put down again."""
     taken = Counter()
     for robot, what, at in grabs(world):
         item, claw = world.items[what], world.robot_type(robot).components["claw"]
@@ -115,7 +115,7 @@ def shift(world):
 
 
 def test_every_script_is_carried_out(world, shift):
-    """All robots do all that they have to in some half an hour of virtual time, and nobody is where another one is."""
+    """All robots finish their scripts in some half an hour of virtual time, and no two are in the same place."""
     simulator, _ = shift
 
     scripts = simulator.scripts.all
@@ -131,7 +131,7 @@ def test_robots_wait_for_each_other_but_not_for_ever(shift):
 
 
 def test_every_robot_has_a_battery_that_lasts(world, shift):
-    """Nobody is stopped by an empty battery, and who counts shelves charges at the end."""
+    """No robot is stopped by an empty battery, and those that count shelves charge at the end."""
     kinds = Counter(event.kind for event in shift[1])
 
     assert all("battery" in world.robot_type(robot).components for robot in world.robots.values())
@@ -139,7 +139,7 @@ def test_every_robot_has_a_battery_that_lasts(world, shift):
 
 
 def test_all_but_the_bays_is_one_way(world):
-    """Nobody meets anybody head-on, and all lanes have a limit."""
+    """No two robots meet head-on, and all lanes have a speed limit."""
     both_ways = {lane.to for lane in world.lanes if not lane.one_way}
 
     assert {*world.docks} | {robot.at for robot in world.robots.values()} <= both_ways

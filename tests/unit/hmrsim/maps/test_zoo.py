@@ -40,7 +40,7 @@ def test_every_goal_ends(name, policy):
 
 @pytest.mark.parametrize("name", ZOO)
 def test_every_goal_succeeds_under_priority(name):
-    """Nobody is left behind, and nobody gives up."""
+    """No robot is left behind, and none gives up."""
     made = run(name, "priority")
     scripts = made.simulator.scripts.all.values()
 

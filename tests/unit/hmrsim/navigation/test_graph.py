@@ -110,7 +110,7 @@ class TestOffTheLanes:
         """The route ends exactly there."""
         assert [(1, 2), (9, 2), (9, 5)] == points(graph(**ROOM).plan((1, 2), (9, 5), 1.0))
 
-    def test_somebody_on_a_lane_drives_along_it_to_a_goal_on_it(self):
+    def test_a_robot_on_a_lane_drives_along_it_to_a_goal_on_it(self):
         """Neither end of the lane is visited."""
         assert [(3, 2), (7, 2)] == points(graph(**ROOM).plan((3, 2), (7, 2), 1.0))
 

@@ -131,7 +131,7 @@ def test_a_turn_goes_the_long_way_round_if_that_is_its_angle():
     assert 2.0 == piece.pose(2.0).yaw
 
 
-def test_whoever_rolls_already_goes_on_as_fast():
+def test_a_moving_robot_keeps_its_speed():
     """At 1 m/s, for which it takes 0.5 m at 1 m/s^2: 4 m more take 3.5 + 1 s, and 1 s more from rest."""
     (piece,) = pieces(Pose(0, 0), [leg((0, 0), (4, 0))], None, speed=1.0, acceleration=1.0, run_up=0.5)
 
@@ -140,15 +140,15 @@ def test_whoever_rolls_already_goes_on_as_fast():
     assert (0.5, 0.5, 0.125) == (piece.run_up(0.0), piece.run_up(2.0), piece.run_up(4.0))
 
 
-def test_whoever_has_to_turn_or_bend_does_not():
-    """Straight ahead only."""
+def test_a_robot_that_has_to_turn_does_not_keep_its_speed():
+    """It keeps its speed straight ahead only."""
     (piece,) = pieces(Pose(0, 0, 1.0), [leg((0, 0), (4, 0))], None, speed=1.0, acceleration=1.0, run_up=0.5)
 
     assert 5.0 == piece.duration
 
 
-def test_whoever_is_faster_than_is_allowed_now_is_not_any_longer():
-    """At 1 m/s where 0.5 m/s are allowed, which 0.125 m of run-up are."""
+def test_a_robot_faster_than_its_limit_slows_down_at_once():
+    """At 1 m/s where 0.5 m/s are allowed: its run-up is cut to 0.125 m."""
     slow = leg((0, 0), (4, 0), 0.5)
     (piece,) = pieces(Pose(0, 0), [slow], None, speed=1.0, acceleration=1.0, run_up=0.5)
 

@@ -307,7 +307,7 @@ class TestLockstep:
         assert traces[0] == traces[1]
 
     def test_what_has_come_is_taken_when_lockstep_ends(self, steps):
-        """From then on, nobody waits for the others."""
+        """From then on, a robot does not wait for the paths of others."""
         run, lockstep = steps
         self.ask(lockstep, go(5, 2), go(5, 2, goal_id=B, robot="bob"))
         self.move(lockstep)
@@ -319,7 +319,7 @@ class TestLockstep:
         assert (2,) == run.simulator.plans.awaited
 
     def test_a_cancel_from_outside_lets_time_go_on(self, steps):
-        """Nobody waits for the path any more."""
+        """Time no longer waits for the path."""
         run, lockstep = steps
         self.ask(lockstep, go(9, 2))
         self.move(lockstep)

@@ -119,7 +119,7 @@ def test_a_command_refuses_what_it_does_not_know(capsys):
 
 
 def test_help_comes_whatever_the_environment_says(parser, monkeypatch, capsys):
-    """Whoever set a bad variable can read which values would do."""
+    """A user who has set a bad variable can still read which values are valid."""
     monkeypatch.setenv("HMRSIM_SEED", "many")
 
     with pytest.raises(SystemExit, match="0"):

@@ -44,7 +44,7 @@ def page(told):
     return make
 
 
-def test_it_asks_nobody_for_anything(page):
+def test_page_loads_nothing(page):
     """No element loads anything, and the policy forbids it."""
     found = _elements(page(MEETING))
     links = [value for _, attrs in found for name, value in attrs.items() if name in ("src", "href", "data", "action")]
@@ -130,7 +130,7 @@ def test_what_is_missing_is_said(trace, changed):
 
 
 def test_goals_that_are_too_many_are_drawn_together(told):
-    """With a note; no row has more bars than anybody can tell apart."""
+    """The timeline says so; no row has more bars than a reader can tell apart."""
     found = report_of(told(ALONE))
     (goal, *_) = found.goals
     many = [goal.model_copy(update={"accepted": i / 2500, "ended": (i + 1) / 2500}) for i in range(25_000)]

@@ -1,4 +1,4 @@
-"""Reports of recordings, and of runs in which somebody changed the world."""
+"""Reports of recordings, and of runs whose world was changed."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def test_an_end_that_makes_no_sense_is_none():
     ("said", "seed"), [("3", 3), ("0", 0), ("", None), ("-1", None), ("\u0663", None), ("9" * 5000, None)]
 )
 def test_the_seed_of_a_recording(said, seed):
-    """It is known if the recording says it; what is no seed is none."""
+    """The report has the seed that the recording gives; an invalid one is ignored."""
     told = _recorded(ALONE)
     told.about["seed"] = said
 

@@ -501,8 +501,8 @@ def do(run, steps, gaps):
 
 
 @given(steps=MISSION, data=st.data())
-def test_energy_is_conserved_whoever_listens(steps, data):
-    """What was in it and came in is what went out and is left; listening changes nothing."""
+def test_energy_is_conserved(steps, data):
+    """The initial energy and what is charged equal what is used and what is left; subscribers change nothing."""
     amount = st.floats(0, 3)
     gaps = data.draw(st.lists(st.floats(0.01, 60), min_size=len(steps), max_size=len(steps)))
     drain = data.draw(st.fixed_dictionaries(dict.fromkeys(("still", "moving", "distance", "load", "handling"), amount)))

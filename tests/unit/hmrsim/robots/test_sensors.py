@@ -105,7 +105,7 @@ def test_both_may_see_the_same():
 
 
 def test_robots_are_seen_and_what_they_carry():
-    """But nobody sees itself, nor what it carries itself."""
+    """A sensor sees other robots and their items, but neither its own robot nor that one's items."""
     claw = {"claw": {"reach": 2}, "proximity": {}}
     values = world(components=claw, mine=(0, 0), its=(1, 0))
     values["robots"]["other"] = {"type": "fetcher", "at": [1, 0]}
@@ -139,7 +139,7 @@ def test_a_detection_says_what_and_where():
 
 
 def test_a_robot_without_sensors_has_no_detections():
-    """Whoever asks is told what is missing."""
+    """The client is told what is missing."""
     run = simulate()
     run.simulator.submit(Read(Topic.DETECTIONS, "cart", reply_to="asked"))
 
@@ -153,8 +153,8 @@ def test_a_robot_without_sensors_has_no_detections():
         ({"robot": "eye", "entity": "cap"}, 2, "no entity 'cap'; there are: cup, eye"),
     ],
 )
-def test_it_can_not_be_asked_of_who_is_not_there(request_, code, why):
-    """The answer says who is."""
+def test_is_detected_with_an_unknown_name_is_refused(request_, code, why):
+    """The error names those that exist."""
     result = simulate(world(cup=(1, 0))).ask("is_detected", request_).result
 
     assert (code, why) == (result.result, result.error_message)
@@ -182,7 +182,7 @@ def told(run):
 
 
 def test_it_is_told_when_it_changes():
-    """Who comes, who moves farther than the resolution, who goes; and at first whatever there is."""
+    """At first whatever is seen; then what comes, moves farther than the resolution, or goes."""
     goal = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": 0.0}}}})
     run = simulate(ROAD, topics=frozenset({Topic.DETECTIONS}), detection_rate=1.0)
     run((0.0, SendGoal("cart", "navigate_to_pose", goal)), until=22.0)
@@ -194,8 +194,8 @@ def test_it_is_told_when_it_changes():
     ] == told(run)
 
 
-def test_nothing_is_computed_that_nobody_wants(monkeypatch):
-    """Not even looked at."""
+def test_nothing_is_computed_without_a_subscriber(monkeypatch):
+    """The sensors do not even look."""
     run = simulate(ROAD, topics=frozenset({Topic.EVENTS}))
     monkeypatch.setattr(run.simulator.detections, "look", lambda *_: pytest.fail("it looked"))
 

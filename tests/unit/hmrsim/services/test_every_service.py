@@ -1,4 +1,4 @@
-"""What every service promises, whoever wrote it: run over the whole registry."""
+"""What every service in the registry promises."""
 
 from __future__ import annotations
 

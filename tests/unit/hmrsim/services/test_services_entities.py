@@ -118,8 +118,8 @@ class TestStates:
         assert (4, "item of 0.2 kg", ["item"]) == (item.category.category, item.description, item.tags)
 
     @pytest.mark.parametrize("service", ["get_entity_info", "get_entity_state", "delete_entity", "set_entity_state"])
-    def test_of_nobody(self, run, service):
-        """Not found; those that are there are told."""
+    def test_of_an_unknown_entity(self, run, service):
+        """It is not found; the message lists the entities that exist."""
         result = run.ask(service, {"entity": "hal"}).result
 
         assert Result.RESULT_NOT_FOUND == result.result

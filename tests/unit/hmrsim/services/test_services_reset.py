@@ -51,7 +51,7 @@ class TestGoals:
 
     @pytest.mark.parametrize("scope", [0, TIME, STATE, ALL])
     def test_goals_that_run_are_aborted(self, run, scope):
-        """At the time that it is, with the reason; who waits for the result is told, and so is who asks later."""
+        """At the current time, with the reason; a client that waits is answered, and so is a later one."""
         run((0.0, go()), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "waiting")), until=1.5)
         reset(run, scope)
         run.simulator.submit(GetResult("wall_e", "navigate_to_pose", GOAL, "later"))
@@ -116,7 +116,7 @@ class TestTime:
         assert (scope in (0, ALL, TIME)) == (run.simulator.generation == 1)
 
     def test_a_robot_stays_where_it_is(self, run):
-        """Time alone moves nobody."""
+        """A reset of time alone moves no robot."""
         run((0.0, go()), until=1.5)
         reset(run, TIME)
         run.simulator.run()
@@ -164,7 +164,7 @@ class TestTime:
         )
 
     def test_a_script_ends_if_its_state_does_not_begin_anew(self):
-        """Its goal was aborted, as by anybody else."""
+        """Its goal was aborted, which ends it as any other abort does."""
         run = simulate(SCRIPTED)
         run.simulator.advance(1.5)
         reset(run, TIME)
@@ -178,8 +178,8 @@ class TestTime:
 class TestState:
     """The scope STATE."""
 
-    def test_everybody_is_where_they_were(self, run):
-        """And nobody holds anything."""
+    def test_robots_are_where_they_were(self, run):
+        """They hold no items."""
         run((0.0, send("pickup", {"target_name": "letter"})), (0.0, go(goal_id=NEXT)))
         reset(run, STATE)
 
@@ -250,7 +250,7 @@ class TestSpawned:
     """The scope SPAWNED."""
 
     def test_the_spawned_are_gone(self, run):
-        """Robots and items; those of the world stay, and whoever listens learns of it."""
+        """Robots and items; those of the world stay, and subscribers are told."""
         spawn(run)
         run.ask("spawn_entity", {"name": "box", "uri": "item"})
         del run.log.events[:]
@@ -259,8 +259,8 @@ class TestSpawned:
         assert ["wall_e", "eve", "cart", "parcel", "anvil", "letter"] == run.ask("get_entities").entities
         assert [RosterChanged()] == [event for _, event in run.log.events if isinstance(event, RosterChanged)]
 
-    def test_nobody_is_told_of_a_roster_that_stays(self, run):
-        """A reset without guests."""
+    def test_a_roster_that_stays_is_not_announced(self, run):
+        """A reset without spawned robots."""
         reset(run)
 
         assert [] == [event for _, event in run.log.events if isinstance(event, RosterChanged)]

@@ -39,7 +39,7 @@ def put(run, entity, x, y, **more):
 
 
 def told(run):
-    """Return how often somebody was told that robots have come or gone."""
+    """Return how often a change of the robots was announced."""
     return sum(isinstance(event, RosterChanged) for _, event in run.log.events)
 
 
@@ -85,8 +85,8 @@ class TestSpawn:
 
         assert "bob/base_link" == run.log.answer("odom").message.child_frame_id
 
-    def test_whoever_listens_learns_of_robots(self, run):
-        """Not of items, which nobody serves."""
+    def test_subscribers_learn_of_robots(self, run):
+        """Items, which have no action servers, are not announced."""
         spawn(run)
         robots = told(run)
         spawn(run, "box", "item")
@@ -191,7 +191,7 @@ class TestDelete:
         assert (1, [(0.0, {"entity": "wall_e"})]) == (told(run), run.log.happened("deleted"))
 
     def test_its_goals_are_aborted_first(self, run):
-        """Who waits is told; nothing of it happens afterwards."""
+        """The waiting client is told; no event of the goal follows."""
         run((0.0, go()), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "result")), until=1.5)
         run.ask("delete_entity", {"entity": "wall_e"})
         run.simulator.run()
@@ -231,7 +231,7 @@ class TestDelete:
         assert [] == [robot for robot, _ in run.simulator.dispatcher.servers._servers]
 
     def test_an_item(self, run):
-        """Nobody holds it any more."""
+        """No robot holds it any more."""
         run((0.0, send("pickup", {"target_name": "letter"})))
         run.ask("delete_entity", {"entity": "letter"})
 
@@ -271,7 +271,7 @@ class TestMove:
         assert [(0.0, {"entity": "wall_e", "at": [5.0, 3.0], "yaw": 0.0})] == run.log.happened("teleported")
 
     def test_a_goal_that_drives_is_aborted_first(self, run):
-        """Nobody drives on from another place."""
+        """The robot does not drive on from another place."""
         run((0.0, go()), until=1.5)
         put(run, "wall_e", 5.0, 3.0)
         run.simulator.run()
@@ -295,7 +295,7 @@ class TestMove:
         assert (5.0, 3.0) == run.simulator.items["letter"].position
 
     def test_an_item(self, run):
-        """Whoever holds it does so no longer."""
+        """The robot that held it no longer does."""
         run((0.0, send("pickup", {"target_name": "letter"})))
         put(run, "letter", 5.0, 3.0)
 

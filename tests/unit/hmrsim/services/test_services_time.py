@@ -59,7 +59,7 @@ class TestStates:
     """Whether time moves."""
 
     def test_it_plays_at_first(self, run):
-        """A simulation that nobody has paused plays."""
+        """A simulation plays until it is paused."""
         assert PLAYING == state_of(run)
 
     @pytest.mark.parametrize("state", [STOPPED, PLAYING, PAUSED])
@@ -74,7 +74,7 @@ class TestStates:
 
     @pytest.mark.parametrize("state", [3, 4, 5, 99])
     def test_other_states_are_not_supported(self, run, state):
-        """Quitting is for whoever started the program."""
+        """Quitting is left to the user who started the program."""
         result = become(run, state)
 
         assert Result.RESULT_FEATURE_UNSUPPORTED == result.result
@@ -168,7 +168,7 @@ class TestSteps:
         assert OK == paused.ask("step_simulation", {"steps": 0}).result
 
     @pytest.mark.parametrize("state", [PLAYING, STOPPED])
-    def test_only_who_is_paused_makes_steps(self, run, state):
+    def test_only_a_paused_simulation_makes_steps(self, run, state):
         """Otherwise it is in the wrong state."""
         become(run, state)
 
@@ -196,13 +196,13 @@ class TestSteps:
         assert 0.5 == run.simulator.now
 
     def test_a_step_takes_time(self):
-        """Less than a nanosecond is none."""
+        """A step size below a nanosecond is refused."""
         with pytest.raises(ValueError, match="5e-10 s is less than a nanosecond"):
             RunSettings(step_size=5e-10)
 
     @pytest.mark.parametrize(("state", "word"), [(PLAYING, "set to play"), (PAUSED, "paused"), (STOPPED, "stopped")])
     def test_another_state_ends_the_steps(self, paused, state, word):
-        """Who waits for them learns why they were not all made."""
+        """The waiting client learns why not all of them were made."""
         paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
         paused.simulator.process_events(0.1, 1)
         become(paused, state)
@@ -227,7 +227,7 @@ class TestSteps:
         assert OK == paused.log.answer("more").result
 
     def test_what_ends_with_a_step_ends_before_its_answer(self, paused):
-        """Who has the answer knows all of the step."""
+        """A client that has the answer knows all of the step."""
         wait = actions()["wait"]
         paused.simulator.submit(SendGoal("eve", "wait", wait.goal.model_validate({"time": {"sec": 1}}), GOAL))
         paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=10), "steps"))
@@ -238,7 +238,7 @@ class TestSteps:
         assert isinstance(told[-1], Answered)
 
     def test_the_end_of_the_simulation_answers(self, paused):
-        """Nobody waits for ever."""
+        """No client waits forever."""
         paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
         paused.simulator.submit(Stop("enough"))
 
@@ -268,7 +268,7 @@ class TestSimulateSteps:
         assert (0.3, "SUCCEEDED") == log.changes(STEPS)[-1]
         assert (OK, True) == (log.result(STEPS).result, paused.simulator.paused)
 
-    def test_only_who_is_paused_accepts_it(self, run):
+    def test_only_a_paused_simulation_accepts_it(self, run):
         """Otherwise it is not ready."""
         answer = run((0.0, steps(3))).answer(STEPS)
 

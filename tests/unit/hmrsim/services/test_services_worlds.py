@@ -52,8 +52,8 @@ def test_everything_is_replaced(run):
     assert (3, 0.0) == (run.simulator.seed, run.simulator.now)
 
 
-def test_it_is_stopped_then(run):
-    """Until somebody lets it play; then its robots do what their scripts say."""
+def test_a_loaded_world_is_stopped(run):
+    """It stays so until a client lets it play; then its robots run their scripts."""
     load(run, resource_string=OTHER)
     run.simulator.advance(9.0)
     before = run.simulator.now, run.ask("get_simulation_state").state.state
@@ -97,7 +97,7 @@ def test_scripts_of_the_old_world_are_over():
     assert (4.0, []) == (run.simulator.now, run.log.happened("script_ended")[1:])
 
 
-def test_whoever_listens_learns_of_it(run):
+def test_subscribers_learn_of_a_loaded_world(run):
     """Once; and the time counts anew."""
     load(run, resource_string=OTHER)
 
@@ -106,7 +106,7 @@ def test_whoever_listens_learns_of_it(run):
 
 
 def test_an_own_seed_stays(make_run):
-    """Who has said which seed is to be used has said it of every world."""
+    """A seed that the user gave holds for every world."""
     run = make_run(seed=7)
     load(run, resource_string=OTHER)
 

@@ -143,7 +143,7 @@ class Controller:
 
 
 class Network(Inbox):
-    """Brings what is asked in any order, late, some of it twice; and somebody comes and goes who only listens."""
+    """Brings what is asked in any order, late, some of it twice; a mere subscriber comes and goes."""
 
     def __init__(self, conditions):
         super().__init__()
@@ -220,7 +220,7 @@ QUIET, LOUD = Conditions(0, 1, ()), Conditions(12, 1, tuple(Topic))
 @example([[FEEDBACK] * 3, [Turn(DRIVE, math.inf, (), ())]], math.inf, QUIET, Conditions(0, 2, ())).via("sampled twice")
 @example([[Turn(DRIVE, 1.0, (), ()), FEEDBACK]], math.inf, QUIET, LOUD).via("sampled at the instant of listening")
 def test_neither_trace_nor_answers_depend_on_the_network(mission, duration, some, others):
-    """Whatever arrives when, twice or not, however often the inbox is looked into, and whoever listens."""
+    """Delays, repeats, the number of looks into the inbox, and subscribers make no difference."""
     trace, controllers = play(mission, duration, some)
     again, told_again = play(mission, duration, others)
 
@@ -231,7 +231,7 @@ def test_neither_trace_nor_answers_depend_on_the_network(mission, duration, some
 
 @given(MISSIONS, CONDITIONS)
 def test_every_controller_is_answered(mission, conditions):
-    """Nobody waits for ever: each is told of its joining, and of each of its turns."""
+    """No controller waits forever: each is told of its joining, and of each of its turns."""
     _, controllers = play(mission, math.inf, conditions)
 
     assert [1 + len(turns) for turns in mission] == [len(each.told) for each in controllers]

@@ -1,4 +1,4 @@
-"""What whoever begins to watch is shown, and what is told only to those who watch."""
+"""What a new subscriber is shown, and what only subscribers are told."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class TestScene:
         } == shown
 
     def test_a_robot_on_its_way_has_the_piece_that_it_drives_and_the_way_ahead(self, simulator):
-        """Whoever comes in the middle of a lane knows where it is from then on."""
+        """A subscriber that comes while it is on a lane knows where it is from then on."""
         simulator.submit(go(5, 2))
         simulator.advance(0.5)
 
@@ -100,7 +100,7 @@ class TestScene:
         ]
 
     def test_the_last_goal_that_ended_is_shown_with_its_result(self, simulator):
-        """Why it failed can be seen by whoever comes later; older ones are not shown."""
+        """A subscriber that comes later sees why it failed; older goals are not shown."""
         simulator.submit(go(5, 2))
         simulator.advance(5.0)
         simulator.submit(go(99, 2)._replace(goal_id="b" * 32))
@@ -110,8 +110,8 @@ class TestScene:
 
         assert ("b" * 32, 6, 204) == (goal["goal_id"], goal["status"], goal["result"]["error_code"])
 
-    def test_who_waits_is_shown_with_what_for(self, simulator):
-        """And since when, so that whoever comes later sees it, too."""
+    def test_a_waiting_robot_is_shown_with_what_it_waits_for(self, simulator):
+        """It is shown since when it waits, so that a later subscriber sees it, too."""
         simulator.submit(go(9, 2))
         simulator.advance(3.0)
 
@@ -122,7 +122,7 @@ class TestScene:
             {key: value for key, value in shown["waiting"].items() if key != "robot"},
         )
 
-    def test_items_move_with_who_holds_them(self, simulator):
+    def test_items_move_with_the_robot_that_holds_them(self, simulator):
         """The robot names what it holds, the item by whom it is held."""
         simulator.submit(SendGoal("wall_e", "pickup", Pickup.Goal(target_name="letter"), A))
         simulator.advance(1.0)
@@ -163,7 +163,7 @@ class TestScene:
 
 
 class TestWatched:
-    """What is told to whoever watches, and is in no trace."""
+    """What subscribers are told, and is in no trace."""
 
     def test_a_goal_and_its_way_are_told_before_it_drives(self):
         """What is asked, where it leads, and the first piece of it, at one instant."""
@@ -184,7 +184,7 @@ class TestWatched:
         assert pytest.approx(3.1415927) == abs(turned["turned"])
 
     def test_a_turn_that_takes_no_time_is_told(self):
-        """Who comes from the east turns to face east at once, as the goal says, where it has no turning rate."""
+        """A robot that drives west turns to face east at once, as the goal says, where it has no turning rate."""
         log = simulate(WORLD)((0.0, go(9, 2)), (9.0, go(1, 2, goal_id=B)))
 
         turned = log.happened("motion")[-1][1]
@@ -205,8 +205,8 @@ class TestWatched:
         assert {"header", "command", "status", "dock_undocked", "end"} <= kinds
         assert set() == kinds & UNTRACED
 
-    def test_nothing_is_told_where_nobody_watches(self):
-        """Who wants other events only gets none of them."""
+    def test_nothing_is_told_without_a_subscriber(self):
+        """A subscriber to other events only gets none of them."""
         log = simulate(WORLD, topics=frozenset(Topic) - {Topic.MOTION})((0.0, go(9, 2)))
 
         assert [] == [kind for kind in sorted(UNTRACED) if log.happened(kind)]

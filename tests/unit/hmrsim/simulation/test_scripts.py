@@ -67,7 +67,7 @@ def test_a_controller_that_takes_the_robot_over_ends_its_script(scripted):
 
 
 def test_a_canceled_order_ends_the_script(scripted):
-    """Whoever cancels means the robot to stop."""
+    """A client that cancels wants the robot to stop."""
     run = scripted("Go shelf", "Go home")
     run((3.0, CancelGoal("wall_e", "navigate_to_pose")))
 

@@ -136,7 +136,7 @@ class TestOne:
         assert (2, 5.0, "until") == steps.advance("alone", 1, 2.0)[:3]
 
     def test_it_is_never_told_an_earlier_time_than_it_asked_for(self, steps):
-        """Times are whole nanoseconds; a third of a second is none."""
+        """Times are whole nanoseconds, which a third of a second is not."""
         assert 1 / 3 == steps.advance("alone", 0, 1 / 3).now
 
     def test_nothing_scheduled_is_idle_at_once(self, steps):
@@ -208,7 +208,7 @@ class TestOne:
         assert [("participant_joined", "alone"), ("participant_left", "alone")] == steps.happened()
         assert not steps.lockstep.ready
 
-    def test_status_wakes_who_wants_it(self, steps):
+    def test_status_wakes_a_participant_that_wants_it(self, steps):
         """At the instant of the command already."""
         granted = steps.advance("alone", 0, 9.0, wait("eve", 3), wake={"status"})
 
@@ -222,14 +222,14 @@ class TestOne:
 
         assert ["status", "result"] == [kind for kind, _, _ in granted.events]
 
-    def test_feedback_wakes_who_wants_it(self, steps):
+    def test_feedback_wakes_a_participant_that_wants_it(self, steps):
         """A tenth of a second after the goal began."""
         granted = steps.advance("alone", 0, 9.0, go("wall_e", 5, 2), wake={"feedback"})
 
         assert [("feedback", "wall_e", 0.1)] == kinds(granted)
 
     def test_feedback_is_reported_in_the_order_of_robots(self, steps):
-        """Whoever was asked about first by somebody else."""
+        """An earlier request for a result doesn't change it."""
         steps.simulator.submit(GetResult("wall_e", "navigate_to_pose", "a" * 32, "x"))
         goals = [go("wall_e", 9, 2), go("cart", 9, 2)]
         granted = steps.advance("alone", 0, 1.0, *goals, report={"feedback"})
@@ -245,7 +245,7 @@ class TestOne:
         assert 2.0 == pytest.approx(feedback.feedback["distance_remaining"])
 
     def test_what_happens_while_it_thinks_is_told_next(self, steps):
-        """Somebody who does not take part cancels its goal."""
+        """A client that does not take part cancels its goal."""
         steps.advance("alone", 0, 1.0, wait("eve", 3))
         steps.simulator.submit(CancelGoal("eve", "wait"))
         granted = steps.advance("alone", 1, 9.0)
@@ -272,8 +272,8 @@ class TestOne:
 class TestSeveral:
     """Several participants."""
 
-    def test_nobody_is_granted_before_all_ask(self):
-        """One that thinks holds time."""
+    def test_no_participant_is_granted_before_all_ask(self):
+        """A participant that has yet to ask holds time."""
         steps = Steps()
         steps.join("a", "b")
         held = steps.ask("a", 0, 5.0)
@@ -291,7 +291,7 @@ class TestSeveral:
         assert steps.advance("b", 0, 2.0) == steps.answers(held) == Granted(1, 2.0, "until")
 
     def test_commands_are_applied_in_the_order_of_names(self):
-        """Whoever asks first: both want the same base, and the later one gets it."""
+        """Not in that of requests: both want the same base, and the later one gets it."""
         for order in (("a", "b"), ("b", "a")):
             steps = Steps()
             steps.join(*order)
@@ -303,7 +303,7 @@ class TestSeveral:
             assert [made_goal_id("a", 1)] == ends
 
     def test_they_are_answered_in_the_order_of_names(self):
-        """Whoever asked first."""
+        """Not in the order of requests."""
         steps = Steps()
         steps.join("b", "a")
         b, a = steps.ask("b", 0, 1.0), steps.ask("a", 0, 1.0)
@@ -346,8 +346,8 @@ class TestSeveral:
         assert (0.0, ("b",)) == (steps.simulator.now, steps.lockstep.waiting_for)
 
     @pytest.mark.parametrize("order", [("a", "b"), ("b", "a")])
-    def test_who_joins_is_told_in_the_order_of_names(self, order):
-        """Whoever came first."""
+    def test_joins_are_told_in_the_order_of_names(self, order):
+        """Not in the order of joining."""
         steps = Steps(topics=frozenset({Topic.EVENTS}))
         steps.join(*order)
         for name in order:
@@ -356,7 +356,7 @@ class TestSeveral:
 
         assert [("participant_joined", "a"), ("participant_joined", "b")] == steps.happened()
 
-    def test_who_joins_late_begins_with_the_next_grant(self):
+    def test_a_late_participant_begins_with_the_next_grant(self):
         """The others wait for it then."""
         steps = Steps()
         steps.join("a")
@@ -369,7 +369,7 @@ class TestSeveral:
         assert steps.answers(held) is None
         assert Granted(2, 2.0, "until") == steps.advance("b", 1, 3.0)
 
-    def test_who_joins_within_a_grant_begins_with_the_one_after(self):
+    def test_a_participant_that_joins_within_a_grant_begins_with_the_one_after(self):
         """It may ask for that at once, and the grant under way is not for it."""
         steps = Steps(most=1)
         steps.join("a")
@@ -428,7 +428,7 @@ class TestLoss:
 
         assert () == steps.lockstep.participants
 
-    def test_who_thinks_for_too_long_is_overdue(self):
+    def test_a_participant_that_thinks_for_too_long_is_overdue(self):
         """By the watcher's clock: since it joined, or was answered last; not while it waits itself."""
         steps = Steps()
         steps.join("a", "b")
@@ -437,7 +437,7 @@ class TestLoss:
         assert [] == steps.lockstep.overdue(0.0)
         assert ["b"] == steps.lockstep.overdue(1.0)
 
-    def test_who_was_dropped_is_told_so(self):
+    def test_a_dropped_participant_is_told_so(self):
         """When, why, and what would do."""
         steps = Steps()
         steps.join("a")
@@ -446,7 +446,7 @@ class TestLoss:
         assert "participant 'a' was dropped at 0.000 s: it died; join again" == steps.advance("a", 0).message
         assert Joined("a", 0, 0.0, 0) == steps.join("a")
 
-    def test_who_is_dropped_while_it_waits_is_told_so(self):
+    def test_a_participant_dropped_while_it_waits_is_told_so(self):
         """Its request is answered like any other."""
         steps = Steps()
         steps.join("a", "b")
@@ -494,7 +494,7 @@ class TestHeld:
 
         assert ((None, 2.0), 5.0) == (before, steps.answers(held).now)
 
-    def test_the_end_of_the_run_lets_everybody_go(self):
+    def test_the_end_of_the_run_releases_all_participants(self):
         """At that time, with the reason."""
         steps = Steps(until=4.0)
         steps.join("a")
@@ -502,8 +502,8 @@ class TestHeld:
         assert Granted(1, 4.0, "end") == steps.advance("a", 0, 9.0)
         assert () == steps.lockstep.participants
 
-    def test_dismissing_answers_who_waits(self):
-        """With the end."""
+    def test_dismissing_answers_waiting_participants(self):
+        """The answer tells of the end."""
         steps = Steps(awaited=2)
         steps.join("a")
         held = steps.ask("a", 0, 9.0)
@@ -512,7 +512,7 @@ class TestHeld:
         assert "end" == steps.answers(held).reason
 
     def test_a_new_beginning_is_epoch_0(self):
-        """Who waits is told what happened to its goals."""
+        """A waiting participant is told what happened to its goals."""
         steps = Steps()
         steps.join("a", "b")
         steps.ask("a", 0, 1.0, wait("eve", 9))

@@ -25,7 +25,7 @@ WAIT = SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=4)), A, "x")
 
 
 class FakeWall:
-    """A wall clock that moves only when somebody waits; an inbox that waits on it."""
+    """A wall clock that moves only during waits; an inbox that waits on it."""
 
     def __init__(self, monkeypatch):
         self.now = 100.0
@@ -151,7 +151,7 @@ def test_results_are_dropped_after_their_wall_time(wall):
 
 
 def test_no_wait_is_longer_than_the_machine_can_wait(wall):
-    """A goal of 60 years at a tenth of real time; the next look is after an hour, and nobody dies of it."""
+    """A goal of 60 years at a tenth of real time: the next wakeup is after an hour, without an error."""
     long = SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=2_000_000_000)), A)
     run = simulate(topics=frozenset())
     Pacing(
@@ -162,7 +162,7 @@ def test_no_wait_is_longer_than_the_machine_can_wait(wall):
 
 
 class TestPause:
-    """Time that somebody has stopped."""
+    """Time that is paused."""
 
     def test_nothing_moves_while_it_is_paused(self, wall):
         """Commands are taken all the same, at that time."""
@@ -190,7 +190,7 @@ def in_lockstep(inbox, *, on_wait=(), **settings):
 class TestLockstep:
     """Participants, by the wall."""
 
-    def test_whatever_it_dies_of_answers_who_waits(self):
+    def test_an_exception_answers_waiting_participants(self):
         """A request gets exactly one answer, always."""
         inbox = Inbox()
         for command in (Join("nurse", "x"), Advance("nurse", 0, reply_to="held")):
@@ -227,7 +227,7 @@ class TestInbox:
 
         assert ["first", "second", None] == [inbox.poll(), inbox.poll(), inbox.poll()]
 
-    def test_a_command_wakes_who_waits(self):
+    def test_a_command_ends_the_wait(self):
         """Without a timeout, from another thread."""
         inbox = Inbox()
         waiter = threading.Thread(target=inbox.wait, args=(None,))
@@ -237,7 +237,7 @@ class TestInbox:
 
         assert not waiter.is_alive()
 
-    def test_closing_wakes_who_waits(self):
+    def test_closing_ends_the_wait(self):
         """And nothing more can be put."""
         inbox = Inbox()
         waiter = threading.Thread(target=inbox.wait, args=(None,))

@@ -104,7 +104,7 @@ class TestTrace:
             assert line == json.dumps(json.loads(line), sort_keys=True, separators=(",", ":")) + "\n"
 
     def test_numbers_of_what_happened_are_rounded(self):
-        """To 1e-9; a third is none."""
+        """They are rounded to 1e-9, as a third has to be."""
         lines = traced((0.0, go(5.0, 2.0)), (1.0 / 3, CancelGoal("wall_e", "navigate_to_pose")))
         (stopped,) = read(lines, "stopped")
 
@@ -122,7 +122,7 @@ class TestTrace:
 
         assert traced((0.0, WAIT)) == traced((0.0, WAIT), (0.0, ask))
 
-    def test_who_listens_makes_no_difference(self):
+    def test_subscribers_make_no_difference(self):
         """Samples are taken at other times than events."""
         commands = (0.1, go(9.0, 2.0)), (2.3, WAIT), (3.1, CancelGoal("eve", "wait"))
 
@@ -180,7 +180,7 @@ class TestReplay:
         assert replay(run.lines()).difference is None
 
     def test_the_order_of_goals_at_the_end_is_that_of_robots(self):
-        """Whoever was asked about first by somebody else."""
+        """An earlier request for a result doesn't change it."""
         ask = GetResult("wall_e", "wait", A, "x")
         both = (0.0, WAIT), (0.0, WAIT._replace(robot="wall_e", goal_id=B))
 

@@ -1,4 +1,4 @@
-"""Who may be where: the policies of traffic."""
+"""The policies of traffic, which say where robots may be."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def end(log, goal_id):
 class TestFree:
     """Robots pass through each other."""
 
-    def test_nobody_waits(self):
+    def test_no_robot_waits(self):
         """Both cross at the same instant."""
         log = under("free", CROSS)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, -10, B)))
 
@@ -68,7 +68,7 @@ class TestFree:
 class TestReserve:
     """A robot holds what it occupies and what comes next."""
 
-    def test_who_comes_later_waits_and_it_is_told_for_whom(self):
+    def test_the_later_robot_waits_and_it_is_told_for_which(self):
         """Until the other has left the place that it needs."""
         log = under("reserve", CROSS)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, -10, B)))
 
@@ -95,7 +95,7 @@ class TestReserve:
 
     @pytest.mark.parametrize(("capacity", "ends"), [(1, 30.0), (2, 20.0)])
     def test_a_lane_may_have_room_for_more(self, capacity, ends):
-        """It counts whoever is on it, whatever the direction."""
+        """All robots on it count, in either direction."""
         lanes = [{"from": "west", "to": "east", "capacity": capacity}]
         waypoints = {"west": [0, 0], "east": [10, 0]}
         waypoints = {name: {"at": at, "capacity": 2} for name, at in waypoints.items()}
@@ -175,8 +175,8 @@ class TestReserve:
         assert "SUCCEEDED" == end(log, B)[1]
         assert (10.0, {"robot": "ann", "at": [10.0, 0.0], "for": ["bob"]}) == log.happened("waiting")[-1]
 
-    def test_a_robot_that_flies_is_in_nobodys_way(self):
-        """And nobody in its."""
+    def test_a_robot_that_flies_is_in_no_robots_way(self):
+        """No robot is in its way, either."""
         world = {**CROSS, "robots": {**CROSS["robots"], "fly": {"at": "centre", "base": {"flies": True}}}}
         log = under("reserve", world)((0.0, go("ann", 20, 0, A)), (0.0, go("fly", 0, 0, B)))
 
@@ -184,9 +184,9 @@ class TestReserve:
 
 
 class TestPriority:
-    """Whoever set out first has the others make room."""
+    """The robot that set out first has the others make room."""
 
-    def test_who_makes_room_drives_from_where_it_stands(self):
+    def test_a_robot_that_makes_room_drives_from_where_it_stands(self):
         """Beside the waypoint, as after backing up; it does not jump onto its lane."""
         world = {**TRACK, "robots": {"ann": {"at": "b"}, "bob": {"at": "a"}}}
         back = SendGoal("ann", "back_up", BackUp.Goal(target=Point(x=0.5), speed=0.5), A)
@@ -217,7 +217,7 @@ class TestPriority:
 
         assert [(10.0, "SUCCEEDED", "")] * 4 == [end(log, name * 32) for name in corners]
 
-    def test_who_is_at_work_does_not_make_room(self):
+    def test_a_robot_at_work_does_not_make_room(self):
         """The others wait for it."""
         run = under("priority", CROSS, patience=None)
         run((0.0, go("ann", 10, 0, A)))
@@ -242,7 +242,7 @@ class TestPriority:
 
         assert ("SUCCEEDED", (20.0, 0.0)) == (end(log, B)[1], run.simulator.robots["ann"].pose().point)
 
-    def test_where_nobody_will_ever_move_again_one_gives_up(self):
+    def test_in_a_deadlock_without_a_way_out_one_robot_gives_up(self):
         """Whatever the patience."""
         world = {**TRACK, "lanes": TRACK["lanes"][:2]}
         log = under("priority", world, patience=None)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
@@ -368,7 +368,7 @@ def check_places(simulator):
 @example(crowd=STEPPED_BACK)
 @example(crowd=MIDDLE_OF_A_LANE)
 def test_never_two_in_one_place_and_every_goal_ends(policy, crowd):
-    """At every instant; where nobody is canceled, priority brings everybody to the goal."""
+    """At every instant; without cancels, priority brings every robot to its goal."""
     world, goals, cancels = crowd
     patience = {} if policy == "reserve" else {"patience": None}
     run = simulate({**world, "traffic": {"policy": policy, **patience}}, topics=EVENTS)
@@ -394,7 +394,7 @@ def test_never_two_in_one_place_and_every_goal_ends(policy, crowd):
 class TestAfterwards:
     """What traffic leaves behind."""
 
-    def test_a_broken_robot_is_pushed_by_nobody(self):
+    def test_no_robot_pushes_a_broken_one(self):
         """It can't move."""
         run = under("priority", TRACK)
         run((0.0, go("bob", 10, 0, A)))
@@ -403,7 +403,7 @@ class TestAfterwards:
 
         assert (10.0, 0.0) == run.simulator.robots["bob"].pose().point
 
-    def test_a_reset_of_time_stops_who_makes_room(self):
+    def test_a_reset_of_time_stops_a_robot_that_makes_room(self):
         """It drives again at its next goal."""
         run = under("priority", TRACK)
         run((0.0, go("bob", 10, 0, A)))
@@ -428,7 +428,7 @@ class TestAfterwards:
         assert ends[0][:2] == ends[1][:2]
         assert 2 * ends[0][2] == ends[1][2]
 
-    def test_who_is_deleted_while_it_makes_room_leaves_nothing_behind(self):
+    def test_a_robot_deleted_while_it_makes_room_leaves_nothing_behind(self):
         """Its place is free."""
         run = under("priority", TRACK)
         run((0.0, go("bob", 10, 0, A)))
@@ -451,8 +451,8 @@ class TestAfterwards:
 
         assert (28.28, "SUCCEEDED") == (round(end(log, A)[0], 2), end(log, A)[1])
 
-    def test_who_turns_on_its_new_way_does_not_wait_any_more(self):
-        """It keeps the place where it turns, whoever else goes on."""
+    def test_a_robot_that_turns_on_its_new_way_no_longer_waits(self):
+        """It keeps the place where it turns while other robots go on."""
         world = {
             "waypoints": {"a": [0, 0], "b": [4, 0], "c": [8, 0], "d": [4, 3], "e": [0, 4], "f": [12, 0]},
             "lanes": [["a", "b"], ["b", "c"], ["a", "d"], ["d", "c"], ["e", "a"], ["c", "f"]],

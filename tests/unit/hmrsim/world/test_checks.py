@@ -154,7 +154,7 @@ WARNINGS = [
 
 @pytest.mark.parametrize(("fields", "path", "message"), WARNINGS, ids=[path for _, path, _ in WARNINGS])
 def test_what_can_be_run_but_is_odd_is_a_warning(fields, path, message):
-    """Odd things are told, and stop nobody."""
+    """Odd values are reported, and do not stop the run."""
     found = problems(**fields)
 
     assert {severity for severity, _, _ in found} == {"warning"}

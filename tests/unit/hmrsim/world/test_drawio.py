@@ -60,7 +60,7 @@ def test_things_are_at_their_centre(ward):
 
 
 def test_robots_have_claw_script_and_name(ward):
-    """Components are settings of ours; who has no name is numbered."""
+    """Components are settings of ours; robots without names are numbered."""
     eve, other = ward.robots["eve"], ward.robots["robot_1"]
 
     assert (eve.at, eve.components) == ((500, 80), {"claw": {"reach": 60, "max_weight": 2}})
@@ -131,7 +131,7 @@ def test_compressed_drawing_has_two_floors(page, name, places, items, walls):
 
 
 def test_floor_plan_has_groups_in_groups_and_a_hidden_layer():
-    """A turned bay in a ward, a store, and notes that nobody is to see."""
+    """A turned bay in a ward, a store, and hidden notes."""
     world, warnings = read("floor_plan")
 
     assert warnings == ["8: cell 'notes' (Notes): is a hidden layer; what is on it is read all the same"]

@@ -155,7 +155,7 @@ def test_unknown_types_are_left_out_when_asked(write):
 
 
 def test_lenient_forgives_nothing_else(write):
-    """A number that is none remains an error."""
+    """An invalid number remains an error."""
     with pytest.raises(WorldError, match="weight is 'x'"):
         load_world(write(drawing(typed("pickable", 1, 1, name="a", weight="x")), "map.drawio"), options=LENIENT)
 

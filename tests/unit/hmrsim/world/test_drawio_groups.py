@@ -115,7 +115,7 @@ def test_thousands_of_groups_in_each_other_are_placed(draw):
 
 
 def test_error_of_a_group_is_told_once(wrong):
-    """What is in it can't be placed and is not spoken of."""
+    """What is in it can't be placed and is not reported."""
     group = shape("group", 1, 2, 9, 9, id="g").replace('x="1"', 'x="one"')
 
     assert wrong(group, point("bed", 1, 1, "g"), point("b", 9, 9, "bed")) == [

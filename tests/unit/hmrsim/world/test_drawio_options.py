@@ -82,7 +82,7 @@ def test_robots_of_an_included_drawing_are_renamed(write):
     ],
 )
 def test_rename_that_makes_no_sense_is_an_error(write, rename, message):
-    """Nobody of the old name; the new one taken, or no name."""
+    """The old name is unknown; the new name is taken, or is not a valid name."""
     with pytest.raises(WorldError, match=message.replace("(", r"\(")):
         load(write(ROBOTS, "map.drawio"), **rename)
 

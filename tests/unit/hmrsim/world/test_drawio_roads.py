@@ -77,7 +77,7 @@ def test_road_joins_the_shapes_at_its_ends(draw):
 
 
 def test_points_that_are_not_there_are_left_out(draw):
-    """A road from shape to shape has no points of its own; an offset is none, and neither is an empty list."""
+    """A road from shape to shape has no points of its own; an offset is not a point, and neither is an empty list."""
     cell = road((7, 7), (8, 8), source="eve", target="bed").replace('as="sourcePoint"', 'as="offset"')
     cell = cell.replace('<mxPoint x="8" y="8" as="targetPoint"/>', "")
     world = draw(robot(), typed("POI", 205, 95, 10, 10, tag="bed", id="bed"), cell)

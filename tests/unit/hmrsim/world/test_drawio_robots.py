@@ -14,7 +14,7 @@ SCRIPT = '[["Go bed", "Wait 2"], 0]'
 
 
 def read(*cells: str) -> dict:
-    """Return the robots of a drawing, before anybody checks their orders."""
+    """Return the robots of a drawing, before their orders are checked."""
     document = FORMAT.read(drawing(*cells), "map.drawio", AS_IT_IS)
     assert document.findings == ()
     return document.data["robots"]
@@ -63,14 +63,14 @@ def test_several_ways_are_followed_in_the_order_of_the_file():
         ("x", "has the source 'x', which is not a shape on this page"),
     ],
 )
-def test_way_of_nobody_is_an_error(wrong, source, message):
+def test_path_without_a_robot_is_an_error(wrong, source, message):
     """The cell is named."""
     cells = (line("path", (0, 0), (9, 9), source=source, identifier="p"), typed("POI", 9, 9, tag="bed", id="bed"))
 
     assert wrong(*cells) == [f"1: path cell 'p': {message}"]
 
 
-def test_way_of_a_bad_robot_is_not_spoken_of(wrong):
+def test_path_of_a_bad_robot_is_not_reported(wrong):
     """One error, not two."""
     cells = (line("path", (0, 0), (9, 9), source="eve", identifier="p"), robot(component_Claw="80"))
 

@@ -59,7 +59,7 @@ def test_walls_that_make_no_sense_are_told(wrong, style, error):
 
 
 def test_walls_thicker_than_their_box_are_warned_of(warned):
-    """Nothing is left inside, which nobody draws on purpose."""
+    """Nothing is left inside, so it is probably a mistake."""
     (warning,) = warned(shape(f"{ROOM};wallThickness=500", 100, 100, 100, 60, id="w"))
 
     assert "cell 'w': wallThickness is 500, more than its size of 100 x 60, so it is solid" == warning

@@ -10,8 +10,8 @@ from hmrsim.world.segments import SegmentGrid
 from hmrsim.world_checks import check_world, lanes, load_world
 
 
-def test_no_more_errors_than_anybody_reads(write):
-    """The first is how many there are."""
+def test_number_of_reported_errors_is_limited(write):
+    """The first one says how many there are."""
     path = write("\n".join(["name: many", *(f"k{i}: {i}" for i in range(3000))]))
     with pytest.raises(WorldError) as caught:
         load_world(path)

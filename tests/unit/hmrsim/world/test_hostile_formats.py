@@ -115,8 +115,8 @@ def test_numbers_beyond_all_maps_are_told(errors_of):
     assert "waypoints.node_2.0: must be at most 1e+07, got 100000000.0" in third
 
 
-def test_no_more_errors_than_anybody_reads(write):
-    """Of a file that is all wrong."""
+def test_number_of_reported_errors_is_limited(write):
+    """Every value of the file is wrong."""
     text = json.dumps({"features": [5] * 5000})
     with pytest.raises(WorldError) as caught:
         load_world(write(text, "g.geojson"))

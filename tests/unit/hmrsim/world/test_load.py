@@ -98,7 +98,7 @@ def test_shipped_world_is_fine(name):
 
 
 def test_unknown_name_tells_the_shipped_worlds():
-    """A bare name that is none is answered with those that are."""
+    """The error for an unknown bare name lists the known ones."""
     with pytest.raises(WorldError, match=r"^nowhere: no such file, and no shipped world .*there are hospital, "):
         load_world("nowhere")
 

@@ -64,7 +64,7 @@ def test_a_base_that_takes_a_setting_back_survives(load):
 
 
 def test_defaults_are_left_out(load):
-    """Nobody writes what goes without saying; the name and the unit are said."""
+    """Only values other than the defaults, the name and the unit are written."""
     world = load("waypoints: {a: [0, 0], b: [1, 0]}\nlanes: [{from: a, to: b, one_way: false}]\nseed: 0\n").world
 
     assert {
