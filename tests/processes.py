@@ -123,7 +123,7 @@ def _loaded() -> dict[str, Callable[[], int]]:
 
 
 def _become(order: dict[str, Any], given: list[int]) -> None:
-    """Be the process that was ordered; stay behind as another one that tells its number, and how it ends."""
+    """Become the ordered process; the original stays behind and reports its number, and how it ends."""
     *own, teller = given
     if child := os.fork():
         for one in own:

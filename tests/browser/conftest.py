@@ -188,7 +188,7 @@ class Asked:
 
 @pytest.fixture
 def ask(client):
-    """Return the function that makes somebody who can ask a simulator."""
+    """Return the function that makes a client that can query a simulator."""
     return lambda endpoint: Asked(client(endpoint))
 
 

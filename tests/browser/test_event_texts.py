@@ -46,7 +46,7 @@ def test_the_page_says_what_python_says(viewed, open_page):
     assert [[event.severity.value, event.subject, event.text()] for event in events] == told
 
 
-def test_what_the_page_does_not_know_is_told_by_its_kind(viewed, open_page):
+def test_an_unknown_event_is_shown_by_its_kind(viewed, open_page):
     """And points by their names, where it has a format of its own."""
     _, url = viewed("scenario1")
     page = open_page(url)

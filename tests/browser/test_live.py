@@ -1,4 +1,4 @@
-"""The page beside simulators that come and go, and before people who mean no good."""
+"""The page while simulators come and go, and in the face of malicious input."""
 
 from __future__ import annotations
 

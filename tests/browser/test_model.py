@@ -64,7 +64,7 @@ def view():
 
 @pytest.mark.parametrize(("checks", "least"), [("model_checks.js", 40), ("source_checks.js", 9)])
 def test_the_model_holds_what_it_claims(evaluate, view, checks, least):
-    """What is told of worlds, scenes, events and recordings is what the page knows afterwards."""
+    """The model's state follows from the worlds, scenes, events and recordings that it receives."""
     checked = evaluate(_checks(checks), view)
 
     assert {} == checked["wrong"]

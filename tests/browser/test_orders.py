@@ -1,4 +1,4 @@
-"""What people tell the simulator to do by the page: with a mouse, a finger or a key."""
+"""Commands from the page to the simulator: with a mouse, a finger or a key."""
 
 from __future__ import annotations
 

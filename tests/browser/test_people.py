@@ -14,7 +14,7 @@ SUCCEEDED, ABORTED = 4, 6
 
 @pytest.fixture
 def hospital(viewed, ask, open_page):
-    """A hospital, somebody who can ask it, and what opens a page of it."""
+    """The hospital world: a client that can query it, and a function that opens a page of it."""
     endpoint, url = viewed("hospital", "--real-time-factor", "20")
     return ask(endpoint), lambda query="", **context: open_page(f"{url}{query}", **context)
 
@@ -36,7 +36,7 @@ def test_a_robot_is_followed_from_the_list(hospital):
 
 
 def test_robots_are_sorted(hospital):
-    """By their states, say: those that need somebody first."""
+    """Sorted by state, for example, robots that need attention come first."""
     simulator, show = hospital
     simulator.call("inject_fault", type="breakdown", robot="vaq_m")
     page = show("?panel=robots")
@@ -47,7 +47,7 @@ def test_robots_are_sorted(hospital):
 
 
 def test_an_item_is_picked_up_by_a_form(hospital):
-    """The form of an action proposes what there is; what can't be done is said in it, and it stays open."""
+    """The form of an action proposes what there is; an error is shown in it, and it stays open."""
     simulator, show = hospital
     page = show("?panel=goals&follow=wall_e")
 
@@ -87,7 +87,7 @@ def test_a_field_says_what_is_wrong_with_it(hospital):
 
 
 def test_a_fault_is_filled_in(hospital):
-    """Its fields have units and what goes without saying; it is injected into the robot that is selected."""
+    """The form's fields have units and defaults; the fault is injected into the selected robot."""
     simulator, show = hospital
     page = show("?follow=eve")
 
@@ -114,8 +114,8 @@ def test_events_from_before_the_page_are_shown(hospital):
     assert 2.0 == pytest.approx(page.evaluate(lasted))
 
 
-def test_a_goal_that_is_hopeless_is_no_success(hospital):
-    """It was accepted, and aborted at the same instant: the page says why, and no more."""
+def test_a_hopeless_goal_is_shown_as_aborted(hospital):
+    """The goal was accepted, and aborted at the same instant: the page says why, and no more."""
     _, show = hospital
     page = show("?follow=wall_e")
 

@@ -52,7 +52,7 @@ def test_a_recording_plays(recording, start, open_page):
 
 
 def test_a_recording_takes_no_orders(recording, start, open_page):
-    """What is over can't be told to do anything; the page says that it is a recording."""
+    """A recording takes no commands; the page says that it is a recording."""
     page = open_page(start("view", recording, "--port", 0).ready["url"])
 
     assert page.evaluate("hmrsim.live === undefined || hmrsim.live === null")

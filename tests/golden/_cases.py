@@ -96,7 +96,7 @@ def _program(world, name, folder):
 
 
 def _heard(run):
-    """What a client hears of a run."""
+    """What a client receives during a run."""
     lines = (json.dumps(_rounded(event)) + "\n" for event in run.events)
     return {"events.jsonl": "".join(lines)} | ({"answers.json": _text(run.answers)} if run.answers else {})
 

@@ -33,7 +33,7 @@ class Mission:
         self._running = {}
 
     def commands(self):
-        """Return goals for who has nothing to do, and now and then a cancel."""
+        """Return goals for idle robots, and now and then a cancel."""
         chance = self._chance
         commands = [self._goal(robot) for robot in self._idle]
         self._idle.clear()
@@ -48,7 +48,7 @@ class Mission:
         return {"until": until, "wake": self._chance.choice(WAKES)}
 
     def take(self, commands, granted):
-        """Note which goals run, and who has nothing to do."""
+        """Note which goals run, and which robots are idle."""
         for command, answer in zip(commands, granted["accepted"], strict=True):
             if "goal" in command:
                 self._running[answer["goal_id"]] = command["robot"], command["action"]
@@ -97,7 +97,7 @@ def play(session, args, turns):
 
 
 def main():
-    """Play; whoever is refused says so, and joins again."""
+    """Play; a participant that is refused reports it and joins again."""
     parser = argparse.ArgumentParser()
     parser.add_argument("endpoint")
     parser.add_argument("name")

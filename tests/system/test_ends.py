@@ -61,8 +61,8 @@ def test_a_second_simulator_of_one_prefix_refuses_to_start(serve, command):
     assert "--prefix" in err
 
 
-def test_nobody_there_is_exit_code_3(command):
-    """Within the timeout, with what would do."""
+def test_no_simulator_is_exit_code_3(command):
+    """The command exits within the timeout, with advice on what to start."""
     code, out, err = command("hmrsim", "action", "list", "--connect", "tcp/127.0.0.1:9", "--timeout", "0.5")
 
     assert (3, "") == (code, out)
@@ -81,7 +81,7 @@ def test_ctrl_c_while_following_a_goal_cancels_it(serve, follow_goal):
 
 
 def test_a_client_that_is_killed_leaves_the_others_served(serve, start, command):
-    """Its goal goes on; it is just not told."""
+    """Its goal goes on, without a client that waits for it."""
     _, endpoint = serve("scenario1", "--real-time-factor", "0.05")
     client = start(
         "hmrsim", "action", "send-goal", "/wall_e/wait", "{time: {sec: 1000}}", env={"HMRSIM_CONNECT": endpoint}

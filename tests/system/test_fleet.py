@@ -53,8 +53,8 @@ def test_another_seed_is_another_day(deliver):
     assert news[0][1].startswith("new task: blood_samples from ward_a to lab; ")
 
 
-def test_what_nobody_can_do_is_given_up(deliver):
-    """Couriers carry no trays; the tree fails, and says what was not done."""
+def test_a_task_that_no_robot_can_do_is_given_up(deliver):
+    """Couriers carry no trays: the tree fails, and reports what was not done."""
     code, _, end, _ = deliver("--robots", "type:courier", "type:responder")
 
     assert (1, {"fleet": "FAILURE"}) == (code, end["robots"])

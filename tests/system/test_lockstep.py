@@ -94,8 +94,8 @@ def test_every_run_has_the_same_trace(perturbed, replayed, controllers, runs):
     assert (0, True, True) == (code, outcome["identical"], outcome["complete"])
 
 
-def test_who_is_killed_does_not_keep_the_others(lockstep, control, replayed):
-    """The other goes on, the trace says why, and it replays."""
+def test_a_killed_participant_does_not_keep_the_others(lockstep, control, replayed):
+    """The other participant goes on, the trace says why, and it replays."""
     simulator, endpoint, trace = lockstep("--participants", "ann,bob")
     ann, bob = control(endpoint, "ann", ROBOTS[:2], "--stall", 3), control(endpoint, "bob", ROBOTS[2:])
     ann.line_with("thinking")
@@ -108,8 +108,8 @@ def test_who_is_killed_does_not_keep_the_others(lockstep, control, replayed):
     assert (0, True) == (replayed(trace)[0], replayed(trace)[1]["complete"])
 
 
-def test_who_stalls_is_dropped_and_may_join_again(lockstep, control):
-    """After the timeout; its next request is refused, and says that it was dropped."""
+def test_a_stalled_participant_is_dropped_and_may_join_again(lockstep, control):
+    """It is dropped after the timeout; its next request is refused, with the reason."""
     simulator, endpoint, trace = lockstep("--participants", 2, "--participant-timeout", 1)
     ann, bob = control(endpoint, "ann", ROBOTS[:2], "--stall", 3), control(endpoint, "bob", ROBOTS[2:])
     ann.line_with("thinking")
@@ -127,7 +127,7 @@ def test_who_stalls_is_dropped_and_may_join_again(lockstep, control):
 
 
 def test_a_loss_ends_the_run_if_so_asked(lockstep, control):
-    """The others are told that it is the end, and the simulator ends by itself."""
+    """The other participants are informed of the end, and the simulator ends by itself."""
     simulator, endpoint, trace = lockstep("--participants", 2, "--on-participant-loss", "end")
     ann, bob = control(endpoint, "ann", ROBOTS[:2], "--stall", 3), control(endpoint, "bob", ROBOTS[2:])
     ann.line_with("thinking")

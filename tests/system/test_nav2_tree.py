@@ -93,7 +93,7 @@ def driven(tree):
 
 
 def codes(board):
-    """Return the error codes on a blackboard, and what is said of them, that are none of success."""
+    """Return the error codes on a blackboard that are not success, with their messages."""
     return sorted(value for key, value in board.items() if key.endswith(("error", "error_code")) and value)
 
 

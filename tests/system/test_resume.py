@@ -121,8 +121,8 @@ def ends(simulator, trace):
         ("realtime", 2, 3),
     ],
 )
-def test_who_was_killed_goes_on_without_doing_a_step_again(ward, live, clock, lives, tick):
-    """However often, and whether a goal was under way, done, or not even sent."""
+def test_a_killed_controller_goes_on_without_doing_a_step_again(ward, live, clock, lives, tick):
+    """This holds for any number of kills, whether a goal was under way, done, or not even sent."""
     simulator, endpoint, trace = ward(clock)
     codes = live(endpoint, lives, tick, "--resume")
 
@@ -140,7 +140,7 @@ def test_a_tree_may_ask_for_it_itself(ward, live):
 
 
 @pytest.mark.parametrize(("tree", "options"), [("errands:errand", ()), ("errands:marked", ("--no-resume",))])
-def test_who_does_not_resume_begins_anew(ward, live, tree, options):
+def test_a_controller_that_does_not_resume_begins_anew(ward, live, tree, options):
     """As the parcel is not where it was, that fails."""
     _, endpoint, _ = ward("lockstep")
 
@@ -168,7 +168,7 @@ def test_two_controllers_with_one_mission_do_each_step_once(ward, start, tmp_pat
     assert {(action, SUCCEEDED): number for action, number in DONE.items()} == ends(simulator, trace)
 
 
-def test_who_was_interrupted_sends_again_what_that_canceled(ward, start, tmp_path):
+def test_an_interrupted_controller_sends_again_what_that_canceled(ward, start, tmp_path):
     """Ctrl-C lets the robot stop; the next life goes on with the step, and with no other."""
     simulator, endpoint, trace = ward("slow")
     (tmp_path / "lives").write_text("0 0")

@@ -95,12 +95,12 @@ def test_the_four_commands_succeed_on_the_original_s_drawing(serve, command, tmp
 
 
 def test_the_medicine_ends_at_the_robot_s_centre(serve):
-    """The world's events tell where it was put."""
+    """The world's events have the place where it was put."""
     _, endpoint = serve("scenario1", "--real-time-factor", "10")
     told = queue.SimpleQueue()
     with Client(SessionOptions(connect=(endpoint,))) as client:
         client.subscribe(client.keys.world("events"), lambda _key, payload: told.put(json.loads(payload)))
-        # Goals that take no time, until the simulator is known to know that somebody listens.
+        # Goals that take no time, until the simulator is known to have matched the subscriber.
         while told.empty():
             Commander(client, "wall_e").wait(0)
         fetch(client)
@@ -109,8 +109,8 @@ def test_the_medicine_ends_at_the_robot_s_centre(serve):
     assert ("wall_e", "medicine", [100.0, 180.0]) == (dropped["robot"], dropped["item"], dropped["at"])
 
 
-def test_the_simulator_tells_what_goes_on(serve):
-    """A line for each goal received and each end, as the original had."""
+def test_the_simulator_logs_what_goes_on(serve):
+    """There is a line for each goal received and for each end, as in the original."""
     simulator, endpoint = serve("scenario1", "--real-time-factor", "10")
     with Client(SessionOptions(connect=(endpoint,))) as client:
         fetch(client)

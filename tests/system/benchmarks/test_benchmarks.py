@@ -1,4 +1,4 @@
-"""The benchmarks run, and say what they are there to say; how fast, on this machine, is no test's business."""
+"""The benchmarks run and print their figures; no test depends on the speed of this machine."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def test_actions_as_json(endpoint, capsys):
 
 
 def test_info_of_an_action(endpoint, capsys):
-    """It says the type, who has it, its other names, its fields and an example."""
+    """The output has the type, the robots, the aliases, the fields and an example."""
     code = main(["action", "info", "wall_e/grab", "--connect", endpoint])
 
     lines = capsys.readouterr().out.splitlines()
@@ -71,7 +71,7 @@ def test_info_as_json(endpoint, capsys):
     "arguments", [["action", "info", "/hal/wait"], ["topic", "echo", "/wall_e/smell"]], ids=" ".join
 )
 def test_unknown_names_are_1(arguments, endpoint, capsys):
-    """Whoever asks for what isn't there is told what is."""
+    """An unknown name is an error that lists the known names."""
     code = main([*arguments, "--connect", endpoint])
 
     captured = capsys.readouterr()

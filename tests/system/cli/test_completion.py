@@ -111,8 +111,8 @@ def test_what_needs_no_simulator(complete, line, words):
 
 
 @pytest.mark.parametrize("line", ["hmrsim action info ", "hmrsim topic echo /", "hmrsim service call "])
-def test_where_nobody_answers_nothing_is_said(complete, line):
-    """No name, no error, and no long wait."""
+def test_without_a_simulator_nothing_is_completed(complete, line):
+    """There are no candidates, no error and no long wait."""
     assert [] == complete(line)
 
 

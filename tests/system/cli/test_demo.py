@@ -43,8 +43,8 @@ def test_demo(told):
     assert len(robots) == 8
 
 
-def test_demo_tells_cause_before_effect(told):
-    """What the tree and the world say of one robot is in order, and its times never go back."""
+def test_demo_prints_cause_before_effect(told):
+    """The lines of the tree and of the world about one robot are in order, and its times never go back."""
     traffic = ("undocked ", "waits", "takes ", "moves ")
     said = [line for line in told[0][:-1] if line["robot"] == "wall_e"]
     lines = [line for line in said if not line["text"].startswith(traffic)]
@@ -84,7 +84,7 @@ def test_demo_for_people(capsys):
 
 
 def test_demo_whose_simulator_does_not_start(monkeypatch, capsys):
-    """What the simulator says is told."""
+    """The simulator's message is printed."""
     monkeypatch.setattr(demo_processes, "_WORLD", "nosuch")
     code = main(["demo"])
 
@@ -93,7 +93,7 @@ def test_demo_whose_simulator_does_not_start(monkeypatch, capsys):
 
 
 def test_demo_whose_page_has_no_port(capsys):
-    """It is told before anything begins."""
+    """The error comes before anything begins."""
     with socket.create_server(("127.0.0.1", 0)) as taken:
         code = main(["demo", "--view", str(taken.getsockname()[1])])
 
@@ -101,7 +101,7 @@ def test_demo_whose_page_has_no_port(capsys):
 
 
 def test_demo_whose_mission_fails(monkeypatch, capsys):
-    """The demo ends with 1 and tells what the controller says, which is where the fault is."""
+    """The demo exits with 1 and prints the controller's output, which has the error."""
     monkeypatch.setattr(demo_processes, "_TREE", "bt_controller.examples.hospital:nosuch")
     code = main(["demo"])
 

@@ -1,4 +1,4 @@
-"""``hmrsim doctor``, with a simulator, with ROS's tokens, and with nobody."""
+"""``hmrsim doctor``, with a simulator, with ROS's tokens, and with no peer."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CLIENT = Endpoint(Kind.CLIENT, "/wall_e/wait/_action/send_goal", "nav2_msgs::act
 
 @pytest.fixture(autouse=True)
 def _no_ros(monkeypatch):
-    """Keep the ROS of whoever runs the tests away."""
+    """Remove the ROS variables of the environment that the tests are run in."""
     for name in list(os.environ):
         if name.startswith(("ROS_", "RMW_", "ZENOH_")):
             monkeypatch.delenv(name)
@@ -57,7 +57,7 @@ def declare(session, domain=0, endpoint=CLIENT):
     return [liveliness.declare_token(text) for text in texts]
 
 
-def test_simulator_with_which_nothing_is_wrong(doctor):
+def test_a_healthy_simulator(doctor):
     """A few lines on stdout say what is on the network, and the command succeeds."""
     with served_world() as options:
         code, out, err = doctor(options)
@@ -71,7 +71,7 @@ def test_simulator_with_which_nothing_is_wrong(doctor):
 
 
 def test_simulator_without_ros_that_is_looked_for_in_ros(doctor):
-    """Who names a domain wants ROS, and is told how to get it; the problem is a line, and the exit code 1."""
+    """A user who names a domain wants ROS, and gets advice on how to enable it; one line, and exit code 1."""
     with served_world() as options:
         code, out, _ = doctor(options, "--ros-domain-id", "7")
 
@@ -82,7 +82,7 @@ def test_simulator_without_ros_that_is_looked_for_in_ros(doctor):
 
 
 def test_everything_as_json(doctor, monkeypatch):
-    """A program gets one JSON object: who is there, tokens of all domains, and the problems."""
+    """A program gets one JSON object: the network, tokens of all domains, and the problems."""
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
     with served_world() as options, open_client(options) as session, session.liveliness().declare_token("@ros2_lv/7/x"):
         tokens = declare(session, 7)
@@ -131,7 +131,7 @@ def test_token_of_any_text(doctor, router, text):
 
 
 def test_two_simulators_with_one_prefix(doctor):
-    """They are told, and neither is taken for the other's planner."""
+    """Both are reported, and neither is taken for the other's planner."""
     with served_world() as options, open_client(options) as session, Client(options) as client:
         key = "hmrsim/_world/info"
         info = client.get(key)
@@ -223,15 +223,15 @@ def test_ros_without_simulator(doctor, router):
 
 
 def test_router_alone_is_3(doctor, router):
-    """Where there is a router and nobody else, one line says so."""
+    """With a router and no other peer, one line says so."""
     code, out, err = doctor(router[1])
 
     assert (3, "", 1) == (code, out, err.count("\n"))
     assert "a Zenoh peer answers, but there is no simulator and no ROS node; start `hmrsim run" in err
 
 
-def test_nobody_there_is_3(doctor):
-    """Where no simulator answers there is one line of advice, and JSON if asked for."""
+def test_no_simulator_is_3(doctor):
+    """Without a simulator there is one line of advice, and JSON if requested."""
     code, out, err = doctor(SessionOptions(connect=(NOBODY,)), "--timeout", "0.3", "--json")
 
     found = json.loads(out)
@@ -249,7 +249,7 @@ def test_nobody_there_is_3(doctor):
 
 
 def test_other_prefix(doctor):
-    """Who asks with another prefix is told the one that there is."""
+    """With another prefix, the error names the existing one."""
     with served_world() as options:
         code, out, _ = doctor(options, "--prefix", "lab")
 
@@ -258,7 +258,7 @@ def test_other_prefix(doctor):
 
 
 @pytest.mark.parametrize("domain", ["233", "-1", "x", "1.5", "²"])
-def test_what_is_no_domain_is_2(doctor, domain):
+def test_a_malformed_domain_is_2(doctor, domain):
     """A domain is a small whole number."""
     code, out, err = doctor(SessionOptions(connect=(NOBODY,)), f"--ros-domain-id={domain}")
 

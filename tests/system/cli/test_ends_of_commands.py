@@ -1,4 +1,4 @@
-"""How commands end that are interrupted, or whose output nobody takes: processes of their own."""
+"""How commands end that are interrupted, or whose output is not read: processes of their own."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_json_does_not_wait_for_tables():
 
 
 def test_interrupted_while_it_loads():
-    """Ctrl-C before there is anybody to handle it is 130, and no traceback."""
+    """Ctrl-C before a handler is installed is 130, without a traceback."""
     program = (
         "import os, signal, sys; from hmrsim.cli import main; "
         "sys.addaudithook(lambda event, _: event == 'import' and os.kill(os.getpid(), signal.SIGINT)); "
@@ -53,7 +53,7 @@ def test_interrupted_while_it_loads():
     assert (130, "") == (done.returncode, done.stderr)
 
 
-def test_reader_that_has_seen_enough_is_no_failure():
+def test_a_closed_pipe_is_not_a_failure():
     """``hmrsim … | head -1`` ends without complaint."""
     program = "from hmrsim.cli import main; raise SystemExit(main(['map', 'validate', 'nosuch', '--json']))"
 
@@ -82,7 +82,7 @@ def test_full_disk_is_one_line(arguments, unbuffered):
 
 
 def test_closed_output_is_one_line():
-    """Where there is no stdout nothing can be told: 1 and one line."""
+    """Without stdout, the command exits with 1 and one line."""
     command = f"{sys.executable} -m hmrsim.cli map info zoo/door >&-"
 
     done = subprocess.run(["/bin/sh", "-c", command], stderr=subprocess.PIPE, text=True, check=False)

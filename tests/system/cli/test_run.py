@@ -95,7 +95,7 @@ def test_a_result_timeout_is_minus_1_or_no_less_than_0(capsys):
     assert "argument --result-timeout: -2 is less than 0; -1 is for ever; see" in capsys.readouterr().err
 
 
-def test_prefix_that_is_no_key_is_2(capsys):
+def test_a_malformed_prefix_is_2(capsys):
     """A prefix with a wildcard is refused."""
     code = main(["run", "scenario1", "--prefix", "a/*", *FREE_PORT])
 
@@ -104,7 +104,7 @@ def test_prefix_that_is_no_key_is_2(capsys):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_it_at_once_though_nobody_reads_its_log(start, number):
+def test_a_signal_ends_it_at_once_though_its_log_is_not_read(start, number):
     """A simulator whose stderr is full still ends with 0 within two seconds."""
     process = start("run", "scenario1", *FREE_PORT)
     endpoint = process.stdout.readline().split()[1]

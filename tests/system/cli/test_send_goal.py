@@ -84,7 +84,7 @@ def send(*arguments):
 
 
 def test_a_goal_that_succeeds(client, capsys):
-    """It is told as `ros2 action send_goal` does."""
+    """The output is that of `ros2 action send_goal`."""
     code = send("{time: {sec: 2}}")
 
     out = capsys.readouterr().out
@@ -121,7 +121,7 @@ def test_feedback_comes_between_acceptance_and_result(client, capsys):
 
 
 def test_without_the_option_there_is_no_feedback(client, capsys):
-    """Nobody subscribes to feedback that nobody asked for."""
+    """The client does not subscribe to feedback that was not requested."""
     client.then = lambda goal: (goal.accept(), goal.feed(2), goal.end())
     send("{}")
 
@@ -130,7 +130,7 @@ def test_without_the_option_there_is_no_feedback(client, capsys):
 
 @pytest.mark.parametrize("status", [GoalStatus.ABORTED, GoalStatus.CANCELED])
 def test_any_other_end_is_1(client, status, capsys):
-    """A goal that does not succeed is told in the same way, and ends with 1."""
+    """A goal that does not succeed is printed in the same way, and exits with 1."""
     client.then = lambda goal: goal.end(status)
     code = send("{}")
 
@@ -289,7 +289,7 @@ def test_goal_id_of_the_user(client, capsys):
     ],
 )
 def test_nothing_is_sent_after_a_mistake(client, arguments, line, capsys):
-    """What is wrong with the command line is told in one line, with exit code 2."""
+    """A mistake on the command line is reported in one line, with exit code 2."""
     code = send(*arguments)
 
     assert (2, []) == (code, client.goals)

@@ -131,15 +131,15 @@ def test_requests_that_cannot_be_read_are_2(call, words, error):
     ],
 )
 def test_unknown_services_are_1(call, name, error):
-    """Who asks for what isn't there is told what is."""
+    """An unknown service is an error that lists the existing ones."""
     code, out, err = call(name)
 
     assert (1, "") == (code, out)
     assert err.startswith(error)
 
 
-def test_nobody_there_is_3(capsys):
-    """Where no simulator answers there is one line of advice."""
+def test_no_simulator_is_3(capsys):
+    """Without a simulator there is one line of advice."""
     code = main(["service", "list", "--connect", "tcp/127.0.0.1:1", "--timeout", "0.3"])
 
     assert 3 == code
@@ -147,7 +147,7 @@ def test_nobody_there_is_3(capsys):
 
 
 def test_ctrl_c_gives_up(call, endpoint, start):
-    """Who waits for a result that does not come can go."""
+    """Ctrl-C ends the wait for a result that does not come."""
     goal_id = "f" * 32
     call(SEND_GOAL, LONG_WAIT.replace(GOAL_ID, goal_id))
     waiting = start("service", "call", GET_RESULT, f"{{goal_id: {goal_id}}}", "--connect", endpoint, "--log-level=info")
@@ -158,7 +158,7 @@ def test_ctrl_c_gives_up(call, endpoint, start):
 
 
 def test_a_simulator_that_dies_ends_the_wait(start):
-    """Whoever waits for the answer of a simulator that was killed ends with 3."""
+    """A command that waits for the answer of a simulator that was killed exits with 3."""
     simulator = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0")
     endpoint = simulator.stdout.readline().split()[1]
     main(["service", "call", SEND_GOAL, LONG_WAIT, "--connect", endpoint])

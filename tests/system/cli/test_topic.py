@@ -13,8 +13,8 @@ from hmrsim_zenoh.wire.session import SessionOptions, open_client
 PATIENCE = 30.0
 
 
-def test_nobody_there_is_3(capsys):
-    """Where no simulator answers there is one line of advice."""
+def test_no_simulator_is_3(capsys):
+    """Without a simulator there is one line of advice."""
     code = main(["topic", "list", "--connect", "tcp/127.0.0.1:1", "--timeout", "0.3"])
 
     assert 3 == code
@@ -59,7 +59,7 @@ def test_echo_of_a_tree_that_can_be_got(endpoint, capsys):
 
 
 def test_echo_of_a_tree_before_there_is_one(endpoint, capsys):
-    """A controller that comes later is heard, too."""
+    """The echo also shows a controller that starts later."""
     with open_client(SessionOptions(connect=(endpoint,))) as session:
         publisher = session.declare_publisher("hmrsim/wall_e/_tree")
         publisher.declare_matching_listener(lambda _status: publisher.put('{"status": "RUNNING"}'))
@@ -80,8 +80,8 @@ def test_following_a_topic_until_ctrl_c(command, endpoint, start):
     assert {"clock"} if command == "echo" else {"average_rate", "min", "max", "std_dev", "window"} == (set(lines[1]))
 
 
-def test_a_simulator_that_dies_ends_whoever_follows_it(start, monkeypatch):
-    """An echo of a topic of a simulator that was killed ends with 3, soon after it may not be back any more."""
+def test_a_simulator_that_dies_ends_its_echo(start, monkeypatch):
+    """An echo of a topic of a killed simulator exits with 3, shortly after the grace period."""
     simulator = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0")
     endpoint = simulator.stdout.readline().split()[1]
     monkeypatch.setattr(connection, "_GRACE", 0.2)

@@ -122,7 +122,7 @@ def test_lockstep_makes_the_same_file_twice(simulator, tmp_path):
 
 
 def test_what_was_written_before_a_kill_can_be_read(simulator, tmp_path):
-    """By us, and by mcap's own reader up to where the file ends; nobody could say goodbye."""
+    """The killed recording is readable by hmrsim, and by mcap's own reader up to where the file ends."""
     path = tmp_path / "killed.mcap"
     process, endpoint = simulator("--real-time-factor", "10", "--record", path)
     with connected(endpoint) as client:
@@ -164,7 +164,7 @@ def test_a_recording_ends_after_its_duration(simulator, recorder, tmp_path):
 
 
 def test_the_end_of_the_simulator_is_the_end(simulator, recorder, tmp_path):
-    """The file is complete, and the exit code is 0: there is no more to come."""
+    """The file is complete, and the exit code is 0."""
     path = tmp_path / "run.mcap"
     process, endpoint = simulator("--real-time-factor", "10")
     listening = recorder(path, endpoint)
@@ -197,8 +197,8 @@ def test_a_simulator_that_is_started_anew_is_recorded_on(simulator, recorder, st
     assert 5_000_000_000 < worlds[1] - worlds[0]
 
 
-def test_nobody_there_leaves_no_file(start, tmp_path):
-    """Exit code 3, as for all tools; what was there before stays."""
+def test_without_a_simulator_no_file_is_left(start, tmp_path):
+    """The exit code is 3, as for all tools; an existing file stays."""
     path = tmp_path / "run.mcap"
     code, _, err = end(start("record", path, "--connect", "tcp/127.0.0.1:1", "--timeout", "0.5"))
 

@@ -45,13 +45,13 @@ class Running:
 
     @property
     def threads(self) -> int:
-        """How many it has; Linux tells."""
+        """The number of its threads, as Linux reports it."""
         status = Path(f"/proc/{self.process.pid}/status").read_text()
         return int(status.partition("Threads:")[2].split()[0])
 
     @property
     def resident(self) -> float:
-        """Its memory in MB; Linux tells."""
+        """Its memory in MB, as Linux reports it."""
         status = Path(f"/proc/{self.process.pid}/status").read_text()
         return int(status.partition("VmRSS:")[2].split()[0]) / 1000
 

@@ -1,4 +1,4 @@
-"""Scenario 1 by somebody else's client of ROS 2's wire, ``zenoh-ros2-sdk`` as it comes: ``sdk_client.py PORT``.
+"""Scenario 1 by a third-party client of ROS 2's wire, ``zenoh-ros2-sdk`` as it comes: ``sdk_client.py PORT``.
 
 A script for a process of its own, for the SDK has one session a process. It knows nothing of hmrsim: types are those
 of definitions.msg. It writes a line of JSON about each thing that it did; `test_sdk` says what should be in it.
@@ -142,7 +142,7 @@ class Action:
         return answer.return_code, [bytes(one.goal_id.uuid) for one in answer.goals_canceling]
 
     def do(self, what: str, goal: Any) -> bytes:
-        """Send a goal and wait for its result; tell both."""
+        """Send a goal and wait for its result; report both."""
         goal_id, answer = self.send(goal)
         stamp = answer.stamp.sec + answer.stamp.nanosec
         done = self.result(goal_id)
@@ -160,9 +160,9 @@ def to(drive: Action, x: float, y: float) -> Any:
 
 
 def follow_status(sdk: Sdk) -> SimpleQueue[tuple[bytes, int]]:
-    """Return each status that is told of drives; by Zenoh's own subscriber, with rmw_zenoh's options.
+    """Return each status of drives; by Zenoh's own subscriber, with rmw_zenoh's options.
 
-    The SDK's looks for publishers of latched topics under a name that nobody has, if it has more than one part.
+    The SDK's looks for publishers of latched topics under a name that does not exist, if it has more than one part.
     """
     heard: SimpleQueue[tuple[bytes, int]] = SimpleQueue()
     type_ = "action_msgs/msg/GoalStatusArray"
@@ -193,7 +193,7 @@ def held_result(sdk: Sdk, goal_id: bytes) -> None:
 
 
 def discover(sdk: Sdk) -> None:
-    """Wait until the SDK finds the services, and tell which of the drive's it found."""
+    """Wait until the SDK finds the services, and report which of the drive's it found."""
     wanted = {f"{NAVIGATE}/_action/{verb}" for verb in ("send_goal", "cancel_goal", "get_result")}
     until = time.monotonic() + PATIENCE
     found: dict[str, list[str]] = {}
@@ -211,7 +211,7 @@ def refuse(drive: Action, used: bytes) -> None:
 
 
 def cancel(sdk: Sdk, wait: Action, over: bytes, drive: Action) -> None:
-    """Cancel goals: one that runs, one that is over, one that nobody knows; and ask for it in a way that is none."""
+    """Cancel goals: one that runs, one that has ended, an unknown one; and send a malformed cancel request."""
     goal = wait.goal()
     goal.time.sec = 100_000
     goal_id, _ = wait.send(goal)
@@ -258,7 +258,7 @@ def scenario(sdk: Sdk) -> None:
 
 
 def falling(heard: SimpleQueue[Any], goal_id: bytes) -> list[float]:
-    """Return the distances that a goal's feedback tells, up to where nothing remains."""
+    """Return the distances of a goal's feedback, down to zero."""
     distances = [1.0]
     while distances[-1]:
         message = heard.get(timeout=PATIENCE)

@@ -96,7 +96,7 @@ def answer(ros, service, payload, attached):
 
 
 def still_serves(ros):
-    """Whether a goal of somebody who means well ends well."""
+    """Whether a goal of a well-behaved client still succeeds."""
     drive = ros.action("/wall_e/navigate_to_pose").wait()
     return drive.do(goal_to(1, 2))[0] == SUCCEEDED
 
@@ -130,7 +130,7 @@ def attachments():
 @examples(400)
 @given(data=st.data())
 def test_every_request_is_answered_once(ros, data):
-    """Whatever is in it and attached to it, there is one reply, whole, that is no error."""
+    """Whatever its payload and attachment are, there is one complete reply, which is not an error."""
     service = data.draw(st.sampled_from(SERVICES))
     payload = data.draw(st.one_of(st.binary(max_size=300), spoiled(service[2])))
     attached = data.draw(attachments())
@@ -162,7 +162,7 @@ def test_lengths_that_nothing_has_take_no_memory(running, ros, action):
     assert MAX_GROWTH > running.resident - before
 
 
-def test_goal_that_is_no_number(ros):
+def test_goal_with_nan(ros):
     """A goal at nowhere is rejected, as there is no such place."""
     drive = ros.action("/wall_e/navigate_to_pose").wait()
     request = bytearray(services("navigate_to_pose")[0][2])
@@ -188,8 +188,8 @@ def test_goal_that_is_no_number(ros):
         "0/%/é/🤖/%F0",
     ],
 )
-def test_keys_of_nobody_are_left_alone(ros, key):
-    """Somebody else may serve them: there is no reply, but an end."""
+def test_unknown_keys_are_left_alone(ros, key):
+    """Another node may serve them: the query ends without a reply."""
     assert [] == ask(ros, key, b"", attachment(1, GID))
 
 
@@ -204,8 +204,8 @@ def test_wrong_types_are_answered(ros, type_, hash_):
     assert not right.response.decode(reply.ok.payload.to_bytes())["accepted"]
 
 
-def test_tokens_of_nobody_are_left_alone(ros):
-    """Nonsense in the graph harms nobody."""
+def test_unreadable_tokens_are_left_alone(ros):
+    """Malformed tokens in the graph do no harm."""
     endings = ["", "/x", "/0", "/z/0/0/NN", "/z/0/0/SC/%/%/n", "/z/0/0/SC/%/%/n/%x/t/h/q/b/c", "/z/a/b/MP/%/%//%/t/h/q"]
     endings += [f"/z/0/{number}/SC/%/%wall_e/n/%wall_e%wait%_action%send_goal/t/h/:::" for number in range(50)]
     tokens = [ros.session.liveliness().declare_token(f"@ros2_lv/0{ending}") for ending in endings if "//" not in ending]
@@ -215,8 +215,8 @@ def test_tokens_of_nobody_are_left_alone(ros):
     assert still_serves(ros)
 
 
-def test_puts_of_nobody_are_left_alone(ros):
-    """What others publish where the simulator does."""
+def test_puts_of_others_are_left_alone(ros):
+    """Other sessions put random bytes on the keys of the simulator."""
     noise = random.Random(1)
     for name, type_, _ in SERVICES:
         ros.session.put(ros.key(name, type_.dds_name, type_.hash), noise.randbytes(200), attachment=noise.randbytes(33))

@@ -1,4 +1,4 @@
-"""Who is there first does not matter: the simulator is the router that ROS looks for, or joins the one that is."""
+"""The start order does not matter: the simulator is the router that ROS looks for, or joins the existing one."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def ros_node(options):
 
 
 def answer(session):
-    """Return what a service client is told, once the simulator is there."""
+    """Return the reply that a service client gets once the simulator is there."""
     there = threading.Event()
     handler = zenoh.handlers.Callback(lambda _sample: there.set(), indirect=False)
     watch = session.liveliness().declare_subscriber(TOKEN, handler, history=True)
@@ -92,8 +92,8 @@ def answer(session):
     return told
 
 
-def test_a_simulator_is_the_router_where_nobody_is(options):
-    """It listens where it would without ROS."""
+def test_a_simulator_is_the_router_where_there_is_none(options):
+    """The simulator listens on the same endpoint as without ROS."""
     with simulator(options) as there:
         assert (options.default,) == there.endpoints
 
@@ -111,7 +111,7 @@ def test_a_ros_node_finds_a_simulator_that_comes_later(options):
 
 
 def test_two_ros_nodes_find_each_other_by_the_simulator(options):
-    """As a router it tells peers of each other."""
+    """As a router the simulator connects peers with each other."""
     router, _ = open_server(options, join=True)
     with router, ros_node(options) as node, simulator(SessionOptions(connect=(options.default,), mode="peer")):
         assert ["here"] == answer(node)
@@ -128,7 +128,7 @@ def test_a_simulator_joins_a_router_that_is_there(options, caplog):
 
 @pytest.mark.usefixtures("router")
 def test_a_ros_node_finds_a_simulator_that_has_joined(options):
-    """They meet by what the router tells both."""
+    """The router connects the two."""
     with simulator(options), ros_node(options) as node:
         assert ["here"] == answer(node)
 
@@ -202,7 +202,7 @@ def test_a_second_simulator_of_the_same_prefix_is_refused(options):
 
 @pytest.mark.usefixtures("router")
 @pytest.mark.parametrize("named", ["listen", "mode", "join"])
-def test_who_names_an_endpoint_or_the_mode_of_a_router_joins_nobody(options, named):
+def test_a_named_endpoint_or_the_mode_of_a_router_joins_no_router(options, named):
     """A taken port is an error, as without ROS."""
     asked = {
         "listen": SessionOptions(listen=(options.default,)),
@@ -216,7 +216,7 @@ def test_who_names_an_endpoint_or_the_mode_of_a_router_joins_nobody(options, nam
 
 @pytest.mark.parametrize("word", [b"", b"HTTP/1.0 400 Bad Request\r\n\r\n"])
 def test_a_port_of_something_else_is_taken(options, word):
-    """What is no Zenoh can't be joined, and that is said soon."""
+    """A process that does not speak Zenoh can't be joined, and the error comes soon."""
     host, port = "127.0.0.1", int(options.default.rpartition(":")[2])
     began = time.monotonic()
     with socket.create_server((host, port)) as other:
@@ -229,7 +229,7 @@ def test_a_port_of_something_else_is_taken(options, word):
 
 
 def _say(server, word):
-    """Say a word to whoever connects and hang up; without a word stay mute."""
+    """Send a word to each client that connects and hang up; without a word stay mute."""
     guests = []
     while True:
         try:

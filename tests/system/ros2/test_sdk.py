@@ -60,13 +60,13 @@ def test_feedback_falls_to_nothing(told):
     assert 0.0 == distances[-1] < distances[0]
 
 
-def test_status_is_told(told):
-    """Executing, then succeeded; acceptance may be missed, for ROS need not tell it."""
+def test_status_is_received(told):
+    """The status is executing, then succeeded; acceptance may be missed, as ROS need not publish it."""
     assert told["status"]["of_the_drive"] in ([2, SUCCEEDED], [1, 2, SUCCEEDED])
 
 
-def test_battery_is_told(told):
-    """Of a robot that has one."""
+def test_battery_is_received(told):
+    """The robot has a battery."""
     assert {"percentage": 0.5, "present": True, "whose": "wall_e"} == told["battery"]
 
 
@@ -106,5 +106,5 @@ def test_result_of_an_unknown_goal(told):
 
 
 def test_result_is_held(told):
-    """Until the goal has ended, for whoever waits so long, and with what he asked under."""
+    """The reply is held until the goal has ended, and has the sequence number of its request."""
     assert {"status": SUCCEEDED, "sequence": 7, "its_own": True} == told["a held result"]

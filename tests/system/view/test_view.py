@@ -22,13 +22,13 @@ def start():
 
 @pytest.fixture
 def taken():
-    """A port that somebody has."""
+    """A port that is in use."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         yield str(server.getsockname()[1])
 
 
-def test_nobody_there_is_3(capsys):
-    """Where no simulator answers there is one line of advice, and no page."""
+def test_no_simulator_is_3(capsys):
+    """Without a simulator there is one line of advice, and no page."""
     code = main(["view", "--port", "0", "--connect", "tcp/127.0.0.1:1", "--timeout", "0.3"])
 
     assert 3 == code
@@ -36,7 +36,7 @@ def test_nobody_there_is_3(capsys):
 
 
 def test_a_simulator_of_another_prefix_is_3(simulator, capsys):
-    """Somebody answers, but not for that prefix."""
+    """A simulator answers, but under another prefix."""
     code = main(["view", "--port", "0", "--connect", *simulator.connect, "--prefix", "other", "--timeout", "0.3"])
 
     assert 3 == code
@@ -53,8 +53,8 @@ def test_a_taken_port_is_2(simulator, taken, capsys):
     )
 
 
-def test_what_is_no_port_is_2(capsys):
-    """The text says what would do."""
+def test_a_malformed_port_is_2(capsys):
+    """The text says what a port looks like."""
     code = main(["view", "--port", "70000"])
 
     assert 2 == code
@@ -62,8 +62,8 @@ def test_what_is_no_port_is_2(capsys):
 
 
 @pytest.mark.parametrize("content", [None, b"", b"no recording\n"])
-def test_what_is_no_recording_is_2(tmp_path, content, capsys):
-    """One line that names the file."""
+def test_a_file_that_is_not_a_recording_is_2(tmp_path, content, capsys):
+    """One line names the file."""
     path = tmp_path / "shift.mcap"
     if content is not None:
         path.write_bytes(content)

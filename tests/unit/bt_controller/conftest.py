@@ -120,7 +120,7 @@ class FakeSubscription:
 
 
 class FakeSession:
-    """Declares what a controller publishes; nobody listens."""
+    """Declares what a controller publishes, without subscribers."""
 
     matching_status = SimpleNamespace(matching=False)
 
@@ -176,7 +176,7 @@ class FakeClient:
         self._listeners[key](key, payload)
 
     def clock(self, now: float) -> None:
-        """Let the simulator tell the time."""
+        """Let the simulator publish the time."""
         sec, nanosec = divmod(round(now * 1e9), 1_000_000_000)
         self.publish("hmrsim/_world/clock", json.dumps({"clock": {"sec": sec, "nanosec": nanosec}}).encode())
 

@@ -11,7 +11,7 @@ from tools.late_attributes import late
 
 
 def told(code):
-    """Return what is said of a module."""
+    """Return the findings about a module."""
     return [line.partition(";")[0] for line in late({Path("m.py"): ast.parse(code)})]
 
 

@@ -106,7 +106,7 @@ class TestRun:
 
     @pytest.mark.usefixtures("simulator")
     def test_an_unknown_robot_is_exit_1(self, capsys):
-        """The error says whom it knows."""
+        """The error names the known robots."""
         assert main(["run", GO, "--robot", "marvin"]) == 1
         assert capsys.readouterr().err == "bt-controller: no robot 'marvin'; there are eve, wall_e\n"
 
@@ -180,7 +180,7 @@ class TestRun:
         assert error in capsys.readouterr().err
 
     def test_no_simulator_is_exit_3(self, capsys):
-        """Nobody answers in time; the error is one line."""
+        """No simulator answers in time; the error is one line."""
         arguments = ["--connect", "tcp/127.0.0.1:1", "--timeout", "0.2"]
 
         assert main(["run", GO, "--robot", "wall_e", *arguments]) == 3
@@ -225,7 +225,7 @@ class TestCheck:
 
 
 def test_output_that_cannot_be_written_is_one_line():
-    """A full disk is no bug of ours."""
+    """A full disk is not reported as a bug."""
     command = [sys.executable, "-m", "bt_controller", "check", GO]
     with Path("/dev/full").open("w", encoding="utf-8") as full:
         ended = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
@@ -248,7 +248,7 @@ def test_a_controller_loads_nothing_of_the_engine():
 
 
 class TestRobots:
-    """Whom a tree is run for."""
+    """The robots that a tree is run for."""
 
     def robots(self, capsys, *arguments):
         """Return exit code and robots of a run, or its errors."""
@@ -262,29 +262,29 @@ class TestRobots:
         assert (0, ["wall_e"]) == self.robots(capsys, "--robots", "action:pickup")
 
     @pytest.mark.usefixtures("simulator")
-    def test_who_is_named_comes_first_and_nobody_twice(self, capsys):
-        """The selected ones follow by name."""
+    def test_named_robots_come_first_and_none_twice(self, capsys):
+        """The selected robots follow by name."""
         selected = self.robots(capsys, "--robots", "all", "action:pickup")
         named = self.robots(capsys, "--robots", "all", "--robot", "wall_e")
 
         assert ((0, ["eve", "wall_e"]), (0, ["wall_e", "eve"])) == (selected, named)
 
     @pytest.mark.usefixtures("simulator")
-    def test_a_selector_that_is_about_nobody_is_exit_1(self, capsys):
+    def test_a_selector_that_matches_no_robot_is_exit_1(self, capsys):
         """One line says what there is."""
         error = "bt-controller: no robot has action 'pick_up'; did you mean action:pickup?\n"
 
         assert (1, error) == self.robots(capsys, "--robots", "action:pick_up")
 
-    def test_what_is_no_selector_is_exit_2(self, capsys):
-        """Before anybody is asked."""
+    def test_a_malformed_selector_is_exit_2(self, capsys):
+        """The selector is checked before a simulator is queried."""
         with pytest.raises(SystemExit, match="2"):
             main(["run", GO, "--robots", "carrier"])
 
         assert "argument --robots: 'carrier' selects no robots; expected all, type:NAME" in capsys.readouterr().err
 
     def test_no_robots_variable_is_read(self, monkeypatch, capsys):
-        """Whoever forgot it would drive the wrong ones."""
+        """A variable that was forgotten would drive the wrong robots."""
         monkeypatch.setenv("HMRSIM_ROBOTS", "all")
         with pytest.raises(SystemExit, match="2"):
             main(["run", GO])

@@ -54,7 +54,7 @@ class Asks(Behaviour):
         self._asked = service, json.dumps(request).encode()
 
     def setup(self, **kwargs):
-        """Remember whom to ask."""
+        """Remember the client."""
         self._client = kwargs["client"]
 
     def update(self):

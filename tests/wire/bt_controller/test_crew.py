@@ -59,7 +59,7 @@ class Day:
             self.news.append((now, message))
 
     def when(self, text):
-        """Return when something was told."""
+        """Return when a message came."""
         return next(time for time, message in self.news if text in message)
 
 
@@ -70,15 +70,15 @@ def breakdown(at, duration=None):
 
 
 def test_the_nearest_brings_it():
-    """Nothing goes wrong, and nobody else does anything."""
+    """Nothing goes wrong, and the other robots do nothing."""
     day = Day([TEA], [])
 
     assert (Status.SUCCESS, [TEA]) == (day.status, day.fleet_manager.task_queue.done)
     assert 15.0 < day.when("ann has brought tea to table") < 16.0
 
 
-def test_another_takes_over_from_who_breaks_down_on_the_way():
-    """At that very instant."""
+def test_another_robot_takes_over_from_one_that_breaks_down():
+    """It takes over at that very instant."""
     day = Day([TEA], breakdown(3.0))
 
     assert 3.0 == day.when("ann can't fetch tea: aborted: ann has broken down at ")
@@ -86,8 +86,8 @@ def test_another_takes_over_from_who_breaks_down_on_the_way():
     assert day.when("bob has brought tea to table") < 40.0
 
 
-def test_who_broke_down_brings_what_it_holds_when_it_works_again():
-    """Nobody can take it from its claw."""
+def test_a_repaired_robot_brings_what_it_holds():
+    """No other robot can take it from its gripper."""
     day = Day([TEA], breakdown(10.0, duration=50.0))
 
     assert 10.0 == day.when("ann can't bring tea")
@@ -102,15 +102,15 @@ def test_what_is_held_for_too_long_is_given_up():
     assert 200.0 < day.when("tea is given up") < 201.0
 
 
-def test_what_nobody_gets_on_with_is_given_up():
+def test_a_task_without_progress_is_given_up():
     """The only robot is broken for ever."""
     day = Day([TEA], breakdown(3.0), robots=("ann",), patience=200.0)
 
     assert {"tea": "it waited too long; ann failed"} == day.fleet_manager.task_queue.lost
 
 
-def test_who_is_done_gets_the_next_task_at_once():
-    """The longest waiting one, at the instant at which it is free."""
+def test_a_robot_that_is_done_gets_the_next_task_at_once():
+    """It gets the longest waiting one, at the instant at which it is free."""
     day = Day([TEA, Task("milk", "shelf", "table")], [], robots=("ann",))
     first, second = day.fleet_manager.task_queue.done
 
@@ -119,5 +119,5 @@ def test_who_is_done_gets_the_next_task_at_once():
 
 @pytest.mark.parametrize("robots", [("ann", "bob"), ("bob", "ann")])
 def test_the_order_of_the_robots_does_not_matter(robots):
-    """Who gets what depends on where they are."""
+    """The allocation depends on where the robots are."""
     assert 0.0 < Day([TEA], [], robots=robots).when("ann gets tea") < 0.2

@@ -105,7 +105,7 @@ def test_a_rejected_goal_is_known_at_once(stage):
 
 
 def test_timers_count_simulated_time(stage):
-    """To the instant; nobody waits for the wall's clock."""
+    """Timers end at their exact instant, without waiting for the wall clock."""
     outcome = stage.run(lambda: Sequence("S", memory=True, children=[Timer("A", 5.0), Timer("B", 3600.0)]), "wall_e")
 
     assert outcome.succeeded
@@ -121,7 +121,7 @@ def test_a_timeout_cancels_its_goal_in_time(stage):
 
 
 def test_behaviours_of_the_users_are_ticked_each_second(stage):
-    """Nobody else would tell that they want to be."""
+    """A user's behaviour does not announce when it wants to be ticked."""
 
     class ThreeTimes(Behaviour):
         ticks = 0
@@ -144,7 +144,7 @@ def test_a_period_of_the_users_brings_feedback(stage):
 
 
 def test_a_behaviour_may_ask_the_time(stage):
-    """The client that it is set up with knows it."""
+    """The client that it is set up with has the time."""
     seen = []
 
     class Watch(Behaviour):
@@ -161,7 +161,7 @@ def test_a_behaviour_may_ask_the_time(stage):
 
 
 def test_what_can_not_happen_is_an_error_that_names_the_robots(stage):
-    """Rather than a tree that waits for ever."""
+    """The alternative would be a tree that waits for ever."""
     leaf = wait(1.0)
     leaf.initialise = lambda: setattr(leaf, "_handle", Never())
     with pytest.raises(Idle, match=r"nothing is scheduled .* the trees of wall_e wait for can't happen"):
@@ -169,7 +169,7 @@ def test_what_can_not_happen_is_an_error_that_names_the_robots(stage):
 
 
 class Never:
-    """A ticket of a goal that nobody has."""
+    """A ticket of a goal that does not exist."""
 
     done = False
     feedback = None
@@ -190,7 +190,7 @@ def test_a_stop_cancels_the_goals_at_that_instant(stage):
     assert (outcome.interrupted, outcome.left, stage.ticks[-1]) == (True, (), ("wall_e", 2.0))
 
 
-def test_who_thinks_for_too_long_is_told():
+def test_a_controller_that_thinks_for_too_long_gets_an_error():
     """The simulator goes on without the trees, so that they end."""
     dropped = threading.Event()
 

@@ -60,8 +60,8 @@ def test_another_goal_in_the_next_life_is_sent(life):
     assert (Status.SUCCESS, False) == (end(second), sent.adopted)
 
 
-def test_a_cancel_of_somebody_else_ends_what_was_taken_over(life):
-    """The robot is not sent on by whoever has resumed."""
+def test_a_cancel_of_another_client_ends_what_was_taken_over(life):
+    """The resumed controller does not send the robot on."""
     _, (sent,) = life(FAR)
     sent.wait_accepted(5.0)
     second, (found,) = life(FAR)

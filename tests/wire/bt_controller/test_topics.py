@@ -77,8 +77,8 @@ def test_it_is_asked_anew_when_something_was_changed(lockstep, asked):
     assert ["hmrsim/r3/odom"] == asked
 
 
-def test_of_a_robot_without_connection_is_known_what_it_said_last(lockstep):
-    """As where time goes by itself; who has seen its battery goes on with that."""
+def test_a_disconnected_robot_has_its_last_known_battery(lockstep):
+    """As where time goes by itself, the last message of its battery stays."""
     topics = Topics(lockstep, asks=True)
     topics.watch("r3", "battery_state")
     fault = {"type": "messages_lost", "robot": "r3", "duration": 60}
@@ -113,8 +113,8 @@ def test_what_a_robot_does_not_publish_is_said_when_the_tree_is_set_up():
         Topics(client, asks=True).watch("wall_e", "battery_state")
 
 
-def test_each_message_wakes_whoever_watches_where_time_goes_by_itself():
-    """And is the latest then."""
+def test_each_message_wakes_the_watcher_where_time_goes_by_itself():
+    """The message is the latest one then."""
     woken = Event()
     with served_world(WORLD, real_time_factor=100.0) as options, Client(options) as client:
         topics = Topics(client, asks=False)

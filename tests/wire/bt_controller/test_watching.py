@@ -45,8 +45,8 @@ def run(*options):
         return main([*RUN, *session.connect, *options])
 
 
-def test_who_failed_is_told_why(capsys):
-    """Those that decided it, with what they say."""
+def test_a_failure_is_printed_with_its_reasons(capsys):
+    """The reasons are the leaves that decided it, with their messages."""
     code = run("--quiet")
 
     out = capsys.readouterr().out
@@ -57,8 +57,8 @@ def test_who_failed_is_told_why(capsys):
     assert "outside" in out
 
 
-def test_programs_are_told_why_trees_failed(capsys):
-    """With the messages by themselves."""
+def test_json_has_the_reasons_of_failures(capsys):
+    """The messages are fields of their own."""
     run("--json", "--quiet")
 
     (outcome,) = (json.loads(line) for line in capsys.readouterr().out.splitlines())
@@ -88,7 +88,7 @@ def test_two_runs_have_the_same_transitions():
 
 
 def test_being_watched_changes_nothing():
-    """Whoever listens to trees, and asks for them all the time, is no part of what happens."""
+    """A subscriber of trees that also queries them all the time does not change what happens."""
     run("--quiet", "--transitions", "alone.jsonl")
     over = threading.Event()
 

@@ -1,4 +1,4 @@
-"""A simulator of nothing: it answers by a script, loses what it is told to lose, and dies on command."""
+"""A fake simulator: it answers by a script, loses what the script says, and dies on command."""
 
 from __future__ import annotations
 
@@ -119,12 +119,12 @@ class FakeSimulator:
         self.session.put(key, payload)
 
     def has_subscriber(self, key: str) -> bool:
-        """Return whether anybody subscribes to a key."""
+        """Return whether a key has a subscriber."""
         publisher = self.session.declare_publisher(key)
         return bool(publisher.matching_status.matching)
 
     def wait_for_subscriber(self, key: str, *, there: bool) -> None:
-        """Wait until somebody subscribes to a key, or nobody does any more."""
+        """Wait until a key has a subscriber, or has none any more."""
         changed = threading.Event()
         publisher = self.session.declare_publisher(key)
         publisher.declare_matching_listener(lambda status: changed.set() if status.matching == there else None)

@@ -28,8 +28,8 @@ def send(client, seconds=1.0, goal_id=GOAL_ID, robot="wall_e", *, adopt=True):
     return client.action_client(robot, ACTION).send_goal(wait(seconds), goal_id=goal_id, adopt=adopt)
 
 
-def test_a_goal_that_nobody_knows_is_sent(clock):
-    """As any other."""
+def test_an_unknown_goal_is_sent(clock):
+    """It is sent as any other goal."""
     with served_world(**CLOCKS[clock]) as options, Client(options) as client:
         goal = send(client)
         goal.result(20.0)
@@ -38,7 +38,7 @@ def test_a_goal_that_nobody_knows_is_sent(clock):
 
 
 def test_a_goal_that_runs_is_followed(clock):
-    """Its result comes when it has one, whoever sent it."""
+    """The client gets its result when it has one, also of a goal that another client sent."""
     with served_world(**CLOCKS[clock]) as options:
         with Client(options, name="first") as client:
             send(client, 30.0).wait_accepted(5.0)
@@ -68,7 +68,7 @@ def test_a_goal_that_has_ended_has_its_result_at_once(clock, status):
 
 
 def test_a_goal_whose_result_has_expired_says_how_it_ended(clock):
-    """Of the result nothing is known, and a goal is not begun a second time."""
+    """Its result is not known, and the goal is not begun a second time."""
     with served_world(keep_results=1, **CLOCKS[clock]) as options, Client(options) as client:
         send(client).result(20.0)
         send(client, goal_id="f" * 32).result(20.0)
@@ -79,8 +79,8 @@ def test_a_goal_whose_result_has_expired_says_how_it_ended(clock):
     assert (True, GoalStatus.SUCCEEDED) == (goal.adopted, goal.status)
 
 
-def test_who_does_not_adopt_is_refused(clock):
-    """An id that somebody else has used is a mistake."""
+def test_a_client_that_does_not_adopt_is_refused(clock):
+    """An id that another client has used is a mistake."""
     with served_world(**CLOCKS[clock]) as options, Client(options) as client:
         send(client).result(20.0)
         with pytest.raises(GoalRejectedError, match=r"duplicate_goal_id: goal .* was sent before and is SUCCEEDED"):

@@ -93,7 +93,7 @@ def test_the_callers_goal_id_is_used(simulator, wait_client):
     assert (goal.goal_id, simulator.wait_for(Verb.SEND_GOAL)[0]["goal_id"]) == (ID, ID)
 
 
-def test_a_callers_mistakes_are_told_at_once(client, wait_client):
+def test_a_callers_mistakes_are_reported_at_once(client, wait_client):
     """A bad id, another action's goal or a wildcard for a robot never reach the wire."""
     with pytest.raises(ValueError, match="'short' is not a UUID"):
         wait_client.send_goal(GOAL, goal_id="short")
@@ -103,8 +103,8 @@ def test_a_callers_mistakes_are_told_at_once(client, wait_client):
         client.action_client("*", registry()["wait"])
 
 
-def test_changes_are_told_in_order(simulator, wait_client):
-    """One call for the acceptance, one for the end."""
+def test_changes_are_reported_in_order(simulator, wait_client):
+    """There is one call for the acceptance, and one for the end."""
     seen = []
     goal = wait_client.send_goal(GOAL, on_change=lambda goal: seen.append((goal.status, goal.done)))
     goal.wait_accepted(SOON)
@@ -156,7 +156,7 @@ def test_a_rejected_goal_says_why(simulator, wait_client):
 
 
 def test_a_duplicate_at_the_first_try_is_a_rejection(simulator, wait_client):
-    """Somebody else has that id: their goal is not ours, nor is its result."""
+    """The id belongs to another client's goal: neither that goal nor its result is ours."""
     simulator.steps["send_goal"] = [simulator.refuse("duplicate_goal_id", status=2)]
     goal = wait_client.send_goal(GOAL, goal_id=ID)
 
@@ -165,7 +165,7 @@ def test_a_duplicate_at_the_first_try_is_a_rejection(simulator, wait_client):
 
 
 def test_an_error_reply_has_its_details(simulator, wait_client):
-    """What can't be read is told field by field."""
+    """Fields that can't be read are listed one by one."""
     details = [{"field": "goal.time.sec", "message": "too large", "value": 1}]
     simulator.steps["send_goal"] = [simulator.say_error(json.dumps({"error": "no", "details": details}))]
     goal = wait_client.send_goal(GOAL)
@@ -175,8 +175,8 @@ def test_an_error_reply_has_its_details(simulator, wait_client):
     assert caught.value.details == tuple(details)
 
 
-def test_an_error_that_is_no_json_is_shown_as_it_is(simulator, wait_client):
-    """Somebody else's queryable may reply anything."""
+def test_an_error_that_is_not_json_is_shown_as_it_is(simulator, wait_client):
+    """Another node's queryable may reply anything."""
     simulator.steps["send_goal"] = [simulator.say_error("kaputt")]
 
     with pytest.raises(RequestError, match="kaputt"):
@@ -286,7 +286,7 @@ def test_waiting_for_a_result_can_time_out(simulator, wait_client):
 
 
 def test_waiting_for_acceptance_can_time_out(simulator, wait_client):
-    """A TimeoutError for those who know no other."""
+    """A TimeoutError is raised, for callers that know no other error."""
     simulator.steps["send_goal"] = [simulator.hold]
 
     with pytest.raises(TimeoutError, match="no answer to goal"):
@@ -309,7 +309,7 @@ def test_a_simulator_that_dies_fails_its_goals(simulator, wait_client):
 
 
 def test_a_simulator_that_hangs_without_its_token_is_gone(simulator, wait_client):
-    """The result is held, and will be for ever: the token tells."""
+    """The result is held, and will be for ever: the missing token shows it."""
     goal = wait_client.send_goal(GOAL)
     simulator.wait_for(Verb.GET_RESULT)
     simulator.vanish()
@@ -319,7 +319,7 @@ def test_a_simulator_that_hangs_without_its_token_is_gone(simulator, wait_client
 
 
 def test_a_goal_sent_to_a_dead_simulator_fails(simulator, client, wait_client):
-    """It was there before: that is another error than nobody there."""
+    """The simulator was there before: the error is another one than for no simulator."""
     client.wait_for_simulator(SOON)
     simulator.close()
 
@@ -342,7 +342,7 @@ def test_a_goal_survives_a_short_absence(simulator, another):
 
 
 def test_a_restarted_simulator_does_not_know_the_goal(simulator, another):
-    """It answers with status 0, which for an accepted goal means that all is lost."""
+    """It answers with status 0, which for an accepted goal means that it is lost."""
     with Client(SessionOptions(connect=(simulator.endpoint,)), grace=30.0) as client:
         goal = client.action_client("wall_e", registry()["wait"]).send_goal(GOAL)
         goal.wait_accepted(SOON)
@@ -372,8 +372,8 @@ def test_callbacks_may_send_goals_when_the_simulator_is_gone(simulator, wait_cli
     assert watched.wait(lambda seen: len(seen) == 3) == [SimulatorGone] * 3
 
 
-def test_a_router_without_a_simulator_is_nobody(another):
-    """We are connected, but there is no token: said after the grace."""
+def test_a_router_without_a_simulator_is_no_simulator(another):
+    """The client is connected, but there is no token: the error comes after the grace."""
     router = another(present=False)
     router.steps["send_goal"] = router.steps["get_result"] = [router.lose]
     with Client(SessionOptions(connect=(router.endpoint,)), grace=0.2) as client:
@@ -405,7 +405,7 @@ def test_cancel_is_sent_with_the_goals_own_id(simulator, wait_client, watched):
 
 
 def test_a_cancel_waits_for_the_acceptance(simulator, wait_client):
-    """Nothing can be canceled that is not known to be there; asked twice, it is sent once."""
+    """Only a goal that was accepted can be canceled; a cancel that is requested twice is sent once."""
     simulator.steps["send_goal"] = [simulator.hold]
     goal = wait_client.send_goal(GOAL)
     simulator.wait_for(Verb.GET_RESULT)
@@ -444,7 +444,7 @@ def test_a_cancel_whose_answer_was_lost_is_sent_again(simulator, wait_client):
 
 @pytest.mark.parametrize("code", [2, 3])
 def test_a_cancel_that_comes_too_late_leaves_it_to_the_result(simulator, wait_client, code):
-    """The goal is over or not known: get_result tells which."""
+    """The goal is over or not known: the reply to get_result says which."""
     simulator.steps["cancel_goal"] = [simulator.say({"return_code": code, "goals_canceling": []})]
     goal = wait_client.send_goal(GOAL)
     goal.wait_accepted(SOON)
@@ -486,8 +486,8 @@ def test_a_cancel_of_all_goals_that_is_refused_is_an_error(simulator, wait_clien
         wait_client.cancel_all()
 
 
-def test_a_cancel_of_all_goals_that_nobody_answers_is_an_error(simulator, wait_client):
-    """Whether any goal ends is not known."""
+def test_an_unanswered_cancel_of_all_goals_is_an_error(simulator, wait_client):
+    """It is not known whether any goal ends."""
     simulator.steps["cancel_goal"] = [simulator.lose]
 
     with pytest.raises(RequestTimeout, match="/wall_e/wait: no answer to a cancel"):
@@ -541,8 +541,8 @@ def test_feedback_may_lead_to_a_cancel(simulator, wait_client):
     assert simulator.wait_for(Verb.CANCEL_GOAL)
 
 
-def test_nobody_subscribes_to_feedback_that_nobody_wants(simulator, wait_client):
-    """So that the simulator need not compute it."""
+def test_the_client_subscribes_only_to_feedback_with_a_callback(simulator, wait_client):
+    """The simulator need not compute feedback without subscribers."""
     wait_client.send_goal(GOAL).wait_accepted(SOON)
     assert not simulator.has_subscriber(FEEDBACK_KEY)
 
@@ -554,7 +554,7 @@ def test_nobody_subscribes_to_feedback_that_nobody_wants(simulator, wait_client)
 
 
 def test_closing_the_client_fails_what_is_under_way(client, wait_client):
-    """Whoever waits in another thread is told."""
+    """A thread that waits for a result gets the error."""
     goal = wait_client.send_goal(GOAL)
     goal.wait_accepted(SOON)
     caught = []
@@ -580,7 +580,7 @@ def test_closing_the_client_fails_what_is_under_way(client, wait_client):
 
 
 def test_a_borrowed_session_stays_open(simulator):
-    """It is closed by whom it belongs to; we leave nothing behind on it."""
+    """The owner closes the session; the client leaves nothing behind on it."""
     with open_client(SessionOptions(connect=(simulator.endpoint,))) as session:
         with Client(session=session) as client:
             sending = client.action_client("wall_e", registry()["wait"])
@@ -622,7 +622,7 @@ def test_presence_follows_the_token(simulator, client):
 
 
 def test_waiting_for_a_simulator_that_does_not_come(another):
-    """Nobody there, and where we looked."""
+    """There is no simulator; the error says where the client looked."""
     router = another(present=False)
     with Client(SessionOptions(connect=(router.endpoint,))) as client:
         assert not client.alive
@@ -661,7 +661,7 @@ def test_info_is_what_the_simulator_says_of_itself(simulator, client):
 
 
 @pytest.mark.parametrize("body", ["[]", "{"])
-def test_info_that_is_no_object_is_an_error(simulator, client, body):
+def test_info_that_is_not_an_object_is_an_error(simulator, client, body):
     """The error names the key."""
     serve(simulator, "hmrsim/_world/info", lambda query, _: query.reply(query.key_expr, body))
 
@@ -701,7 +701,7 @@ def test_a_value_whose_answer_was_lost_is_asked_for_again(simulator, client):
 
 
 def test_a_request_that_may_have_done_something_is_not_sent_twice(simulator, client):
-    """A step may have been taken although nobody said so."""
+    """A step may have been taken although the reply was lost."""
     came = serve(simulator, "hmrsim/_world/step_simulation", simulator.lose)
     with pytest.raises(Unreachable, match="step_simulation"):
         client.get("hmrsim/_world/step_simulation", payload=b"{}")
@@ -717,8 +717,8 @@ def test_a_value_that_takes_too_long_times_out(simulator, client):
         client.get("hmrsim/_world/clock", 0.1)
 
 
-def test_a_value_of_nobody(another):
-    """No simulator, no value."""
+def test_a_value_without_a_simulator(another):
+    """Without a simulator the query is an error."""
     router = another(present=False)
     options = SessionOptions(connect=(router.endpoint,))
     with Client(options, grace=0.1) as client, pytest.raises(SimulatorNotFound, match="no simulator answers"):
@@ -741,7 +741,7 @@ def test_a_topic_is_followed_until_it_is_closed(simulator, client, watched):
 
 
 def test_a_subscriber_with_history_gets_the_latest(simulator, client, watched):
-    """Published before anybody listened."""
+    """The subscriber gets what was published before it was declared."""
     publisher = ext.declare_advanced_publisher(
         simulator.session,
         "hmrsim/_world/clock",

@@ -76,7 +76,7 @@ def test_an_aborted_moveit_goal_fails_with_its_message(simulator, wall_e):
 
 
 def test_a_canceled_goal_fails(simulator, wall_e):
-    """Somebody else canceled it."""
+    """Another client canceled the goal."""
     simulator.steps["get_result"] = [simulator.end(CANCELED)]
 
     with pytest.raises(GoalFailed, match="wall_e: wait ended CANCELED: error code 0"):

@@ -33,7 +33,7 @@ def simulator(info=(), **fields):
 
 
 def stood(**fields):
-    """Return a simulator that told the same of time at two looks."""
+    """Return a simulator whose time was the same at two looks."""
     return simulator(times=({**TIME, **fields},) * 2, watched=0.5)
 
 
@@ -45,7 +45,7 @@ def network(**fields):
 
 
 def token(kind, name, type_, hash_, session=US, node="n"):
-    """Return what a token tells of an endpoint."""
+    """Return the endpoint of a token."""
     return Token(session, Node("/", node), Endpoint(kind, name, type_, hash_))
 
 
@@ -96,7 +96,7 @@ def kinds(snapshot):
     ],
 )
 def test_nothing_is_wrong(snapshot):
-    """A simulator that works, with or without ROS nodes, is no problem."""
+    """A simulator that works, with or without ROS nodes, has no problems."""
     assert [] == kinds(snapshot)
 
 
@@ -156,20 +156,20 @@ def test_each_problem_alone(snapshot, kind):
 
 
 def text(snapshot):
-    """Return the one problem as it is told."""
+    """Return the text of the one problem."""
     (problem,) = problems(snapshot)
     return f"{problem.text}; {problem.remedy}"
 
 
 def test_name_that_is_close_is_proposed():
-    """Who has mistyped a robot's name is told the right one."""
+    """A mistyped robot name is reported with the right one."""
     assert "/nav waits for /wally/wait, which has no server; did you mean /wall_e/wait?" == text(
         ros(client("/wally/wait/_action/send_goal"), client("/wally/wait/_action/get_result"))
     )
 
 
 def test_server_in_another_domain_is_named():
-    """A client whose server is elsewhere is told where."""
+    """A client whose server is in another domain is reported with that domain."""
     snapshot = network(simulator=None, prefixes=(), tokens={0: (client(),), 5: tuple(action_tokens(session=OTHERS))})
 
     assert "/nav waits for /wall_e/wait, which has no server in domain 0, but in domain 5" in problems(snapshot)[1].text
@@ -183,21 +183,21 @@ def test_some_clients_without_server_are_a_warning():
 
 
 def test_many_clients_of_a_node_are_one_problem():
-    """Names are grouped, and not all are told."""
+    """Names are grouped, and not all are listed."""
     names = [f"/r{number}/fly" for number in range(7)]
 
     assert text(ros(*map(client, names))).startswith("/nav waits for /r0/fly, /r1/fly, /r2/fly, /r3/fly and 3 more")
 
 
 def test_client_of_humble():
-    """Both hashes are told, and what to use."""
+    """Both hashes are reported, with advice on what to use."""
     assert (
         f"/nav is incompatible with {SEND}: its hash is {NO_HASH} (humble), the server's {HASH} "
         "(jazzy, kilted, lyrical); humble is not supported; use jazzy, kilted or lyrical"
     ) == text(ros(client(hash_=NO_HASH)))
 
 
-def test_client_of_a_server_that_is_no_simulator():
+def test_client_of_another_server():
     """A client that is incompatible with a robot gets no remedy for the simulator."""
     served = action_tokens("/real/wait", OTHERS)
     asked = client("/real/wait/_action/send_goal", hash_="RIHS01_00")
@@ -206,21 +206,21 @@ def test_client_of_a_server_that_is_no_simulator():
 
 
 def test_waiting_participant_is_named():
-    """Whoever wonders why time stands is told whom it waits for."""
+    """If time stands still, the doctor names the participants that it waits for."""
     assert "time stands at 3 s, for 0.5 s at least: waiting for nurses to advance" in text(
         network(simulator=stood(participants=["nurses", "porters"], waiting_for=["nurses"]))
     )
 
 
 def test_number_of_participants_that_are_missing():
-    """Whose names are not known are counted."""
+    """Participants whose names are not known are counted."""
     assert "time stands at 3 s: waiting for 2 more to join in lockstep;" in text(
         network(simulator=stood(participants=["a"], waiting_for=["2 more to join", "a"]))
     )
 
 
 def test_client_without_a_namespace():
-    """Who asks for what several robots serve is told of all of them."""
+    """A client of an action that several robots serve is reported with all of them."""
     served = (*SERVED, *action_tokens("/eve/wait"))
 
     assert "/nav waits for /wait, which has no server; give it a namespace: eve, wall_e" == text(
@@ -229,15 +229,15 @@ def test_client_without_a_namespace():
 
 
 def test_action_that_two_programs_serve():
-    """Its parts are not told one by one, and who has the simulator is told its option."""
+    """Its parts are not listed one by one, and the advice names the simulator's option."""
     assert (
         "2 programs serve /wall_e/wait (nodes /n): both execute each goal and request; end one of them, "
         "or start the simulator with another --ros-domain-id"
     ) == text(ros(*action_tokens(session=THEM)))
 
 
-def test_robot_out_of_reach_is_told_as_one():
-    """A robot is, robots are."""
+def test_robot_out_of_reach_is_reported_as_one():
+    """The text has the singular for one robot, and the plural for several."""
     assert text(network(simulator=simulator(alive=frozenset()))).startswith("wall_e is unreachable: ")
 
 
@@ -250,26 +250,26 @@ def test_robot_out_of_reach_is_told_as_one():
     ],
 )
 def test_simulator_joins_by_itself_where_it_would_listen(endpoint, command):
-    """Elsewhere it has to be told."""
+    """Elsewhere it needs the option to join."""
     assert command == problems(network(endpoints=(endpoint,), simulator=None, prefixes=()))[0].remedy
 
 
 def test_errors_come_before_warnings():
-    """What has to be mended is read first."""
+    """Errors, which have to be fixed, come first."""
     found = problems(ros(client(), client("/x"), unreadable=("y",), environment={"RMW_IMPLEMENTATION": "z"}))
 
     assert ["error", "warning", "warning"] == [problem.severity for problem in found]
 
 
 def test_robots_of_large_worlds_have_no_tokens():
-    """Nobody is missed where there are too many for tokens."""
+    """No robot counts as missing in a world with too many robots for tokens."""
     robots = [{"name": f"r{number}", "actions": ["wait"]} for number in range(1001)]
 
     assert [] == kinds(network(simulator=simulator({"robots": robots}, alive=frozenset())))
 
 
 def test_robots_out_of_reach_are_one_problem():
-    """Their actions are not there, as nobody is to reach them."""
+    """Their actions are not there either, as the robots are out of reach; that is no second problem."""
     assert ["no_token"] == kinds(network(simulator=simulator(alive=frozenset()), tokens={0: (OURS,)}))
 
 
@@ -282,5 +282,5 @@ def test_missing_parts_of_an_action():
 
 @pytest.mark.parametrize(("count", "words"), [(0, ""), (1, "0"), (5, "0, 1, 2, 3, 4"), (6, "0, 1, 2, 3 and 2 more")])
 def test_some_of_many(count, words):
-    """One more is told rather than counted."""
+    """A single remaining name is listed rather than counted."""
     assert words == some(map(str, range(count)))

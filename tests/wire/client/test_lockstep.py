@@ -37,7 +37,7 @@ def options():
 
 @pytest.fixture
 def client(options):
-    """Return a client that takes part by itself, as the simulator's time waits for somebody."""
+    """Return a client that takes part by itself, as the simulator's time waits for participants."""
     with Client(options, name="nurse") as client:
         yield client
 
@@ -60,7 +60,7 @@ def test_a_goal_takes_its_time_and_no_more(client, wait):
 
 
 def test_sending_a_goal_takes_no_time(client, wait):
-    """Neither of the simulation nor of the wall: it is not even sent before somebody waits."""
+    """Sending takes neither simulated nor wall time: the goal is not even sent before the client waits."""
     goal = wait.send_goal(seconds(3))
 
     assert (goal.accepted, goal.status, client.now) == (None, GoalStatus.UNKNOWN, 0.0)
@@ -139,7 +139,7 @@ def test_a_cancel_comes_right_behind_its_goal(client, wait):
     assert (goal.status, client.now) == (GoalStatus.CANCELED, 0.0)
 
 
-def test_feedback_wakes_whoever_asked_for_it(client, wait):
+def test_feedback_wakes_the_client_that_asked_for_it(client, wait):
     """A callback may cancel the goal at the very instant of the feedback."""
     seen = []
 
@@ -154,15 +154,15 @@ def test_feedback_wakes_whoever_asked_for_it(client, wait):
     assert (seen[:3], goal.status, client.now) == ([2.9, 2.8, 2.7], GoalStatus.CANCELED, 0.3)
 
 
-def test_feedback_that_nobody_wants_wakes_nobody(client, wait):
-    """Two advances do: the goal goes with the first."""
+def test_feedback_without_a_callback_wakes_no_client(client, wait):
+    """Two advances suffice: the goal goes with the first."""
     wait.send_goal(seconds(3)).result(SOON)
 
     assert client.lockstep._participant.epoch == 1
 
 
 def test_a_timeout_is_of_the_walls_time(options):
-    """Somebody else is thinking; the goal goes on afterwards, and so may we."""
+    """Another participant holds the time; the goal goes on afterwards, and so may this client."""
     with Client(options, name="thinker") as thinker, Client(options, name="nurse") as client:
         assert thinker.now == 0.0
         goal = client.action_client("wall_e", WAIT).send_goal(seconds(3))
@@ -173,7 +173,7 @@ def test_a_timeout_is_of_the_walls_time(options):
         assert goal.result(SOON).total_elapsed_time == Duration(sec=3)
 
 
-def test_the_commander_needs_to_know_nothing(client):
+def test_the_commander_works_in_lockstep(client):
     """Scripts run as they do in real time."""
     wall_e = Commander(client, "wall_e")
     wall_e.go_to_pose(9, 2)
@@ -206,7 +206,7 @@ def test_sleeping_lets_time_go_on(client):
 
 
 def test_what_can_not_happen_is_an_error(client):
-    """Nothing is scheduled, so nobody waits for it."""
+    """Nothing is scheduled, so the client does not wait for it."""
     client.sleep(1.0)
 
     with pytest.raises(Idle, match="nothing is scheduled"):
@@ -238,7 +238,7 @@ def test_two_clients_wait_for_each_other(options):
 
 
 def test_two_threads_may_wait_for_goals_of_their_own(client):
-    """One of them lets time go on, and the other hears of it."""
+    """One thread lets time go on, and the other is woken."""
     ends = {}
 
     def follow(robot, time):
@@ -282,7 +282,7 @@ def test_a_name_is_taken_once(client, options):
         second.action_client("wall_e", WAIT).send_goal(seconds(1))
 
 
-def test_who_thinks_for_too_long_is_dropped():
+def test_a_client_that_thinks_for_too_long_is_dropped():
     """All that was under way fails, and says why."""
     with served_world(clock="lockstep", participant_timeout=0.1) as options, Client(options, name="nurse") as client:
         dropped = threading.Event()
@@ -320,7 +320,7 @@ def test_a_reset_ends_what_is_under_way(client, options, wait):
 
 
 def test_a_goal_that_waited_for_long_survives_the_end_of_lockstep(options):
-    """Its time to be accepted begins when somebody could have answered."""
+    """The time for its acceptance begins when the simulator could have answered."""
     with Client(options, name="thinker") as thinker, Client(options, name="nurse", acknowledge_timeout=0.2) as client:
         assert thinker.now == 0.0
         goal = client.action_client("wall_e", WAIT).send_goal(seconds(1))
@@ -332,7 +332,7 @@ def test_a_goal_that_waited_for_long_survives_the_end_of_lockstep(options):
 
 
 def test_an_interrupt_cancels_what_a_script_waits_for():
-    """Ctrl-C is heard while time is held by somebody else, and the cancel gets through."""
+    """Ctrl-C is handled while another participant holds the time, and the cancel gets through."""
     program = """
 import signal, sys
 from hmrsim_zenoh import Client, Commander, SessionOptions
@@ -389,8 +389,8 @@ def test_closing_fails_what_is_under_way(options):
 
 
 @pytest.mark.parametrize("duration", [float("inf"), float("nan"), -1.0, 1e12])
-def test_there_is_no_time_to_sleep_for_ever(client, wait, duration):
-    """It is refused, and what comes after is not harmed."""
+def test_an_invalid_duration_of_a_sleep_is_refused(client, wait, duration):
+    """Later requests work as usual."""
     with pytest.raises(ValueError, match=r"is no time to sleep for; it is 0\.0 s now"):
         client.sleep(duration)
 
@@ -398,7 +398,7 @@ def test_there_is_no_time_to_sleep_for_ever(client, wait, duration):
 
 
 def test_a_goal_that_is_sent_twice_has_two_tickets(wait):
-    """The first gets its result, and the second is told that there is such a goal."""
+    """The first gets its result, and the second gets an error: the goal exists already."""
     first = wait.send_goal(seconds(3), goal_id="c" * 32)
     second = wait.send_goal(seconds(3), goal_id="c" * 32)
 
@@ -424,8 +424,8 @@ def test_an_interrupt_in_a_callback_loses_nothing(client, wait):
     assert second.result(SOON).total_elapsed_time == Duration(sec=3)
 
 
-def test_who_took_part_before_the_clock_was_set_may_do_so_again(client, wait):
-    """To real time and back: it is told once that it was removed, and then takes part again."""
+def test_a_client_may_take_part_again_after_the_clock_was_set(client, wait):
+    """To real time and back: the client gets one error that it was removed, and then takes part again."""
     wait.send_goal(seconds(3)).result(SOON)
     for clock in ("realtime", "lockstep"):
         client.get(client.keys.world("time/set"), payload=b'{"clock":"%b"}' % clock.encode())

@@ -61,20 +61,20 @@ def keeper(simulator):
 
 @pytest.fixture
 def participant(keeper, client):  # noqa: ARG001 - who answers
-    """Return somebody who has joined in epoch 4, at 2.5 s, after three goals in former lives."""
+    """Return a participant that has joined in epoch 4, at 2.5 s, after three goals in former lives."""
     participant = Participant(client._link, "nurse")
     assert participant.join() == 3
     return participant
 
 
-def test_joining_tells_epoch_and_time(keeper, participant):
-    """They are what the first advance begins with."""
+def test_joining_returns_epoch_and_time(keeper, participant):
+    """The first advance begins with them."""
     assert (participant.epoch, participant.now) == (4, 2.5)
     assert keeper.of("join") == [{"name": "nurse"}]
 
 
 def test_the_token_is_there_before_it_joins(simulator, keeper, client, watched):
-    """Otherwise a simulator could not tell a dead participant from a living one; it goes when we may not join."""
+    """Otherwise a simulator could not tell a dead participant from a living one; a refused join removes it."""
     keeper.answers["join"] = [refusal("name", "no")]
     simulator.session.liveliness().declare_subscriber("hmrsim/_participant/*", lambda sample: watched(sample.kind))
     with pytest.raises(RequestError, match="no"):
@@ -143,7 +143,7 @@ def test_a_wrong_epoch_is_looked_up_once(keeper, participant):
 
 
 def test_an_epoch_that_stays_wrong_is_an_error(keeper, participant):
-    """Somebody else is at it in our name."""
+    """Another participant advances under the same name."""
     keeper.answers["advance"] = [refusal("epoch", "epoch 4 is not the current one, which is 7")]
     participant.ask(Wish())
 
@@ -152,8 +152,8 @@ def test_an_epoch_that_stays_wrong_is_an_error(keeper, participant):
     assert len(keeper.of("advance")) == 2
 
 
-def test_who_was_dropped_is_told_why(keeper, participant):
-    """In the simulator's words."""
+def test_a_dropped_participant_gets_the_reason(keeper, participant):
+    """The error has the simulator's text."""
     text = "participant 'nurse' was dropped at 4.000 s: it kept the others waiting; join again"
     keeper.answers["advance"] = [refusal("participant", text)]
     participant.ask(Wish())
@@ -163,7 +163,7 @@ def test_who_was_dropped_is_told_why(keeper, participant):
 
 
 def test_a_clock_that_was_set_to_real_time_is_an_end(keeper, participant):
-    """It is no fault of ours: time goes on, only not by us."""
+    """The error is not the participant's fault: time goes on without it."""
     keeper.answers["advance"] = [refusal("", "the clock is realtime; set it to lockstep first")]
     keeper.answers["state"] = [{"epoch": 6, "now": 9.5, "clock": "realtime"}]
     participant.ask(Wish())
@@ -186,7 +186,7 @@ def test_a_request_that_can_not_be_read_is_an_error(keeper, participant):
 
 
 def test_a_simulator_that_goes_ends_the_wait(simulator, keeper, participant):
-    """After the grace, although the request is held by somebody who hangs."""
+    """The wait ends after the grace, although the request is held by a participant that hangs."""
     keeper.answers["advance"] = [None]
     participant.ask(Wish())
     simulator.vanish()
@@ -195,15 +195,15 @@ def test_a_simulator_that_goes_ends_the_wait(simulator, keeper, participant):
         participant.take(PATIENCE)
 
 
-def test_leaving_is_said(keeper, participant):
-    """The others need not wait for us any longer."""
+def test_leaving_is_announced(keeper, participant):
+    """The other participants do not wait for it any longer."""
     participant.leave()
 
     assert keeper.of("leave") == [{"participant": "nurse"}]
 
 
-def test_nobody_joins_with_a_client_that_is_closed(simulator):
-    """Nothing would come of it."""
+def test_a_closed_client_can_not_join(simulator):
+    """A participant of a closed client could not advance."""
     client = Client(SessionOptions(connect=(simulator.endpoint,)))
     client.close()
 

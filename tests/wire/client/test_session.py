@@ -20,7 +20,7 @@ ANY_PORT = ("tcp/127.0.0.1:0",)
 
 @pytest.fixture
 def free_endpoint():
-    """Return where nobody listens."""
+    """Return an endpoint on which no process listens."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
@@ -40,8 +40,8 @@ def test_port_zero_works_for_ipv6():
         assert endpoint.startswith("tcp/[::1]:")
 
 
-def test_nobody_there_is_said_within_the_timeout(free_endpoint):
-    """Without anybody at the endpoint the timeout holds, and the error names the endpoint."""
+def test_no_simulator_is_said_within_the_timeout(free_endpoint):
+    """Without a listener at the endpoint the timeout holds, and the error names the endpoint."""
     began = time.monotonic()
 
     with pytest.raises(SimulatorNotFound, match=f"no answer from {free_endpoint}; start `hmrsim run WORLD`"):
@@ -51,7 +51,7 @@ def test_nobody_there_is_said_within_the_timeout(free_endpoint):
 
 
 def test_a_client_waits_for_a_simulator_that_starts_late(free_endpoint):
-    """Who starts first does not matter, within the timeout."""
+    """The start order does not matter, within the timeout."""
     sessions = []
     thread = threading.Thread(
         target=lambda: sessions.append(open_client(SessionOptions(connect=(free_endpoint,), timeout=10.0)))
@@ -67,7 +67,7 @@ def test_a_client_waits_for_a_simulator_that_starts_late(free_endpoint):
 
 @pytest.fixture
 def mute_endpoint():
-    """Return where somebody listens who never says a word."""
+    """Return an endpoint that accepts connections and never sends a word."""
     with socket.create_server(("127.0.0.1", 0)) as mute:
         yield f"tcp/127.0.0.1:{mute.getsockname()[1]}"
 
@@ -76,7 +76,7 @@ def mute_endpoint():
 @pytest.mark.parametrize("before", ["free_endpoint", "mute_endpoint"])
 @pytest.mark.parametrize("live_is_first", [False, True])
 def test_one_live_endpoint_is_enough(request, mode, before, live_is_first):
-    """Whoever does not answer hides nobody, whatever the order."""
+    """An endpoint that does not answer hides no other one, whatever the order."""
     server, (live,) = open_server(SessionOptions(listen=ANY_PORT))
     silent = request.getfixturevalue(before)
     connect = (live, silent) if live_is_first else (silent, live)
@@ -88,8 +88,8 @@ def test_one_live_endpoint_is_enough(request, mode, before, live_is_first):
 
 
 @pytest.mark.parametrize("mode", ["client", "peer"])
-def test_nobody_at_several_endpoints_is_said_within_the_timeout(free_endpoint, mute_endpoint, mode):
-    """The error names all of them."""
+def test_no_simulator_at_several_endpoints_is_said_within_the_timeout(free_endpoint, mute_endpoint, mode):
+    """The error names all endpoints."""
     began = time.monotonic()
 
     with pytest.raises(SimulatorNotFound, match=f"no answer from {mute_endpoint}, {free_endpoint}; start"):
@@ -114,14 +114,14 @@ def test_a_client_of_several_waits_for_one_that_starts_late(free_endpoint, mute_
 
 
 def test_a_taken_port_is_named():
-    """A second simulator on the same port is told so, and which options help."""
+    """The error of a second simulator on the same port names the port, and the options that help."""
     server, (endpoint,) = open_server(SessionOptions(listen=ANY_PORT))
     with server, pytest.raises(PortTaken, match=rf"{endpoint} is in use.*--listen.*--connect"):
         open_server(SessionOptions(listen=(endpoint,)))
 
 
 def test_a_simulator_that_connects_does_not_listen():
-    """With an endpoint to connect to and none to listen on, nobody can connect."""
+    """With an endpoint to connect to and none to listen on, the simulator accepts no connections."""
     router, endpoints = open_server(SessionOptions(listen=ANY_PORT))
     with router:
         simulator, listening = open_server(SessionOptions(connect=endpoints))
@@ -129,8 +129,8 @@ def test_a_simulator_that_connects_does_not_listen():
             assert (listening, simulator.info.routers_zid()) == ((), [router.zid()])
 
 
-def test_a_simulator_that_only_connects_needs_somebody(free_endpoint):
-    """It gives up after the timeout, too."""
+def test_a_simulator_that_only_connects_needs_a_router(free_endpoint):
+    """The simulator gives up after the timeout, too."""
     with pytest.raises(SimulatorNotFound, match=r"no answer from .*; start a Zenoh router"):
         open_server(SessionOptions(connect=(free_endpoint,), timeout=0.2))
 
@@ -166,7 +166,7 @@ def test_a_malformed_endpoint_is_refused_at_once(endpoint, message):
 
 
 def test_an_address_that_is_not_ours_is_refused():
-    """Listening on somebody else's address is no taken port."""
+    """Listening on another host's address is not reported as a taken port."""
     with pytest.raises(BadOptions, match=r"192.0.2.1:7447.*[Cc]an.*ot assign"):
         open_server(SessionOptions(listen=("tcp/192.0.2.1:7447",)))
 

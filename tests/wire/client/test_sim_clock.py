@@ -12,7 +12,7 @@ from hmrsim_zenoh.wire.keys import Keys
 
 
 class FakeClient:
-    """A client that hears what the test says."""
+    """A client that receives what the test says."""
 
     keys = Keys()
 
@@ -33,13 +33,13 @@ def client():
     return FakeClient()
 
 
-def test_nobody_knows_the_time_before_the_clock_was_heard(client):
-    """None is not zero."""
+def test_the_time_is_unknown_before_the_first_clock_message(client):
+    """The time is None, not zero."""
     assert SimClock(client, lambda _now: None).now is None
 
 
-def test_each_time_that_is_heard_is_told(client):
-    """Also one that is earlier, as after a reset."""
+def test_each_time_that_is_received_is_passed_on(client):
+    """An earlier time is passed on, too, as after a reset."""
     told = []
     clock = SimClock(client, told.append)
     for now in (5.5, 6.25, 0.5):
@@ -49,7 +49,7 @@ def test_each_time_that_is_heard_is_told(client):
 
 
 def test_an_unreadable_clock_is_logged_and_skipped(client, caplog):
-    """Garbage on the key does not stop whoever listens."""
+    """Garbage on the key does not stop the subscriber."""
     clock = SimClock(client, lambda _now: None)
     client.tell(1.0)
     with caplog.at_level(logging.WARNING):

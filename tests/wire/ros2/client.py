@@ -57,7 +57,7 @@ SESSION = MappingProxyType(
 
 
 class Unanswered(Exception):
-    """Nobody has answered a request: with rclpy, its future would never be done."""
+    """A request without an answer: with rclpy, its future would never be done."""
 
 
 def open_session(endpoint: str, **settings: Any) -> zenoh.Session:
@@ -76,7 +76,7 @@ def ros_action(action: str, distro: str = "jazzy") -> ActionType:
 
 
 def get_state(distro: str = "jazzy") -> ServiceType:
-    """Return the type of the service that tells a lifecycle node's state."""
+    """Return the type of the service for a lifecycle node's state."""
     return service_type("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response, distro)
 
 
@@ -208,7 +208,7 @@ class RosClient:
         return ServiceClient(self, name, type_)
 
     def subscribe(self, name: str, type_: MessageType, *, latched: bool = False) -> Inbox:
-        """Return what comes on a topic from now on, with what was last said if it is latched (transient local)."""
+        """Return what comes on a topic from now on, with the last message if it is latched (transient local)."""
         self.declare("MS", name, type_.dds_name, type_.hash, LATCHED_QOS if latched else SERVICE_QOS)
         inbox = Inbox(type_)
         history = HistoryConfig(detect_late_publishers=True, max_samples=1) if latched else None
@@ -246,7 +246,7 @@ class _Pending:
     replies: int = 0
 
     def take(self, reply: zenoh.Reply) -> None:
-        """Take a reply; a second one, an error, or one to somebody else's request is a fault of the server."""
+        """Take a reply; a second one, an error, or one to another client's request is a fault of the server."""
         self.replies += 1
         try:
             assert reply.ok is not None, f"an error: {reply.err.payload.to_bytes() if reply.err else None!r}"
@@ -263,7 +263,7 @@ class _Pending:
                 self.future.set_exception(error)
 
     def end(self) -> None:
-        """Zenoh has no more for us."""
+        """Handle the end of Zenoh's replies."""
         if not self.future.done():
             self.future.set_exception(Unanswered(self.type.name))
 

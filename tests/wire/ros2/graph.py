@@ -1,4 +1,4 @@
-"""What a ROS node knows of others."""
+"""The ROS graph as a node sees it."""
 
 from __future__ import annotations
 

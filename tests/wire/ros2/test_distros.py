@@ -65,13 +65,13 @@ def test_poses_of_jazzy() -> None:
 
 
 @pytest.mark.parametrize("cls", [NavigateThroughPoses.Result, NavigateThroughPoses.Feedback])
-def test_jazzy_is_not_told_of_waypoints(cls: Any) -> None:
-    """Jazzy's drive through poses says nothing of each."""
+def test_jazzy_has_no_status_of_waypoints(cls: Any) -> None:
+    """Jazzy's NavigateThroughPoses has no status of each waypoint."""
     assert cls() == trip(cls(waypoint_statuses=[WaypointStatus(waypoint_index=1)]), "jazzy")
 
 
 def test_jazzy_has_missed_waypoints() -> None:
-    """Jazzy tells which waypoint was missed, where it was, and the code."""
+    """Jazzy's result has the missed waypoint, where it was, and the code."""
     missed = WaypointStatus(
         waypoint_status=3, waypoint_index=7, waypoint_pose=THERE, error_code=208, error_msg="no path"
     )
@@ -91,7 +91,7 @@ def test_missed_waypoint_has_another_name() -> None:
     )
 
 
-def test_lyrical_is_told_that_the_robot_is_on_its_path() -> None:
+def test_lyrical_has_tracking_errors_of_zero() -> None:
     """Lyrical's feedback ends in two errors more, which are zero: our robots keep to their paths."""
     feedback = NavigateToPose.Feedback(distance_remaining=2.0)
     kilted = message_type(NavigateToPose.Feedback, "kilted").encode(feedback)
@@ -112,7 +112,7 @@ def test_errors_of_lyrical_come_before_the_poses() -> None:
     ]
 
 
-def test_lyrical_is_told_the_rest_of_the_path_twice() -> None:
+def test_lyrical_has_the_rest_of_the_path_twice() -> None:
     """Lyrical's feedback on a path is a message of its own; our distance is along the path, and so the rest of it."""
     sent = message_type(FollowPath.Feedback, "lyrical").encode(FollowPath.Feedback(distance_to_goal=1.0, speed=0.5))
 

@@ -87,7 +87,7 @@ def test_goals_that_distributions_have_differently(fast, ros, distro):
 
 
 def test_other_distribution_is_refused(serve, ros):
-    """It would wait for ever for a goal that nobody understands: it is told that the goal is not accepted."""
+    """The server does not understand the goal and does not accept it, so that the client does not wait for ever."""
     options = serve(wires=(RmwZenoh(distros=("jazzy",)),))
     drive = ros(options, "lyrical").action("/wall_e/navigate_through_poses").wait()
     understood = ros(options, "jazzy").action("/wall_e/navigate_through_poses").wait()
@@ -108,7 +108,7 @@ def test_other_domain(serve, ros):
 
 
 def test_topics_and_services_of_the_world(live, ros):
-    """The clock goes, robots are somewhere, and the simulator tells of its entities."""
+    """The clock advances, robots have poses, and the simulator lists its entities."""
     node = ros(live)
     clock = node.subscribe("/clock", message_type(Clock, "jazzy"))
     odom = node.subscribe("/eve/odom", message_type(Odometry, "jazzy"))
@@ -202,15 +202,15 @@ def test_goal_of_ros_takes_the_robot_from_json(live, ros):
 
 
 def test_late_joiner_has_the_last_status(live, ros):
-    """Whoever subscribes after the last change gets it nevertheless."""
+    """A subscriber that joins after the last change gets it nevertheless."""
     goal = ros(live).action("/wall_e/wait").wait().send(LONG)
     late = ros(live, "lyrical", node="late").action("/wall_e/wait").wait()
 
     assert {goal.id: EXECUTING} == statuses(late.status.next())
 
 
-def test_nobody_waits_for_a_client_that_has_gone(monkeypatch):
-    """Its request for a result is taken out, so that those of many clients don't heap up."""
+def test_a_client_that_has_gone_is_not_waited_for(monkeypatch):
+    """Its request for a result is withdrawn, so that those of many clients don't heap up."""
     with hosting() as host:
         withdraw, withdrawn = host.simulator.dispatcher.withdraw, threading.Event()
 

@@ -74,7 +74,7 @@ def test_one_layout_where_keys_have_no_hash() -> None:
 
 
 def test_status_is_latched() -> None:
-    """The token of a status says that the last list is sent to whoever comes later."""
+    """The token of a status says that late subscribers get the last list."""
     (status,) = [one for _, one in owned(NAVIGATE) if one.name.endswith("status")]
 
     assert LATCHED_QOS == status.qos
@@ -95,7 +95,7 @@ def test_active_nodes() -> None:
 
 @pytest.mark.parametrize("topic", ["battery_state", "detections"])
 def test_topics_that_some_have(topic: str) -> None:
-    """A battery's topic is published by who has a battery, and so with sensors."""
+    """A robot with a battery has the battery's topic, and so with sensors."""
     names = Names({"wall_e": [], "eve": []}, powered=frozenset({"eve"}), seeing=frozenset({"eve"}))
 
     assert [f"/eve/{topic}"] == [one.name for _, one in owned(names) if one.name.endswith(topic)]
@@ -131,7 +131,7 @@ def test_names_of_an_action() -> None:
     assert [] == names.called("eve", "spin")
 
 
-def test_world_has_what_ros_knows(small: Names) -> None:
+def test_world_has_the_services_that_ros_has(small: Names) -> None:
     """The services of simulation_interfaces are there under their usual names, and those that ROS lacks are not."""
     found = {one.name: one.type for node, one in owned(small) if node == Node("/", "hmrsim")}
 
@@ -149,7 +149,7 @@ def test_what_is_needed_first_comes_first(small: Names) -> None:
     assert [("_world", True), *((name, False) for name in robots), *((name, True) for name in robots)] == found
 
 
-def test_nothing_of_who_is_lost(small: Names) -> None:
+def test_no_endpoints_of_a_lost_robot(small: Names) -> None:
     """A robot to which the connection is lost has no endpoints."""
     assert "eve" not in {part.robot for part in parts(small, {"eve"})}
 
@@ -160,7 +160,7 @@ def test_nothing_of_who_is_lost(small: Names) -> None:
     st.integers(0, 232),
 )
 def test_others_read_our_tokens(robot: str, action: str, domain: int) -> None:
-    """A parser that is not ours reads of our tokens what we have put in, whatever a robot is called."""
+    """A third-party parser reads from our tokens what they were made of, whatever the robot's name."""
     endpoints = Endpoints(RmwZenoh(domain), actions(), services())
     part = Part(robot, ((f"/{robot}/{action}", action),), ("odom", "amcl_pose"))
 

@@ -1,4 +1,4 @@
-"""Who else is on our domain, and what they are told."""
+"""Other nodes in our domain, and the warnings about them."""
 
 from __future__ import annotations
 
@@ -69,15 +69,15 @@ def network(caplog):
         made.peers.close()
 
 
-def test_client_of_the_same_type_is_nothing_to_tell(network):
-    """Who speaks as we do is not mentioned."""
+def test_client_of_the_same_type_is_not_reported(network):
+    """A client with the same type is not logged."""
     network.declare()
 
     assert [] == network.told()
 
 
 def test_client_of_another_distribution(network):
-    """It is told both hashes, who has them, and how to serve it."""
+    """The warning has both hashes, the nodes, and how to serve the client."""
     network.declare(hash_=JAZZY)
 
     (told,) = network.told()
@@ -87,8 +87,8 @@ def test_client_of_another_distribution(network):
     ) == told
 
 
-def test_the_same_is_told_once(network):
-    """A program that has many clients of a type is told once."""
+def test_the_same_warning_comes_once(network):
+    """A program with many clients of a type causes one warning."""
     network.served["/eve/x"] = {(TYPE, KILTED)}
     network.declare(hash_=JAZZY)
     network.declare(hash_=JAZZY)
@@ -98,7 +98,7 @@ def test_the_same_is_told_once(network):
     assert 1 == len(network.told())
 
 
-def test_who_was_there_before_the_name_is_told_on_a_second_look(network):
+def test_a_client_from_before_the_name_is_reported_on_a_second_look(network):
     """A client may have waited for a server before that was there."""
     network.served.clear()
     network.declare(hash_=JAZZY)
@@ -110,7 +110,7 @@ def test_who_was_there_before_the_name_is_told_on_a_second_look(network):
 
 
 def test_subscriber_of_another_type(network):
-    """A subscriber is told likewise; another type is named as ROS names it."""
+    """A subscriber is reported likewise; another type is named as ROS names it."""
     network.served["/wall_e/odom"] = {("nav_msgs::msg::dds_::Odometry_", OTHER)}
     network.declare(Kind.SUBSCRIBER, "/wall_e/odom", "geometry_msgs::msg::dds_::Pose_", OTHER)
 
@@ -153,8 +153,8 @@ def test_name_of_a_client(network):
     ]
 
 
-def test_request_of_a_known_client_is_not_told_again(network):
-    """Who was told by its token is not told when it asks."""
+def test_request_of_a_reported_client_is_not_reported_again(network):
+    """A client that was reported by its token is not reported again by its request."""
     text, _ = network.declare(hash_=JAZZY)
     network.told()
     network.peers.wrong_hash(Address(NAME, TYPE, JAZZY), keys.gid(text).hex())
@@ -163,7 +163,7 @@ def test_request_of_a_known_client_is_not_told_again(network):
 
 
 def test_request_of_a_client_without_a_token(network):
-    """Who has declared nothing is told once when it asks."""
+    """A client without a token is reported once, when it sends a request."""
     network.peers.wrong_hash(Address(NAME, TYPE, OTHER), "10.0.0.7")
     network.peers.wrong_hash(Address(NAME, TYPE, OTHER), "10.0.0.7")
 
@@ -192,7 +192,7 @@ def test_other_endpoints_go_unnoticed(network):
     assert keys.gid(text) == network.gone.get(timeout=PATIENCE)
 
 
-def test_who_was_there_first_is_seen(network):
+def test_tokens_from_before_the_watch_are_seen(network):
     """Tokens that are older than the watch count, too."""
     network.declare(hash_=JAZZY)
     gone = queue.Queue()
@@ -206,7 +206,7 @@ def test_who_was_there_first_is_seen(network):
 
 
 def test_own_tokens_are_ignored(network):
-    """Nobody is warned of himself."""
+    """The simulator does not warn of itself."""
     network.declare(hash_=JAZZY, session=network.ours)
 
     assert [] == network.told()
@@ -216,7 +216,7 @@ def test_own_tokens_are_ignored(network):
     "tail", ["", "/x", "/1/2/3/SC", "/1/2/3/XX/%/%/n", "/s/0/0/NN/%/%/n/more", "/s/0/1/SC/%/%/n/%a/t/h", "/ü" * 300]
 )
 def test_garbage_is_logged_and_ignored(network, tail):
-    """One bad token is told in one line, and the next good one is read."""
+    """One bad token is logged in one line, and the next good one is read."""
     text = f"@ros2_lv/{DOMAIN}{tail}"
     network.token(text)
     (told,) = network.told()
@@ -224,16 +224,16 @@ def test_garbage_is_logged_and_ignored(network, tail):
     assert f"ROS domain 7: ignored {text[:200]!r}, which is not a token of rmw_zenoh" == told
 
 
-def test_much_garbage_is_not_told(network):
-    """Whoever declares thousands of them does not fill the log."""
+def test_much_garbage_is_not_logged(network):
+    """A client that declares thousands of them does not fill the log."""
     for number in range(50):
         network.token(f"@ros2_lv/{DOMAIN}/{number}")
 
     assert 20 == len(network.told())
 
 
-def test_invented_sessions_are_not_told(network):
-    """Nor does who declares servers of ours in the name of ever new sessions."""
+def test_invented_sessions_are_not_logged(network):
+    """A client that declares our servers in the name of ever new sessions does not fill the log either."""
     for number in range(50):
         ids = (0, number)
         network.token(keys.endpoint_token(DOMAIN, f"{number:x}", ids, NODE, Endpoint(Kind.SERVICE, NAME, TYPE, KILTED)))

@@ -1,4 +1,4 @@
-"""What a simulation publishes in ROS, as others on the network hear it."""
+"""What a simulation publishes in ROS, as received by other nodes."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ FEEDBACK = actions()["navigate_to_pose"].feedback().model_dump()
 
 
 class Heard:
-    """What somebody hears of a topic, in order."""
+    """What a subscriber of a topic receives, in order."""
 
     def __init__(self, type_: MessageType) -> None:
         self._type = type_
@@ -65,7 +65,7 @@ class Heard:
 
 
 class Stage:
-    """Publications of the small world, and somebody else on the network.
+    """Publications of the small world, and another session on the network.
 
     Args:
         wire: How they are spelled.
@@ -112,7 +112,7 @@ class Stage:
                 return str(sample.key_expr)
 
     def hear(self, name: str, type_: MessageType) -> Heard:
-        """Subscribe as rmw_zenoh does to what may be lost; returns once we know of it."""
+        """Subscribe as rmw_zenoh does with volatile durability; returns once the publisher has matched."""
         heard = Heard(type_)
         key = self.wire.key(name, type_.dds_name, type_.hash)
         self._subscribers.append(self.other.declare_subscriber(key, heard.put))
@@ -160,7 +160,7 @@ STATUS = "/wall_e/navigate_to_pose/_action/status"
 
 
 def test_subscriber_that_was_there_before(stage):
-    """Who subscribes before there is a publisher hears the list, which is empty, and what comes then."""
+    """A subscriber from before the publisher gets the list, which is empty, and all later ones."""
     heard = stage.hear_latched(STATUS, stage.endpoints.status_type)
     stage.start()
     first = heard.next()
@@ -170,7 +170,7 @@ def test_subscriber_that_was_there_before(stage):
 
 
 def test_subscriber_that_comes_later(stage):
-    """Who subscribes later hears the last list, though nothing is published any more."""
+    """A late subscriber gets the last list, though nothing is published any more."""
     stage.start()
     stage.publications.emit(ACCEPTED)
 
@@ -178,7 +178,7 @@ def test_subscriber_that_comes_later(stage):
 
 
 def test_status_before_the_publisher_is_there(stage):
-    """A goal that begins before ROS knows of the action is in the first list that ROS hears."""
+    """A goal that begins before its action is declared in ROS is in the first list that ROS gets."""
     stage.publications._declarations.want = lambda _parts: None
     stage.publications.start()
     stage.publications.emit(ACCEPTED)
@@ -200,7 +200,7 @@ def test_attachment(stage):
 
 
 def test_pose_is_latched(stage):
-    """Who comes later hears where a robot was when all began, without anybody having listened before."""
+    """A late subscriber gets the robot's first pose, even if the topic had no subscriber before."""
     stage.start()
     pose = stage.hear_latched("/eve/amcl_pose", stage.endpoints.message_type("amcl_pose")).next()
 
@@ -208,7 +208,7 @@ def test_pose_is_latched(stage):
 
 
 def test_pose_needs_odometry(stage):
-    """Where somebody listens to poses, the simulation has to sample odometry."""
+    """If the pose has a subscriber, the simulation samples odometry."""
     stage.start()
     before = stage.publications.wants(Topic.ODOM)
     stage.hear("/eve/amcl_pose", stage.endpoints.message_type("amcl_pose"))
@@ -217,7 +217,7 @@ def test_pose_needs_odometry(stage):
 
 
 def test_layouts_apart(stage):
-    """Each layout that somebody listens to is published on its own key, in its own bytes."""
+    """Each layout with a subscriber is published on its own key, in its own bytes."""
     stage.start()
     kilted, lyrical = stage.endpoints.feedback_types("navigate_to_pose")
     name = "/wall_e/navigate_to_pose/_action/feedback"
@@ -231,8 +231,8 @@ def test_layouts_apart(stage):
     assert 8 == len(long.payload.to_bytes()) - len(short.payload.to_bytes())
 
 
-def test_layout_that_nobody_hears_is_not_encoded(stage, monkeypatch):
-    """Where only one layout is listened to, no other is made."""
+def test_layout_without_a_subscriber_is_not_encoded(stage, monkeypatch):
+    """If only one layout has a subscriber, no other is encoded."""
     stage.start()
     kilted, lyrical = stage.endpoints.feedback_types("navigate_to_pose")
     monkeypatch.setitem(vars(lyrical), "encode", lambda _values: pytest.fail("encoded"))
@@ -242,8 +242,8 @@ def test_layout_that_nobody_hears_is_not_encoded(stage, monkeypatch):
     assert list(bytes.fromhex(GOAL)) == list(heard.next()["goal_id"]["uuid"])
 
 
-def test_feedback_that_nobody_hears_is_not_encoded(stage, monkeypatch):
-    """Where nobody listens, nothing is made at all."""
+def test_feedback_without_a_subscriber_is_not_encoded(stage, monkeypatch):
+    """Without a subscriber, no message is made at all."""
     stage.start()
     for type_ in stage.endpoints.feedback_types("navigate_to_pose"):
         monkeypatch.setitem(vars(type_), "encode", lambda _values: pytest.fail("encoded"))
@@ -254,7 +254,7 @@ def test_feedback_that_nobody_hears_is_not_encoded(stage, monkeypatch):
 
 
 def test_feedback_that_can_not_be_put_in_bytes(stage, caplog):
-    """What has no bytes in ROS is said, and the simulation goes on."""
+    """A message that can't be encoded is logged, and the simulation goes on."""
     stage.start()
     stage.hear("/wall_e/navigate_to_pose/_action/feedback", stage.endpoints.feedback_types("navigate_to_pose")[0])
     stage.publications.emit(FeedbackSent("wall_e", "navigate_to_pose", GOAL, {}))
@@ -327,7 +327,7 @@ def test_served_of_one_more(stage, monkeypatch):
     assert {"eve"} == set(asked)
 
 
-def test_served_of_who_has_gone(stage):
+def test_served_of_a_lost_robot(stage):
     """What a robot had is not served any more once it is lost."""
     stage.publications.served()
     stage.publications.follow(names_of(stage.simulator), {"eve"})
@@ -335,8 +335,8 @@ def test_served_of_who_has_gone(stage):
     assert "/eve/odom" not in stage.publications.served()
 
 
-def test_robot_that_comes_while_somebody_asks(stage, monkeypatch):
-    """Who asks in another thread while a robot comes does not have the answer of before kept."""
+def test_robot_that_comes_while_another_thread_asks(stage, monkeypatch):
+    """A thread that looks a robot up while it is added does not keep the outdated answer."""
     names, types_of = names_of(stage.simulator), stage.publications._endpoints.types_of
     stage.publications.follow(names, {"eve"})
 
@@ -354,7 +354,7 @@ def test_robot_that_comes_while_somebody_asks(stage, monkeypatch):
 
 
 def test_nothing_changes(stage):
-    """Who is there still, and nobody else, is no news."""
+    """The same robots again are no change."""
     names = names_of(stage.simulator)
     found = [stage.publications.follow(names, lost) for lost in ((), ("eve",), ("eve",))]
 
@@ -362,7 +362,7 @@ def test_nothing_changes(stage):
 
 
 def test_feedback_before_anything_is_declared_where_there_are_no_tokens():
-    """Where nobody waits for tokens, the feedback of the first instants is not lost."""
+    """Where clients don't wait for tokens, the feedback of the first instants is not lost."""
     stage = Stage(Ros2Dds())
     try:
         stage.publications._declarations.want = lambda _parts: None
@@ -392,7 +392,7 @@ def test_bridge_s_wire():
 
 
 def test_latched_that_opens_again():
-    """Who is there again begins to count anew, with what was said last."""
+    """A publisher that is opened again counts from the start, beginning with the last message."""
     said: list[tuple[bytes, int]] = []
 
     def put(payload: bytes, attachment: bytes) -> None:

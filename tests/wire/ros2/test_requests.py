@@ -81,7 +81,7 @@ def query(key_, payload=b"", attachment=None):
 
 
 class Desk:
-    """Requests, and what they tell of."""
+    """Requests, and what they report."""
 
     def __init__(self, wire=RmwZenoh(), names=NAMES):  # noqa: B008 - frozen
         self.waiting = PendingResults()
@@ -180,8 +180,8 @@ class TestGoals:
         assert caplog.messages[0].endswith("pose.pose.position.x: Input should be a finite number")
 
     @pytest.mark.parametrize("payload", [bytes(1001), b"\xff" * 300, b""])
-    def test_what_is_no_goal(self, payload, caplog):
-        """Too much, rubbish and nothing are answered, too."""
+    def test_malformed_goals(self, payload, caplog):
+        """Requests that are too long, garbage or empty are answered, too."""
         asked = query(key("send_goal"), payload)
         found = Desk().requests.decode(asked)
 
@@ -189,8 +189,8 @@ class TestGoals:
         assert not reply_of(asked, wait_type().send_goal)["accepted"]
         assert 1 == len(caplog.messages)
 
-    def test_each_mistake_is_told(self, caplog):
-        """A client that does another thing wrong is told of that, too."""
+    def test_each_mistake_is_logged(self, caplog):
+        """A client that makes another mistake gets another warning."""
         desk = Desk()
         for size in (1001, 1002, 1001):
             desk.requests.decode(query(key("send_goal"), bytes(size)))
@@ -206,7 +206,7 @@ class TestGoals:
         assert "payload of 1001 bytes; 1 to 1000 are taken" in caplog.text
 
     def test_without_an_attachment(self, caplog):
-        """A goal that nobody signed is taken all the same, and answered with zeros."""
+        """A goal without a client's GID is taken all the same, and answered with zeros."""
         asked = query(key("send_goal"), SEND, attachment=b"")
         command = Desk().one(asked)
         command.reply_to.answer(GoalResponse(accepted=True, goal_id=ID.hex(), stamp=1))
@@ -224,7 +224,7 @@ class TestGoals:
 
 
 class TestOthersKeys:
-    """What is on the domain and is not ours."""
+    """Keys in the domain that are not ours."""
 
     @pytest.mark.parametrize(
         "key_",
@@ -238,14 +238,14 @@ class TestOthersKeys:
         ],
     )
     def test_a_name_that_is_not_ours(self, key_):
-        """It is for others to answer: the query is dropped, without a reply and without a word."""
+        """Another node serves it: the query is dropped, without a reply and without a warning."""
         asked = query(key_, SEND)
         found = Desk().requests.decode(asked)
 
         assert ([], [], 1) == (found, asked.replies, asked.drops)
 
     def test_a_wrong_hash(self):
-        """It is told of, and answered as not accepted, so that nobody waits for ever."""
+        """The mismatch is reported, and answered as not accepted, so that the client does not wait for ever."""
         desk = Desk()
         asked = query(f"0/wall_e/wait/_action/send_goal/{wait_type().send_goal.dds_name}/RIHS01_0", SEND)
         found = desk.requests.decode(asked)
@@ -275,7 +275,7 @@ class TestCancels:
         assert ("wall_e", "wait", *expected) == command[:4]
 
     def test_the_answer(self):
-        """It lists who is canceled."""
+        """The answer lists the goals that are canceled."""
         asked = query(key("cancel_goal"), CDR + bytes(24))
         Desk().one(asked).reply_to.answer(CancelResponse(0, (GoalEntry(ID.hex(), SECOND, GoalStatus.CANCELING),)))
 
@@ -324,8 +324,8 @@ class TestResults:
 
         assert 0 == reply_of(asked, wait_type().get_result)["status"]
 
-    def test_those_of_a_client_that_has_gone(self):
-        """They are taken back, and no others."""
+    def test_requests_of_a_client_that_has_gone(self):
+        """These are withdrawn, and no others."""
         desk = Desk()
         mine = desk.one(query(key("get_result"), CDR + ID))
         other = struct.pack("<qqB16s", 1, 1, 16, bytes(15) + b"\1")
@@ -346,7 +346,7 @@ class TestResults:
 
     @pytest.mark.parametrize("bound", ["MAX_WAITING", "MAX_PER_CLIENT"])
     def test_no_more_than_so_many_wait(self, monkeypatch, bound):
-        """For one more the oldest is told what the goal's status is now."""
+        """To make room for another request, the oldest is answered with the goal's current status."""
         monkeypatch.setattr(waiting_module, bound, 1)
         desk = Desk()
         first = desk.one(query(key("get_result"), CDR + ID))
@@ -355,8 +355,8 @@ class TestResults:
         assert StopWaiting("wall_e", "wait", ID.hex(), (first.reply_to,), tell=True) == withdraw
         assert [second.reply_to] == [asked for each in desk.waiting.gone(GID.hex()) for asked in each.reply_tos]
 
-    def test_who_has_most_makes_room(self, monkeypatch):
-        """Where all have too many, it is no modest client's turn."""
+    def test_the_client_with_most_requests_makes_room(self, monkeypatch):
+        """If all clients have too many, a client with few requests keeps them."""
         monkeypatch.setattr(waiting_module, "MAX_WAITING", 3)
         desk, other = Desk(), bytes(range(16, 32))
         modest = desk.one(query(key("get_result"), CDR + ID, attachment=struct.pack("<qqB16s", 1, 1, 16, other)))
@@ -367,8 +367,8 @@ class TestResults:
         assert (first.reply_to,) == withdraw.reply_tos
         assert [(modest.reply_to,)] == [each.reply_tos for each in desk.waiting.gone(other.hex())]
 
-    def test_those_who_are_nobody(self, monkeypatch):
-        """Of clients without an id so many can wait for each goal."""
+    def test_clients_without_an_id(self, monkeypatch):
+        """The number of clients without an id that wait for a goal is limited."""
         monkeypatch.setattr(waiting_module, "MAX_ANONYMOUS", 1)
         desk, other = Desk(Ros2Dds()), bytes(range(16, 32))
         for goal_id in (ID, other):
@@ -465,8 +465,8 @@ class TestNames:
             ("get_result", b"rubbish", {"status": 0}),
         ],
     )
-    def test_who_has_gone(self, verb, payload, expected, caplog):
-        """Whoever asks for a robot that has left is answered: nothing is known of it, nor of its goals."""
+    def test_a_lost_robot(self, verb, payload, expected, caplog):
+        """A request for a robot that has left is answered: neither the robot nor its goals are known."""
         desk, asked = Desk(), query(key(verb), payload)
         desk.catalog.follow(Names({"eve": ["wait"]}))
         found = desk.requests.decode(asked)
@@ -475,7 +475,7 @@ class TestNames:
         assert expected.items() <= reply_of(asked, getattr(wait_type(), verb)).items()
         assert caplog.messages[0].endswith(f"/wall_e/wait/_action/{verb}: no longer served: its robot is gone")
 
-    def test_node_of_who_has_gone(self):
+    def test_node_of_a_lost_robot(self):
         """Its state is unknown: 0."""
         desk = Desk()
         type_ = service_type("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response, "jazzy")
@@ -485,8 +485,8 @@ class TestNames:
 
         assert 0 == reply_of(asked, type_)["current_state"]["id"]
 
-    def test_who_has_come_back(self):
-        """It is on offer as before."""
+    def test_a_robot_that_has_come_back(self):
+        """Its endpoints are served as before."""
         catalog = Desk().catalog
         catalog.follow(Names({"eve": ["wait"]}))
         lost = [catalog.find(f"/{robot}/wait/_action/send_goal").lost for robot in ("wall_e", "eve")]
@@ -495,8 +495,8 @@ class TestNames:
         assert [True, False] == lost
         assert not catalog.find("/wall_e/wait/_action/send_goal").lost
 
-    def test_so_many_of_who_has_gone(self, monkeypatch):
-        """The oldest are forgotten."""
+    def test_number_of_lost_robots(self, monkeypatch):
+        """The oldest ones are forgotten."""
         monkeypatch.setattr(catalog_module, "_MAX_LOST", 1)
         catalog = Desk(names=Names({"a": ["wait"], "b": ["wait"]})).catalog
         catalog.follow(Names({"b": ["wait"]}))
@@ -540,7 +540,7 @@ class TestAnswers:
         assert 1 == asked.drops
 
     def test_an_answer_that_can_not_be_encoded(self, caplog):
-        """A bug of ours is told, and the client gets what it can read."""
+        """The bug is logged, and the client gets an answer that it can read."""
         asked = query(key("cancel_goal"), CDR + bytes(24))
         Desk().one(asked).reply_to.answer(CancelResponse(1000))
 
@@ -557,7 +557,7 @@ class TestAnswers:
         assert not reply_of(asked, wait_type().send_goal)["accepted"]
 
     def test_complaints_of_a_minute(self, caplog):
-        """Whoever invents a thousand ids fills no disk, and others are heard a minute later."""
+        """A client that invents a thousand ids fills no disk, and others are logged again a minute later."""
         now = [0.0]
         rejections = RejectionLog(clock=lambda: now[0])
         for number in range(1100):
@@ -570,7 +570,7 @@ class TestAnswers:
         assert ["ROS 2: suppressed 1080 more warnings in a minute", "somebody else's"] == caplog.messages[20:]
 
     def test_complaints_are_forgotten(self, caplog):
-        """What has not been heard of for long is said again, and what goes on is not."""
+        """A warning that has not recurred for long is logged again; one that goes on is not."""
         minutes = itertools.count(step=60.0)
         rejections = RejectionLog(clock=lambda: next(minutes))
         for number in range(1000):

@@ -179,8 +179,8 @@ def test_an_unknown_goal_has_no_status(fast):
     assert UNKNOWN == fast.status(bytes(range(16)))
 
 
-def test_feedback_tells_what_is_left(fast):
-    """It is the goal's, and falls to nothing."""
+def test_feedback_has_the_remaining_distance(fast):
+    """The feedback has the goal's id, and falls to zero."""
     goal_id = fast.navigate(5.0, 2.0)
 
     told = fast.wait(
@@ -192,7 +192,7 @@ def test_feedback_tells_what_is_left(fast):
 
 
 def test_a_result_can_be_asked_for_again_and_again(fleet):
-    """Whoever gives up and asks anew, over and over, waits until the goal has ended."""
+    """A client that gives up and asks again, over and over, waits until the goal has ended."""
     goal_id = fleet.navigate(5.0, 2.0)
 
     early = [fleet.status(goal_id, timeout=SOON) for _ in range(3)]
@@ -211,7 +211,7 @@ def test_all_goals_are_canceled(fleet):
 
 
 def test_there_is_nothing_to_cancel(fleet):
-    """That is no error."""
+    """A cancel without goals is not an error."""
     assert (0, 0) == fleet.cancel_all()
 
 
@@ -225,8 +225,8 @@ def test_transforms_come_though_the_robot_stands_still(fleet):
     assert {"x": 0.0, "y": 0.0, "z": 0.0} == base["transform"]["translation"]
 
 
-def test_a_battery_tells_its_charge(fleet):
-    """As a part of 1."""
+def test_a_battery_publishes_its_charge(fleet):
+    """The charge is a number from 0 to 1."""
     assert 0.25 == pytest.approx(fleet.wait("battery_state")[0]["percentage"], abs=0.01)
 
 
@@ -266,14 +266,14 @@ def test_what_can_not_be_read_is_refused(fast, verb, refused, payload):
 
 
 def test_a_node_is_active(fleet):
-    """A lifecycle node tells it by the mapping, too."""
+    """A lifecycle node reports it through the mapping, too."""
     answer = fleet.ask("bt_navigator/get_state", CDR + b"\0")
 
     assert {"current_state": {"id": 3, "label": "active"}} == get_state().response.decode(answer)
 
 
 def test_a_real_robot_behind_a_bridge_is_left_alone(fast):
-    """Who has another name answers for itself, as if we were not there."""
+    """A robot with another name answers for itself; the simulator does not interfere."""
     bridge = open_client(fast.options)
     handler = zenoh.handlers.Callback(lambda query: query.reply(query.key_expr, b"real"), indirect=False)
     with bridge:

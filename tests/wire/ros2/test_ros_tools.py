@@ -78,7 +78,7 @@ def test_nav2_is_active(navigator):
 
 
 def test_nav2_s_client_drives(navigator):
-    """It asks again and again whether the robot is there, and hears how far it is."""
+    """Nav2's client asks repeatedly whether the robot is there, and gets its feedback."""
     assert navigator.go_to_pose(9, 2)
     looks = 0
     while not navigator.is_task_complete():

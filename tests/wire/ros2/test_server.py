@@ -90,7 +90,7 @@ class TestGoals:
         assert result["error_msg"]
 
     def test_feedback_and_status(self, wait):
-        """Who subscribes and then sends a goal sees all of it."""
+        """A client that subscribes and then sends a goal gets all of it."""
         goal = wait.send(LONG)
         feedback = wait.wait_for_feedback(goal.id)
         wait.wait_for_status(goal.id, 2)
@@ -215,7 +215,7 @@ class TestBothWires:
 
 
 class TestOthers:
-    """What else is asked."""
+    """Other requests."""
 
     @pytest.mark.parametrize("distro", ["jazzy", "kilted", "lyrical"])
     def test_distributions(self, world, distro):
@@ -278,8 +278,8 @@ def until(condition):
         time.sleep(0.01)
 
 
-def test_nobody_waits_for_a_client_that_has_gone():
-    """Its request for a result is taken out of the dispatcher; the goal goes on, and others wait for it still."""
+def test_a_client_that_has_gone_is_not_waited_for():
+    """Its request for a result is withdrawn from the dispatcher; the goal goes on, and other clients wait for it."""
     with serving() as host, RosClient(host.endpoints[0]) as watcher:
         watched = watcher.action(WAIT).wait()
         with RosClient(host.endpoints[0]) as leaver:
@@ -339,7 +339,7 @@ def test_a_robot_without_a_connection():
 
 
 def test_the_end():
-    """Whoever waits for a result when the simulation ends gets it: aborted, and why."""
+    """A client that waits for a result when the simulation ends gets it: aborted, with the reason."""
     with serving() as host:
         client = RosClient(host.endpoints[0])
         wait = client.action(WAIT).wait()

@@ -42,15 +42,15 @@ def test_a_robot_without_a_battery_says_so(tester):
     assert (False, "cart has no battery") == (reply.ok, reply.body["error"])
 
 
-def test_who_asks_for_all_batteries_gets_those_that_there_are(tester):
-    """And no error for the others."""
+def test_a_query_for_all_batteries_gets_those_that_there_are(tester):
+    """There is no error for the other robots."""
     replies = tester.ask("*/battery_state")
 
     assert [(True, "hmrsim/eve/battery_state")] == [(reply.ok, reply.key) for reply in replies]
 
 
-def test_who_subscribes_hears_each_second_and_each_event(tester, wait):
-    """At 10 s it is low, at 25 s critical."""
+def test_a_subscriber_gets_a_message_each_second_and_at_each_event(tester, wait):
+    """The battery is low at 10 s, and critical at 25 s."""
     heard = tester.hear("eve/battery_state")
     events = tester.hear("_world/events")
     tester.do("eve/wait", wait(26))

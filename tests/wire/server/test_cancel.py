@@ -1,4 +1,4 @@
-"""cancel_goal: whom it selects, and what it answers; the rules are rcl's."""
+"""cancel_goal: which goals it selects, and what it answers; the rules are rcl's."""
 
 from __future__ import annotations
 
@@ -101,15 +101,15 @@ def test_a_goal_that_has_ended_can_not_be_canceled(running):
     assert {"return_code": 3, "goals_canceling": []} == tester.cancel(WAIT, A)
 
 
-def test_an_unknown_id_with_a_time_is_no_error(running):
+def test_an_unknown_id_with_a_time_is_not_an_error(running):
     """The union is empty, as in rcl."""
     tester, _ = running
 
     assert {"return_code": 0, "goals_canceling": []} == tester.cancel(WAIT, D, {"sec": 0, "nanosec": 1})
 
 
-def test_nothing_to_cancel_is_no_error(shared):
-    """All of none."""
+def test_nothing_to_cancel_is_not_an_error(shared):
+    """All goals are selected, and there are none."""
     assert {"return_code": 0, "goals_canceling": []} == shared.cancel(WAIT)
 
 

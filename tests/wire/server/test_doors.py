@@ -1,4 +1,4 @@
-"""Doors and lifts over Zenoh: what they are asked, what they tell, and what planners outside see of them."""
+"""Doors and lifts over Zenoh: their services, their states, and what external planners see of them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def tester(serve):
 
 
 def ways(graph):
-    """Return the ways of a route graph, by the names of their ends, with what is said of them."""
+    """Return the edges of a route graph, by the names of their ends, with their metadata."""
     names = {
         feature["properties"]["id"]: feature["properties"]["metadata"]["name"]
         for feature in graph["features"]
@@ -39,7 +39,7 @@ def without_stamps(bodies, *kinds):
 
 
 def test_a_robot_drives_through_a_door_and_takes_a_lift(tester):
-    """And the events tell of it, in order."""
+    """The events report it, in order."""
     heard = tester.hear("_world/events")
     ended = tester.do("eve/navigate_to_pose", to(100.0, 0.0))
     bodies = heard.wait(lambda bodies: any(body["kind"] == "lift_arrived" for body in bodies))
@@ -63,7 +63,7 @@ def test_a_door_is_locked_and_seen_to_be(tester):
 
 
 def test_what_is_not_there_is_answered(tester):
-    """In the result, as with all services of the world."""
+    """The error is in the result, as with all services of the world."""
     assert {"result": {"result": 2, "error_message": "no door 'gat'; did you mean 'gate'?"}} == tester.one(
         "_world/set_door_state", {"name": "gat", "state": "open"}
     )
@@ -73,7 +73,7 @@ def test_what_is_not_there_is_answered(tester):
 
 
 def test_the_route_graph_follows_doors(tester):
-    """Who listens gets it anew: without the lane that nobody gets through, and then with it again."""
+    """A subscriber gets the graph anew: without the lane of the locked door, and then with it again."""
     heard = tester.hear("_world/route_graph")
     before = tester.one("_world/route_graph")
     for state in ("locked", "closed"):
@@ -85,8 +85,8 @@ def test_the_route_graph_follows_doors(tester):
     assert [lanes | rides, rides, lanes | rides] == [set(ways(graph)) for graph in (before, *graphs)]
 
 
-def test_the_route_graph_tells_of_rides(tester):
-    """How long they take, and in which lift; they are no distance."""
+def test_the_route_graph_has_rides(tester):
+    """A ride has a duration and a lift, and no length."""
     ride = ways(tester.one("_world/route_graph"))["east", "upstairs"]
 
     assert {"length": 0.0, "lift": "lift", "ride": 9.0} == ride

@@ -1,4 +1,4 @@
-"""The end of a simulation, wanted or not: every goal gets its verdict, and whoever waits an answer."""
+"""The end of a simulation, wanted or not: every goal gets its verdict, and every pending request an answer."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def broken(serve, monkeypatch):
 
 
 def test_goals_that_run_are_aborted_at_the_end(live, serve, wait):
-    """Who waits for the result gets it, and the last status says so, too."""
+    """A client that waits for the result gets it, and the last status says so, too."""
     live.send(WAIT, wait(1000), A)
     heard = live.hear(f"{WAIT}/_action/status")
     held = [live.begin(f"{WAIT}/_action/get_result", {"goal_id": A}) for _ in range(2)]
@@ -92,8 +92,8 @@ def test_it_can_be_stopped_twice_and_before_it_has_begun(serve):
     assert host.error is None
 
 
-def test_who_asks_after_the_end_knows_at_once(live, serve, wait):
-    """Nobody answers."""
+def test_a_request_after_the_end_is_not_held(live, serve, wait):
+    """The query ends without a reply."""
     serve.hosts[0]._server.inbox.close()
     serve.hosts[0].wait(20.0)
 
@@ -101,7 +101,7 @@ def test_who_asks_after_the_end_knows_at_once(live, serve, wait):
 
 
 def test_what_waits_at_the_end_is_still_answered(serve, monkeypatch, wait):
-    """A goal is not accepted, a result is told, a status is sent; each request has its one reply."""
+    """A goal is rejected, a result is sent, a status is published; each request has its one reply."""
     entered, leave = threading.Event(), threading.Event()
 
     def stall(*_arguments):
@@ -134,7 +134,7 @@ def test_what_waits_at_the_end_is_still_answered(serve, monkeypatch, wait):
 
 @pytest.mark.parametrize("process", [_process_raises, _feedback_raises, _no_result])
 def test_a_bug_in_an_action_ends_the_simulation_with_every_goal_aborted(broken, serve, wait, go, process):
-    """Who waits learns of it, for this goal and for another robot's; the host has the error."""
+    """Waiting clients get the end, for this goal and for another robot's; the host has the error."""
     tester = broken(process)
     heard = tester.hear("**")
     tester.send("eve/navigate_to_pose", go(1, 2), B)
@@ -155,7 +155,7 @@ _BOTH = {WAIT: A, "eve/navigate_to_pose": B}
 
 
 def test_a_simulation_that_has_died_is_seen_to_be_gone(broken, serve, wait):
-    """Its tokens disappear, and requests are not left hanging, although nobody has closed it yet."""
+    """Its tokens disappear, and requests are not left hanging, although the server has not been closed yet."""
     tester = broken(_process_raises)
     heard = Heard()
     tester.send(WAIT, wait(1000), A)

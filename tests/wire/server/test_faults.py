@@ -66,7 +66,7 @@ def test_nothing_is_read_without_connection(lost, key):
 
 
 def test_the_token_goes_and_comes_back(live):
-    """So that a controller knows."""
+    """A controller learns of the outage from the token."""
     heard = Heard()
     handler = zenoh.handlers.Callback(heard.on_sample, indirect=False)
     key = live.key("wall_e/alive")
@@ -104,15 +104,15 @@ def test_what_a_robot_sees_is_latched(serve):
     assert ["anvil", "cart", "eve", "parcel"] == [one["id"] for one in reply.body["detections"]]
 
 
-def test_who_has_no_sensor_is_left_out_of_what_all_see(serve):
-    """Who asks for the detections of all robots gets those of one."""
+def test_a_robot_without_sensors_is_left_out_of_a_query_for_all(serve):
+    """A query for the detections of all robots gets those of one."""
     replies = serve(WATCHED).ask("*/detections")
 
     assert ["hmrsim/wall_e/detections"] == [reply.key for reply in replies]
 
 
 def test_detections_are_published_when_they_change(serve, go):
-    """Somebody who comes into view is told to who subscribes."""
+    """A subscriber gets a message when an object comes into view."""
     tester = serve(WATCHED, real_time_factor=0)
     heard = tester.hear("wall_e/detections")
     tester.do("wall_e/navigate_to_pose", go(9.0, 2.0))
@@ -120,8 +120,8 @@ def test_detections_are_published_when_they_change(serve, go):
     heard.wait(lambda bodies: any("cart" not in {one["id"] for one in body["detections"]} for body in bodies))
 
 
-def test_a_robot_is_asked_what_it_sees(serve):
-    """By the camera, 8 m ahead."""
+def test_the_detections_of_a_robot_can_be_queried(serve):
+    """The camera sees 8 m ahead."""
     answer = serve(WATCHED).one("_world/is_detected", {"robot": "wall_e", "entity": "eve"})
 
     assert (OK, True, ["camera"], 9.0) == (

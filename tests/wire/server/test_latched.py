@@ -14,8 +14,8 @@ A = "a" * 32
 WAIT = "wall_e/wait"
 
 
-def test_info_tells_what_the_world_is(shared):
-    """The handshake."""
+def test_info_describes_the_world(shared):
+    """The info message is the handshake."""
     (reply,) = shared.ask("_world/info")
 
     info = reply.body
@@ -115,7 +115,7 @@ def test_an_advanced_subscriber_gets_the_info_as_history(shared, key):
 
 
 def test_an_advanced_subscriber_gets_the_last_status_and_those_that_follow(fast, wait):
-    """The history first."""
+    """The history comes first."""
     fast.send(WAIT, wait(3), A)
     fast.result(WAIT, A)
     heard = history(fast, "hmrsim/wall_e/wait/_action/status")
@@ -150,8 +150,8 @@ def test_json_is_utf8_and_one_object(shared):
     )
 
 
-def test_info_tells_the_services_of_the_world(shared):
-    """What else can be asked, each by its key behind the prefix and its type."""
+def test_info_lists_the_services_of_the_world(shared):
+    """Each service has its key behind the prefix, and its type."""
     (reply,) = shared.ask("_world/info")
 
     assert {"name": "_world/route_graph", "type": "hmrsim/RouteGraph"} in reply.body["services"]

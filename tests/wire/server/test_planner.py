@@ -64,7 +64,7 @@ class Planner:
 
 @pytest.fixture
 def world(serve):
-    """A client of a world with a robot whose planner is outside."""
+    """A client of a world with a robot that has an external planner."""
     return serve(WORLD, real_time_factor=0)
 
 
@@ -75,7 +75,7 @@ def ended(tester, goal):
 
 
 def test_a_path_from_outside_is_driven(world, go):
-    """The goal waits for it; the planner sees the plain fields of ComputePathToPose's goal, and whose path it is."""
+    """The goal waits for it; the planner gets the plain fields of ComputePathToPose's goal, and the robot's name."""
     planner = Planner(world, path((1, 2), (1, 6), (4, 6)))
     end = ended(world, go(4, 6))
     ((asked, encoding, robot),) = planner.asked
@@ -158,7 +158,7 @@ def test_a_goal_that_waits_for_its_path_can_be_canceled(world, go):
 
 
 def test_in_lockstep_time_stands_until_the_path_has_come(serve, go):
-    """The state of time says for whom it waits; then the grant goes on."""
+    """The state of time names the participant that is waited for; then the grant goes on."""
     tester = serve(WORLD, clock="lockstep")
     planner = Planner(tester, None)
     tester.one("_world/time/join", {"name": "nurse"})

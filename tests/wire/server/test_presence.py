@@ -1,4 +1,4 @@
-"""Who is there: liveliness tokens, a second simulator, a port that is taken."""
+"""Presence on the network: liveliness tokens, a second simulator, a port that is taken."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_the_simulator_and_each_robot_have_a_token(shared):
 
 
 def test_the_tokens_disappear_when_the_simulator_stops(serve):
-    """Whoever follows them is told."""
+    """A liveliness subscriber sees them go."""
     router = serve.host({"robots": {}}, SessionOptions(listen=("tcp/127.0.0.1:0",), prefix="router"))
     host = serve.host(None, SessionOptions(connect=router.endpoints), real_time_factor=0)
     host.start()
@@ -55,7 +55,7 @@ def test_a_second_simulator_with_the_same_prefix_refuses_to_start(serve):
 
 
 def test_another_prefix_works_beside_the_first(serve, wait):
-    """Both are reached by one endpoint, and know nothing of each other's goals."""
+    """Both are reached by one endpoint, and have no access to each other's goals."""
     tester = serve(real_time_factor=0)
     other = serve.host(None, SessionOptions(connect=(tester.endpoint,), prefix="lab/two"), real_time_factor=0)
     other.start()

@@ -28,7 +28,7 @@ class TestStatus:
     """All goals kept, in order of acceptance, on each transition."""
 
     def test_each_transition_is_published(self, fast, go):
-        """Whoever subscribes and then sends a goal sees all of it, however fast it is over."""
+        """A client that subscribes and then sends a goal gets all its transitions, however fast it ends."""
         heard = fast.hear(STATUS)
 
         fast.send(NAVIGATE, go(9, 2), A)
@@ -175,8 +175,8 @@ class TestFeedback:
         left = [nanoseconds(body["feedback"]["time_left"]) for body in heard.bodies]
         assert (sorted(left, reverse=True), 0) == (left, left[-1])
 
-    def test_a_pickup_tells_its_states(self, fast):
-        """MoveIt's, and each of them, as they are few."""
+    def test_a_pickup_publishes_its_states(self, fast):
+        """The states are MoveIt's, and each of them is published, as they are few."""
         heard = fast.hear("wall_e/pickup/_action/feedback")
 
         fast.do("wall_e/pickup", {"target_name": "letter"})
@@ -184,7 +184,7 @@ class TestFeedback:
         assert ["PLANNING", "MONITOR", "IDLE"] == [body["feedback"]["state"] for body in heard.bodies]
 
     def test_others_coming_and_going_do_not_change_its_times(self, serve, go):
-        """Somebody subscribes to the clock and leaves again, a hundred times in the course of a goal."""
+        """Another session subscribes to the clock and leaves again, a hundred times in the course of a goal."""
         tester = serve(real_time_factor=0.5)
         heard = tester.hear(FEEDBACK)
         tester.send(NAVIGATE, go(1.55, 2), A)
@@ -268,8 +268,8 @@ class TestWorld:
         assert {100_000_000} == {after - before for before, after in itertools.pairwise(times)}
         assert {0} == {at % 100_000_000 for at in times}
 
-    def test_the_clock_ticks_again_for_who_comes_later(self, live):
-        """After the last subscriber has left and another one has come."""
+    def test_the_clock_ticks_again_for_a_late_subscriber(self, live):
+        """The last subscriber has left, and another one has come."""
         first = live.session.declare_subscriber("hmrsim/_world/clock")
         first.recv()
         first.undeclare()
@@ -289,8 +289,8 @@ class TestWorld:
         assert sorted(set(times)) == times
         assert set(range(100_000_000, 2_000_000_001, 100_000_000)) <= set(times)
 
-    def test_odometry_tells_where_a_robot_is_and_how_fast(self, serve, go):
-        """On its way at 1 m/s, then at rest."""
+    def test_odometry_has_pose_and_velocity(self, serve, go):
+        """The robot moves at 1 m/s, then is at rest."""
         tester = serve(real_time_factor=5.0)
         heard = tester.hear("wall_e/odom")
         tester.do(NAVIGATE, go(3, 2))
@@ -302,8 +302,8 @@ class TestWorld:
         assert {0.0, 1.0} == set(speeds)
         assert 0.0 == speeds[-1]
 
-    def test_events_tell_what_happens(self, fast, go):
-        """Goals' statuses, motion, items picked and placed, each with its simulated time."""
+    def test_events_report_what_happens(self, fast, go):
+        """They are the goals' statuses, motion, items picked and placed, each with its simulated time."""
         heard = fast.hear("_world/events")
         fast.send(NAVIGATE, go(5, 2), A)
         fast.result(NAVIGATE, A)
@@ -338,7 +338,7 @@ class TestWorld:
 
 
 def test_the_log_has_what_people_read(fast, go):
-    """What happens, without what is told to watchers only; who listens to it alone has no motion computed."""
+    """The log lacks the events for watchers only; a subscriber of the log alone causes no computation of motion."""
     heard = fast.hear("_world/log")
 
     fast.send(NAVIGATE, go(9, 2), A)

@@ -16,7 +16,7 @@ HANDLING = {
 
 
 def test_a_result_is_held_until_the_goal_has_ended(live, wait):
-    """Asked while the goal runs, it is answered when the goal is canceled, to each who asked."""
+    """A request while the goal runs is answered when the goal is canceled; each waiting client gets a reply."""
     live.send(WAIT, wait(1000), A)
     held = [live.begin(f"{WAIT}/_action/get_result", {"goal_id": A}) for _ in range(3)]
 
@@ -26,7 +26,7 @@ def test_a_result_is_held_until_the_goal_has_ended(live, wait):
 
 
 def test_a_result_can_be_asked_for_again_and_again(fast, go):
-    """Also by another client than the one that sent the goal, and always the same."""
+    """Another client than the one that sent the goal gets the same result, any number of times."""
     fast.send(NAVIGATE, go(5, 2), A)
 
     answers = [fast.result(NAVIGATE, A) for _ in range(3)]
@@ -257,7 +257,7 @@ class TestKept:
         assert 4 == tester.result(WAIT, A)["status"]
         assert 4 == tester.result(WAIT, A)["status"]
 
-    def test_a_timeout_of_zero_still_answers_those_who_wait(self, serve, wait):
+    def test_a_timeout_of_zero_still_answers_waiting_clients(self, serve, wait):
         """The result is discarded after that."""
         tester = serve(real_time_factor=10.0, result_timeout=0.0)
         tester.send(WAIT, wait(1), A)

@@ -91,7 +91,7 @@ def test_a_goal_that_can_be_read_but_not_served_is_not_accepted(shared, name, go
 
 
 def test_a_robot_whose_planner_is_not_there_is_not_ready(serve, go):
-    """It says that it waits for a planner."""
+    """The answer says that the robot waits for a planner."""
     tester = serve({"robots": {"wall_e": {"at": [0, 0], "planner": "external"}}}, real_time_factor=0)
 
     answer = tester.send(NAVIGATE, go(1, 0))
@@ -109,7 +109,7 @@ def test_a_rejected_goal_leaves_no_trace(fast):
 
 
 def test_the_id_of_a_goal_that_runs_is_refused(live, wait):
-    """The answer tells that it is executing, and when the first one was accepted."""
+    """The answer says that the goal is executing, and when it was accepted."""
     first = live.send("wall_e/wait", wait(1000), A)
 
     again = live.send("wall_e/wait", wait(1000), A)
@@ -124,7 +124,7 @@ def test_the_id_of_a_goal_that_runs_is_refused(live, wait):
 
 
 def test_the_id_of_a_goal_that_ended_is_refused(fast, wait):
-    """The answer tells how it ended; it is not executed again."""
+    """The answer says how the goal ended; it is not executed again."""
     fast.send("wall_e/wait", wait(3), A)
     fast.result("wall_e/wait", A)
 
@@ -174,7 +174,7 @@ def test_a_goal_is_answered_busy_when_too_many_wait(crowded, name, code):
 
 
 def test_other_requests_get_an_error_when_too_many_wait(crowded):
-    """As there is no field that could say it."""
+    """Their responses have no field for it."""
     answers = (crowded.one("wall_e/wait/_action/get_result", {"goal_id": B}) for _ in range(1000))
 
     assert "too many requests are waiting; try again later" == next(a["error"] for a in answers if "error" in a)

@@ -22,7 +22,7 @@ def bob():
 
 
 def tokens(tester, robot):
-    """Subscribe to a robot's liveliness token; return what is heard of it."""
+    """Subscribe to a robot's liveliness token; return the samples."""
     heard = Heard()
     handler = zenoh.handlers.Callback(heard.on_sample, indirect=False)
     key = tester.key(f"{robot}/alive")
@@ -61,7 +61,7 @@ def test_what_can_not_be_read_is_refused(shared, payload, field):
 
 
 def test_info_lists_the_services_and_the_world_s_action(shared):
-    """Whoever looks finds them, with their types."""
+    """The info message lists them with their types."""
     info = shared.one("_world/info")
     types = {service["name"]: service["type"] for service in info["services"]}
 
@@ -122,7 +122,7 @@ def test_a_spawned_robot_is_served_at_once(fast, bob):
 
 
 def test_its_token_comes_and_goes(fast, bob):
-    """So the network knows that it is there."""
+    """The token shows the network that the robot is there."""
     heard = tokens(fast, "bob")
     fast.one("_world/spawn_entity", bob)
     heard.wait(lambda bodies: len(bodies) == 1)
@@ -133,7 +133,7 @@ def test_its_token_comes_and_goes(fast, bob):
 
 
 def test_a_deleted_robot_is_unknown(live):
-    """Its goals have ended, who waits is told, and its keys say that it isn't there."""
+    """Its goals have ended, waiting clients get a reply, and its keys say that the robot isn't there."""
     live.send("wall_e/wait", {"time": {"sec": 1000}}, GOAL)
     waiting = live.begin("wall_e/wait/_action/get_result", {"goal_id": GOAL})
     live.one("_world/delete_entity", {"entity": "wall_e"})
@@ -145,8 +145,8 @@ def test_a_deleted_robot_is_unknown(live):
     assert (False, "no robot 'wall_e'; there are: eve, cart") == (odom.ok, odom.body["error"])
 
 
-def test_who_listens_to_the_handshake_hears_of_robots(fast, bob):
-    """It is published anew."""
+def test_a_subscriber_of_the_handshake_learns_of_new_robots(fast, bob):
+    """The info message is published anew."""
     heard = fast.hear("_world/info")
     fast.one("_world/spawn_entity", bob)
     (info,) = heard.wait(bool)
@@ -155,7 +155,7 @@ def test_who_listens_to_the_handshake_hears_of_robots(fast, bob):
 
 
 def test_another_world_is_served(live):
-    """Its robots by its aliases, its ways, its name; stopped, until somebody lets it play."""
+    """It has its own robots, aliases, lanes and name, and is stopped until a client lets it play."""
     world = {
         "name": "other",
         "waypoints": {"a": [0, 0], "b": [4, 0]},
@@ -176,7 +176,7 @@ def test_another_world_is_served(live):
     assert "unknown_robot" == live.send("wall_e/wait", {"time": {"sec": 1}})["reason"]
 
 
-def test_a_robot_that_has_another_name_now_is_heard_by_it(live):
+def test_a_renamed_robot_publishes_under_its_new_name(live):
     """What was published under its old names alone is published under the new one."""
     live.hear("wall_e/wait/_action/status")
     live.do("wall_e/wait", {})
@@ -189,8 +189,8 @@ def test_a_robot_that_has_another_name_now_is_heard_by_it(live):
     assert heard.wait_for_status(answer["goal_id"], 4)
 
 
-def test_a_reset_is_seen_by_who_asks(live):
-    """Time, and where everybody is."""
+def test_a_reset_is_seen_by_queries(live):
+    """The time and all poses are reset."""
     live.do("wall_e/navigate_to_pose", {"pose": {"pose": {"position": {"x": 1.5, "y": 2.0}}}})
     live.one("_world/set_simulation_state", PAUSED)
 

@@ -52,8 +52,8 @@ def test_a_mission_in_lockstep(steps, go, wait):
 
 
 @pytest.mark.parametrize("others", [[], ["_world/time/state"]])
-def test_who_subscribes_and_then_advances_hears_all_of_it(steps, others):
-    """What happens while simulated seconds pass in no time, too, whoever listens to something else already."""
+def test_a_client_that_subscribes_and_then_advances_gets_all_of_it(steps, others):
+    """A subscriber gets what happens while simulated seconds pass in no time, whatever it subscribes to otherwise."""
     steps.hear(*others)
     steps.one("_world/time/join", {"name": "nurse"})
     heard = steps.hear("_world/clock")
@@ -77,8 +77,8 @@ def test_goals_may_be_called_by_further_names_and_canceled(steps, go):
     assert (5, 1.0) == (ended["events"][0]["status"], ended["now"])
 
 
-def test_feedback_is_told_as_it_is_published(steps, go):
-    """Woken for it, or beside."""
+def test_feedback_is_granted_with_its_events(steps, go):
+    """A participant gets feedback as a wake-up, or in the report of another advance."""
     steps.one("_world/time/join", {"name": "nurse"})
     sent = {"robot": "wall_e", "action": "navigate_to_pose", "goal": go(5, 2)}
     woken = advance(steps, wake=["feedback"], commands=[sent]).one()
@@ -100,7 +100,7 @@ def test_ordinary_keys_work_while_time_stands(steps, wait):
 
 
 def test_two_participants_move_together(serve, wait):
-    """Neither is granted time before both have joined and asked."""
+    """No time is granted before both have joined and asked."""
     tester = serve(clock="lockstep", participants=2)
     tester.one("_world/time/join", {"name": "b"})
     held = advance(tester, "b", until=5.0)
@@ -204,14 +204,14 @@ class TestClocks:
         } == steps.one("_world/time/state")
         assert ("lockstep", 1.0) == (info["clock"], info["real_time_factor"])
 
-    def test_in_real_time_nobody_can_join(self, live):
-        """It says what would do."""
+    def test_in_real_time_a_client_can_not_join(self, live):
+        """The error says what to do instead."""
         (reply,) = live.ask("_world/time/join", {"name": "nurse"})
 
         assert "the clock is realtime; set it to lockstep first" == reply.body["error"]
 
     def test_the_clock_can_be_set_while_it_runs(self, live, wait):
-        """To lockstep: time stands until somebody joins; and back: it goes on."""
+        """In lockstep, time stands until a participant joins; in real time it goes on."""
         live.one("_world/time/set", {"clock": "lockstep"})
         live.one("_world/time/join", {"name": "nurse"})
         granted = advance(live, commands=[{"robot": "eve", "action": "wait", "goal": wait(1000)}]).one()
@@ -228,8 +228,8 @@ class TestClocks:
         assert ("realtime", 0.0) == (state["clock"], state["real_time_factor"])
         assert 4 == live.result("eve/wait", A)["status"]
 
-    def test_who_takes_part_is_let_go_when_the_clock_is_set(self, serve):
-        """With the reason `end`; there is nothing to take part in any more."""
+    def test_a_participant_is_removed_when_the_clock_is_set(self, serve):
+        """The reason is `end`: without lockstep there are no participants."""
         tester = serve(clock="lockstep", participants=2)
         tester.one("_world/time/join", {"name": "nurse"})
         held = advance(tester)
@@ -239,7 +239,7 @@ class TestClocks:
         assert "end" == held.one()["reason"]
 
     def test_changes_are_published(self, steps):
-        """Who listens hears who came."""
+        """A subscriber of the state of time gets each new participant."""
         heard = steps.hear("_world/time/state")
         steps.one("_world/time/join", {"name": "nurse"})
 
@@ -256,7 +256,7 @@ def test_no_steps_are_made_without_a_participant(steps):
     assert steps.one("_world/time/state")["paused"]
 
 
-def test_the_end_of_the_simulator_answers_who_waits(serve):
+def test_the_end_of_the_simulator_answers_pending_requests(serve):
     """A request gets exactly one answer, always."""
     host = serve.host(clock="lockstep", participants=2)
     host.start()
@@ -270,7 +270,7 @@ def test_the_end_of_the_simulator_answers_who_waits(serve):
 
 
 def test_a_participant_that_stalls_is_dropped(serve):
-    """The others go on, and it is told when it comes back."""
+    """The others go on, and the dropped participant gets an error when it comes back."""
     tester = serve(clock="lockstep", participants=2, participant_timeout=0.2)
     for name in ("a", "b"):
         tester.one("_world/time/join", {"name": name})

@@ -82,14 +82,14 @@ def test_all_mistakes_are_named_at_once(shared):
 @pytest.mark.parametrize("key", [SEND, CANCEL, RESULT])
 @pytest.mark.parametrize("size", [1024 * 1024 + 1, 10_000_000])
 def test_a_payload_over_one_mebibyte_is_refused(shared, key, size):
-    """The answer tells both sizes."""
+    """The answer has both sizes."""
     (reply,) = shared.ask(key, b"{" + b" " * (size - 2) + b"}")
 
     assert (False, f"payload of {size} bytes; at most 1048576 are taken") == (reply.ok, reply.body["error"])
 
 
 def test_a_payload_of_one_mebibyte_is_read(shared):
-    """What is refused is more than that."""
+    """Only a larger one is refused."""
     payload = json.dumps({"goal": {}}).encode().ljust(1024 * 1024)
 
     assert shared.one(SEND, payload)["accepted"]
@@ -139,8 +139,8 @@ def test_an_id_as_long_as_a_book_is_not_sent_back_whole(shared):
 @pytest.mark.parametrize(
     ("name", "field", "value"), [("nobody/wait", "robot", "nobody"), ("cart/pickup", "action", "pickup")]
 )
-def test_who_is_not_there_can_only_be_sent_goals(shared, verb, name, field, value):
-    """To cancel there, or to ask for a result, is an error that says who is there."""
+def test_an_unknown_robot_can_only_be_sent_goals(shared, verb, name, field, value):
+    """A cancel or a request for a result there is an error that lists the robots."""
     (reply,) = shared.ask(f"{name}/_action/{verb}", {} if verb == "cancel_goal" else {"goal_id": A})
 
     (detail,) = reply.body["details"]
@@ -170,7 +170,7 @@ LATCHED = ["_world/info", "_world/route_graph", "_world/clock", "wall_e/odom", "
 
 @pytest.mark.parametrize("key", LATCHED)
 def test_a_reading_has_no_fields(shared, key):
-    """Nobody is told that what they asked for was done when it was ignored."""
+    """A field that would be ignored is refused, so that the client does not take it for done."""
     (reply,) = shared.ask(key, {"x": 3})
 
     (detail,) = reply.body["details"]
@@ -203,7 +203,7 @@ def test_a_key_of_a_robot_that_means_nothing_is_refused(shared):
 
 @pytest.mark.parametrize("key", ["nothing", "one/two/three/four", "_planner/compute_path_to_pose", "_participant/me"])
 def test_a_key_that_is_not_ours_is_left_to_others(shared, key):
-    """Whoever asks it knows at once that no simulator answers."""
+    """A query on it ends at once without a reply."""
     assert [] == shared.ask(key, {"goal": {}})
 
 

@@ -40,14 +40,14 @@ def open_page(server):
 
 @pytest.fixture
 def session(simulator):
-    """Somebody else's session."""
+    """The session of another client."""
     with open_client(simulator) as session:
         yield session
 
 
 @pytest.fixture
 def wait_for_listener(session):
-    """Return what waits until somebody listens to a key, or nobody does any more."""
+    """Return the function that waits until a key has a subscriber, or has none any more."""
 
     def wait(key: str, *, there: bool) -> None:
         changed = threading.Event()

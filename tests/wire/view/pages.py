@@ -28,7 +28,7 @@ class Page:
         self.socket.send(json.dumps({"op": op, **fields}))
 
     def hear(self, op: str) -> dict[str, Any]:
-        """Return the next frame of a kind; those of others are skipped."""
+        """Return the next frame of a kind; frames of other kinds are skipped."""
         while (frame := json.loads(self.socket.recv(PATIENCE)))["op"] != op:
             pass
         return frame
@@ -50,7 +50,7 @@ class Page:
 def opened(url: str, *, token: str = "", **options: Any):
     """Open a page."""
     query = f"?token={token}" if token else ""
-    # Frames that nobody reads must not keep the socket from closing.
+    # Frames that are not read must not keep the socket from closing.
     with connect(f"{url.replace('http', 'ws', 1)}ws{query}", max_queue=None, **options) as socket:
         yield Page(socket)
 

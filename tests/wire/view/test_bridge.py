@@ -17,7 +17,7 @@ from tests.wire.view.pages import fetched, opened, viewed
 WAIT = {"goal": {"time": {"sec": 0, "nanosec": 1}}}
 
 
-def test_the_server_says_who_it_is(page):
+def test_the_server_introduces_itself(page):
     """The first frame names the prefix, the version, and whether the simulator is there."""
     hello = page.hear("hello")
     hello.pop("alive")
@@ -44,7 +44,7 @@ def test_a_goal_is_sent_and_followed(page):
 
 
 def test_events_from_before_a_page_was_opened_are_kept(server, session, wait_for_listener):
-    """Those that people read; nobody need have looked."""
+    """The events for people are kept, even if no page was open."""
     wait_for_listener("hmrsim/_world/log", there=True)
     asked = json.dumps({"goal_id": "7" * 32, **WAIT}).encode()
     session.get("hmrsim/wall_e/wait/_action/send_goal", payload=asked).recv()
@@ -65,8 +65,8 @@ def test_an_error_reply_comes_with_its_details(page):
     assert "nonsense" == answer["details"][0]["field"]
 
 
-def test_nobody_answers(page):
-    """A key of which nobody knows anything ends at once."""
+def test_an_unserved_key_is_an_error(page):
+    """A query on a key without a queryable ends at once."""
     answer = page.get("nobody/here/at/all")
 
     assert "nothing answers on 'nobody/here/at/all'" == answer["error"]
@@ -80,8 +80,8 @@ def test_an_answer_takes_too_long(page):
     assert "no answer on 'wall_e/wait/_action/get_result' in 0.2 s" == answer["error"]
 
 
-def test_all_who_answer_are_heard(page, session):
-    """A key expression is answered by everybody whom it matches."""
+def test_all_answers_are_passed_on(page, session):
+    """All queryables that match a key expression answer it."""
     for name in ("a", "b"):
         key = f"hmrsim/{name}/of/two"
         session.declare_queryable(key, lambda query, key=key: query.reply(key, json.dumps(key)))
@@ -93,8 +93,8 @@ def test_all_who_answer_are_heard(page, session):
 @pytest.mark.parametrize(
     "key", ["/_world/scene", "_world/scene/", "a//b", "@/router", "a/@adv/**", "**/**", "a?b", "#"]
 )
-def test_what_is_no_key_is_refused(page, key):
-    """Nothing but key expressions below the prefix, and none of Zenoh's own."""
+def test_a_malformed_key_is_refused(page, key):
+    """Only key expressions below the prefix are served, and none of Zenoh's own."""
     assert repr(key) in page.get(key)["error"]
     page.say("subscribe", id=1, key=key)
     assert repr(key) in page.hear("error")["error"]
@@ -107,7 +107,7 @@ def test_other_prefixes_are_out_of_reach(page, session):
     assert "error" in page.get("../elsewhere/a")
 
 
-def test_a_broken_payload_harms_nobody(page, session, wait_for_listener):
+def test_a_broken_payload_does_no_harm(page, session, wait_for_listener):
     """A payload that is not JSON is left out; the frame and the next samples are valid."""
     page.say("subscribe", id=1, key="another/topic")
     wait_for_listener("hmrsim/another/topic", there=True)
@@ -118,7 +118,7 @@ def test_a_broken_payload_harms_nobody(page, session, wait_for_listener):
 
 
 def test_only_the_latest_of_a_key(page, session, wait_for_listener):
-    """Who wants the latest gets one sample a key and frame, the newest."""
+    """A page that wants the latest gets one sample a key and frame, the newest."""
     page.say("subscribe", id=1, key="*/number", latest=True, every=0.5)
     wait_for_listener("hmrsim/a/number", there=True)
     for number in range(100):
@@ -131,7 +131,7 @@ def test_only_the_latest_of_a_key(page, session, wait_for_listener):
 
 
 def test_an_ended_subscription_is_ended_on_the_network(page, wait_for_listener):
-    """Nobody publishes for a page that has stopped looking."""
+    """Nothing is published any more for a page that has unsubscribed."""
     page.say("subscribe", id=1, key="another/topic")
     wait_for_listener("hmrsim/another/topic", there=True)
     page.say("unsubscribe", id=1)
@@ -169,7 +169,7 @@ def test_all_pages_hear_a_sample(open_page, session, wait_for_listener):
 
 @pytest.mark.parametrize("frame", ["", "{", "[]", '{"op": "dance"}', b"\x00", '{"op": "unsubscribe", "id": 3}'])
 def test_a_malformed_frame_breaks_nothing(page, frame):
-    """The page is told, and goes on."""
+    """The page gets an error, and goes on."""
     page.socket.send(frame)
 
     assert "error" in page.hear("error")
@@ -188,7 +188,7 @@ def test_a_huge_frame_ends_that_page_only(open_page):
 
 
 def test_a_page_that_goes_while_answers_wait_is_let_go(open_page, wait_for_listener):
-    """It never read any, so that no further request of its was served; nobody publishes for it any more."""
+    """The page never read an answer, so that its further requests were not served; it has no subscribers any more."""
     with open_page() as page:
         page.say("subscribe", id=1, key="another/topic")
         wait_for_listener("hmrsim/another/topic", there=True)
@@ -208,7 +208,7 @@ def test_an_id_is_taken_once(page):
 
 
 def test_subscriptions_are_counted(page):
-    """A page has 64, and is told when it wants more."""
+    """A page may have 64, and gets an error for one more."""
     for id_ in range(65):
         page.say("subscribe", id=id_, key=f"key/{id_}")
 
@@ -216,7 +216,7 @@ def test_subscriptions_are_counted(page):
 
 
 def test_gets_are_counted(page, session):
-    """A page has 64 under way, and is told when it wants more."""
+    """A page may have 64 under way, and gets an error for one more."""
     held = []
     session.declare_queryable("hmrsim/held", held.append)
     for id_ in range(65):
@@ -227,7 +227,7 @@ def test_gets_are_counted(page, session):
 
 
 def test_the_simulator_goes_and_comes_back():
-    """The page is told both, and what it subscribed to comes from the new one."""
+    """The page gets both changes, and its subscriptions continue with the new one."""
     with ExitStack() as stack, ExitStack() as simulator:
         options = simulator.enter_context(served_world())
         page = stack.enter_context(opened(stack.enter_context(viewed(options)).url))

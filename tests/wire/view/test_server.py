@@ -1,4 +1,4 @@
-"""The page's server: its files, its headers, whom it refuses, its end."""
+"""The page's server: its files, its headers, its refusals, its end."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_a_recording_is_sent_packed(tape):
 
 
 def test_a_recording_is_sent_plain(tape):
-    """Who unpacks nothing gets it as it is."""
+    """A client that doesn't accept compression gets it plain."""
     _, headers, body = fetched(tape.url, "/recording", **{"Accept-Encoding": "identity"})
 
     assert "content-encoding" not in headers
@@ -94,7 +94,7 @@ def test_a_damaged_recording_is_sent_as_far_as_it_goes(caplog):
 
 
 def test_a_recording_has_no_socket(tape):
-    """There is nobody to ask."""
+    """A recording has no simulator to query."""
     with pytest.raises(InvalidStatus, match=r"403|404"), opened(tape.url):
         pass
 
@@ -127,7 +127,7 @@ def test_nothing_but_the_page_is_served(server, path):
 
 @pytest.mark.parametrize("path", ["/source", "/source/connection.js", "/nothing"])
 def test_each_answer_has_the_headers_of_a_careful_page(server, path):
-    """The page loads nothing from elsewhere, and nobody guesses types or learns its URL."""
+    """The page loads nothing from elsewhere; browsers don't guess types, and other sites don't learn its URL."""
     headers = fetched(server.url, path)[1]
 
     assert headers["content-security-policy"].startswith("default-src 'self'; ")
@@ -147,7 +147,7 @@ def test_the_loopback_has_several_names(server, host):
 
 @pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example:7448", "localhost@evil.example", "", "[::1"])
 def test_other_names_are_refused(server, host):
-    """A name that somebody makes lead here is not ours (DNS rebinding)."""
+    """A foreign name that resolves to this host is refused (DNS rebinding)."""
     upgrade = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13"}
     upgrade["Sec-WebSocket-Key"] = "dGhlIHNhbXBsZSBub25jZQ=="
 
@@ -183,7 +183,7 @@ def elsewhere(simulator):
 
 
 def test_the_token_lets_in(elsewhere):
-    """Who has the URL sees the page, by whatever name the machine has."""
+    """A browser with the URL sees the page, by whatever name the machine has."""
     url, token = elsewhere
 
     assert 22 == len(token)
@@ -202,7 +202,7 @@ def test_without_the_token_nothing_is_shown(elsewhere, path, query):
 
 
 def test_without_the_token_there_is_no_socket(elsewhere):
-    """Nobody drives robots without it."""
+    """Without the token, a page can't drive robots."""
     with pytest.raises(InvalidStatus, match="403"), opened(elsewhere[0]):
         pass
 
@@ -221,7 +221,7 @@ def test_what_only_this_machine_reaches(host, expected):
     assert expected == is_loopback(host)
 
 
-def test_a_taken_port_is_told():
+def test_a_taken_port_is_an_error():
     """The text names the address and the option."""
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
@@ -237,7 +237,7 @@ def test_no_address_of_this_machine(host):
 
 
 def test_it_ends_at_once_with_pages_open(simulator):
-    """Pages are sent away with the code for a restart, and nobody waits for them."""
+    """Pages get the code for a restart, and the server does not wait for them."""
     with viewed(simulator) as server, opened(server.url) as page:
         page.get("_world/info")
         begin = time.monotonic()

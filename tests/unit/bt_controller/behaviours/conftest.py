@@ -22,7 +22,7 @@ class FakeTopics:
     Attributes:
         messages: The latest of each topic.
         asks: Whether messages are asked for.
-        watched: Whose topics somebody looks at.
+        watched: The topics that are watched, each with its robot.
     """
 
     def __init__(self) -> None:
@@ -31,7 +31,7 @@ class FakeTopics:
         self.watched: list[tuple[str, str]] = []
 
     def watch(self, robot: str, topic: str, _wake: Callable[[], None] | None = None) -> None:
-        """Note who is looked at."""
+        """Note the watched robot."""
         self.watched.append((robot, topic))
 
     def latest(self, _robot: str, topic: str) -> Message:

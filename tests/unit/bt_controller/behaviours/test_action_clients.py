@@ -28,8 +28,8 @@ class TestFromConstant:
 
         assert [GOAL] == [goal.goal for goal in client.goals]
 
-    def test_it_says_what_it_is_told_to_say_of_feedback(self, client, equip):
-        """As py_trees_ros calls it: generate_feedback_message."""
+    def test_it_shows_feedback_by_the_given_function(self, client, equip):
+        """The argument has py_trees_ros's name: generate_feedback_message."""
         leaf = equip(FromConstant("Wait", "wait", GOAL, lambda feedback: f"{feedback.time_left.sec} s to go"))
         leaf.tick_once()
         client.goals[0].accept()

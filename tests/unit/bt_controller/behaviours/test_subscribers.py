@@ -124,7 +124,7 @@ def test_a_message_goes_to_the_blackboard_whole_or_in_parts(topics, equip):
 
 
 def test_variables_have_a_value_before_the_first_message(equip):
-    """For those who look too early."""
+    """A reader that looks too early gets this value."""
     equip(subscribers.ToBlackboard("B", "odom", "odometry", initialise_variables={"odometry": "none"}))
 
     assert "none" == Blackboard.get("odometry")
@@ -165,7 +165,7 @@ def test_the_warning_of_a_low_battery_does_not_flicker(topics, equip):
     ],
 )
 def test_charging_is_waited_for_while_it_goes_on(topics, equip, percentage, status, expected):
-    """Who has no charger would wait for ever."""
+    """A robot without a charger would wait for ever."""
     topics.messages["battery_state"] = BatteryState(percentage=percentage, power_supply_status=status)
 
     assert expected == ticked(equip(battery.WaitUntilCharged(0.9)))

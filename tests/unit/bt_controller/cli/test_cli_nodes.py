@@ -22,8 +22,8 @@ def test_all_nodes_are_listed(capsys):
     assert set(registry()) == {line.split()[0] for line in out.splitlines() if line[0].isspace()}
 
 
-def test_a_node_is_told_with_its_ports(capsys):
-    """Kind, default, and what for."""
+def test_a_node_is_listed_with_its_ports(capsys):
+    """A port has its kind, default and description."""
     assert 0 == main(["nodes", "RecoveryNode"])
 
     out = capsys.readouterr().out
@@ -31,8 +31,8 @@ def test_a_node_is_told_with_its_ports(capsys):
     assert "  input number_of_retries: int, default 1\n" in out
 
 
-def test_scripts_are_told_as_ports_are(capsys):
-    """Whoever writes a file sees an attribute like any other."""
+def test_scripts_are_listed_as_ports_are(capsys):
+    """A script is an attribute like any other in the file, and is listed as one."""
     main(["nodes", "Script", "--json"])
 
     (script,) = json.loads(capsys.readouterr().out)["Script"]["ports"]

@@ -21,7 +21,7 @@ def snapshot(message="", *, tick=1):
 
 
 def test_an_unchanged_tree_is_not_written_again():
-    """A tick that changes nothing is no news."""
+    """A tick that changes nothing is not printed."""
     out = io.StringIO()
     display = PlainDisplay(out)
     display.show(snapshot("one", tick=1))
@@ -32,15 +32,15 @@ def test_an_unchanged_tree_is_not_written_again():
 
 
 def test_a_stream_without_unicode_gets_py_trees_ascii_symbols():
-    """A log in ASCII is no reason to crash."""
+    """A log in ASCII does not crash the display."""
     out = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
     PlainDisplay(out).show(snapshot())
 
     assert out.buffer.getvalue() == b"wall_e at 1.500 s\n--> Leaf [o]\n\n"
 
 
-def test_a_name_that_a_stream_can_not_take_is_no_reason_to_crash():
-    """What has no letter in the stream's encoding is a question mark."""
+def test_a_name_that_a_stream_can_not_encode_does_not_crash():
+    """A character that the stream's encoding lacks is a question mark."""
     out = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
     PlainDisplay(out).show(snapshot("Tür"))
 
@@ -59,8 +59,8 @@ def test_json_has_a_line_for_each_change():
     assert [json.loads(line) for line in out.getvalue().splitlines()] == [expected]
 
 
-def test_json_tells_what_changed_on_the_blackboard_only():
-    """A tree that looks the same may have learnt something."""
+def test_json_has_changes_of_the_blackboard_only():
+    """A tree may be unchanged while its blackboard changes."""
     out = io.StringIO()
     display = JsonDisplay(out)
     for tick, known in ((1, {}), (2, {"code": 208}), (3, {"code": 208})):

@@ -73,7 +73,7 @@ def test_all_trees_are_whole_where_they_fit(screen):
 
 
 def test_what_does_not_fit_is_a_line(screen):
-    """Whoever runs comes first; what has ended comes last, what has succeeded after what has failed."""
+    """Running trees come first, then failed ones; succeeded ones come last."""
     assert [
         "eve at 1.500 s",
         "{-} Mission of eve [*]",
@@ -119,7 +119,7 @@ def test_of_a_terminal_of_four_lines_the_end_of_the_way_is_left(screen):
 
 
 def test_in_the_end_there_is_room_for_the_outcome(screen):
-    """The lines that tell it come below the trees, which stay."""
+    """The lines with the outcome come below the trees, which stay."""
     assert ["wall_e [✓] Mission of wall_e", "eve    [✓] Mission of eve"] == screen(5, wall_e=SUCCEEDS, eve=SUCCEEDS)
 
 
@@ -159,7 +159,7 @@ def test_a_tree_that_was_stopped_is_shown_as_it_was():
 
 
 class Prints(Behaviour):
-    """Has the terminal drawn anew while it is ticked, as whoever prints does."""
+    """Has the terminal drawn anew while it is ticked, as a behaviour that prints does."""
 
     def __init__(self, display):
         super().__init__("Prints")

@@ -71,7 +71,7 @@ class TestSetup:
         assert (client.goals[0].robot, client.goals[0].action.name) == ("wall_e", "navigate_to_pose")
 
     def test_a_tick_without_setup_is_a_mistake(self):
-        """Whoever ticks a tree sets it up first."""
+        """A tree is set up before its first tick."""
         with pytest.raises(RuntimeError, match="'Wait' was ticked before it was set up"):
             ActionLeaf("Wait", "wait", WAIT).tick_once()
 
@@ -98,7 +98,7 @@ class TestInitialise:
         assert leaf.status is Status.RUNNING
 
     def test_the_goal_may_come_from_a_function(self, client):
-        """It is asked anew each time."""
+        """The function is called anew each time."""
         leaf = ActionLeaf("Wait", "wait", lambda: WAIT)
         leaf.setup(client=client, robot="wall_e")
         leaf.tick_once()
@@ -155,7 +155,7 @@ class TestUpdate:
         assert Blackboard.get("waited") is True
 
     def test_failure_is_not_written_on_the_blackboard(self, client):
-        """What was not done is not noted."""
+        """A result that was not achieved is not written."""
         leaf = ActionLeaf("Wait", "wait", WAIT, on_success={"waited": True})
         leaf.setup(client=client, robot="wall_e")
         leaf.tick_once()
@@ -190,8 +190,8 @@ class TestUpdate:
 
         assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "aborted: 'anvil' is too heavy")
 
-    def test_a_goal_that_somebody_else_canceled_fails(self, client, leaf):
-        """The tree did not want that."""
+    def test_a_goal_that_another_client_canceled_fails(self, client, leaf):
+        """The cancel did not come from the tree."""
         leaf.tick_once()
         client.goals[0].end_canceled()
         leaf.tick_once()
@@ -199,7 +199,7 @@ class TestUpdate:
         assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "canceled: canceled")
 
     def test_a_simulator_that_dies_fails_the_leaf(self, client, leaf):
-        """Nobody waits for an answer that can't come."""
+        """The leaf does not wait for an answer that can't come."""
         leaf.tick_once()
         client.goals[0].accept()
         client.goals[0].fail(SimulatorGone("the simulator is gone"))
@@ -207,8 +207,8 @@ class TestUpdate:
 
         assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "the simulator is gone")
 
-    def test_feedback_is_told_field_by_field(self, client, leaf):
-        """An action without words of its own shows its plain fields."""
+    def test_feedback_is_shown_field_by_field(self, client, leaf):
+        """An action without a format of its own shows its plain fields."""
         leaf.tick_once()
         client.goals[0].accept()
         client.goals[0].feed(time_left=Duration.from_seconds(2.5))
@@ -296,8 +296,8 @@ class TestSuspend:
 
         assert (len(client.goals), leaf.status) == (1, Status.SUCCESS)
 
-    def test_a_goal_that_somebody_else_canceled_later_is_not_sent_again(self, client, leaf):
-        """Only the one that was suspended is."""
+    def test_a_goal_that_another_client_canceled_later_is_not_sent_again(self, client, leaf):
+        """Only the goal that was suspended is sent again."""
         leaf.tick_once()
         leaf.suspend()
         client.goals[0].end_canceled()
@@ -388,7 +388,7 @@ class TestResume:
         assert (ids[3:], 3) == (ids[:3], len({*ids}))
 
     def test_a_goal_that_could_not_be_sent_uses_up_no_id(self, client, leaf):
-        """The simulator has never heard of it."""
+        """The simulator has never received it."""
         client.refuses = SimulatorGone("gone")
         leaf.tick_once()
         client.refuses = None
@@ -421,7 +421,7 @@ class TestResume:
 
     @pytest.mark.parametrize("found", [GoalStatus.CANCELING, GoalStatus.CANCELED])
     def test_what_was_canceled_in_an_earlier_life_is_sent_with_the_next_id(self, client, leaf, found):
-        """Whoever ended had canceled it."""
+        """The cancel came from the earlier life, when it ended."""
         leaf.tick_once()
         client.goals[0].is_known(found)
         client.goals[0].end_canceled()
@@ -431,7 +431,7 @@ class TestResume:
         assert client.goals[0].goal_id != client.goals[1].goal_id
 
     def test_a_goal_that_is_canceled_when_it_was_taken_over_fails_as_ever(self, client, leaf):
-        """Whoever does that means this life: a robot that was told to stop is not sent on."""
+        """The cancel is meant for this life: a robot that was told to stop is not sent on."""
         leaf.tick_once()
         client.goals[0].is_known(GoalStatus.EXECUTING)
         client.goals[0].end_canceled()
@@ -463,8 +463,8 @@ class TestResume:
         assert (leaf.status, len(client.goals)) == (Status.RUNNING, 2)
 
     @pytest.mark.parametrize(("found", "sent"), [(GoalStatus.SUCCEEDED, 2), (GoalStatus.EXECUTING, 1)])
-    def test_who_repeats_does_anew_what_has_ended(self, client, leaf, found, sent):
-        """But takes over what is under way."""
+    def test_a_repeated_step_does_anew_what_has_ended(self, client, leaf, found, sent):
+        """A goal that is under way is taken over."""
         leaf.repeat()
         leaf.tick_once()
         client.goals[0].is_known(found)
@@ -473,8 +473,8 @@ class TestResume:
 
         assert sent == len(client.goals)
 
-    def test_a_goal_of_this_life_that_somebody_cancels_fails_as_ever(self, client, leaf):
-        """The tree did not want that."""
+    def test_a_goal_of_this_life_that_another_client_cancels_fails_as_ever(self, client, leaf):
+        """The cancel did not come from the tree."""
         leaf.tick_once()
         client.goals[0].accept()
         client.goals[0].end_canceled()

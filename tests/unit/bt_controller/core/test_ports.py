@@ -17,14 +17,14 @@ class _Nowhere:
         raise ValueError(f"no place {name!r}; there are none")
 
 
-def test_a_place_that_was_given_and_is_not_there_is_told_as_it_was_given():
-    """With --set, that is; the simulator knows the places."""
+def test_an_unknown_given_place_is_reported_as_it_was_given():
+    """The place was given with --set; the simulator knows the places."""
     with pytest.raises(ValueError, match=r"^--set goal=nowhere: no place 'nowhere'; there are none$"):
         POSE.read(Given("nowhere", "goal"), _Nowhere())
 
 
 def test_a_given_text_can_be_copied():
-    """Whoever tells of a blackboard may do that."""
+    """A snapshot of a blackboard copies its values."""
     twin = copy.deepcopy(Given("ward", "goal"))
 
     assert ("ward", "goal") == (twin, twin.key)

@@ -1,4 +1,4 @@
-"""Who gets which task: what holds of any tasks and robots, and what `nearest` means."""
+"""Task allocation: what holds for any tasks and robots, and what `nearest` means."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ def test_no_task_and_no_robot_is_given_twice(waiting, robots):
 
 
 @given(WAITING, ROBOTS)
-def test_nobody_gets_what_it_can_not_do(waiting, robots):
-    """Neither the wrong type, nor who is busy or broken, nor who is nearly empty."""
+def test_no_robot_gets_what_it_can_not_do(waiting, robots):
+    """A robot of the wrong type, a busy or broken one, and one with a low battery get no task."""
     by_name = {robot.name: robot for robot in robots}
     chosen = [(each.task, by_name[each.robot]) for each in nearest(waiting, robots, least=MIN_CHARGE)]
 
@@ -64,8 +64,8 @@ def test_nobody_gets_what_it_can_not_do(waiting, robots):
 
 
 @given(WAITING, ROBOTS)
-def test_no_task_waits_while_somebody_free_could_do_it(waiting, robots):
-    """It is given at once."""
+def test_no_task_waits_while_a_free_robot_could_do_it(waiting, robots):
+    """The task is assigned at once."""
     found = nearest(waiting, robots, least=MIN_CHARGE)
     left = [each for each in waiting if each.task not in {one.task for one in found}]
     free = [
@@ -93,14 +93,14 @@ MILK = PendingTask(Task("milk", "a", "b"), (5.0, 0.0))
 
 
 def test_the_nearest_gets_it():
-    """And the next task goes to the nearest of those who are left."""
+    """The next task goes to the nearest of the other robots."""
     found = nearest([TEA, MILK], [robot("ann", 4.0), robot("bob", 3.0)], least=MIN_CHARGE)
 
     assert [Assignment(TEA.task, "bob", 3.0), Assignment(MILK.task, "ann", 1.0)] == found
 
 
-def test_who_has_failed_comes_last():
-    """However near it is; but if nobody else is free it may try again."""
+def test_a_robot_that_has_failed_comes_last():
+    """A robot that has failed comes last, however near it is; if no other robot is free, it may try again."""
     tea = PendingTask(TEA.task, TEA.at, failed=frozenset({"bob"}))
 
     assert ["ann"] == [each.robot for each in nearest([tea], [robot("bob", 1.0), robot("ann", 9.0)], least=MIN_CHARGE)]

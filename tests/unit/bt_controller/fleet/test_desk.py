@@ -34,8 +34,8 @@ def items(tasks):
     return [each.task.item for each in tasks]
 
 
-def test_who_has_a_task_gets_no_other(task_queue):
-    """However idle it looks."""
+def test_a_robot_with_a_task_gets_no_other(task_queue):
+    """This holds even for a robot that reports itself idle."""
     assert ([], ["milk"]) == (task_queue.hand_out([robot("ann")]), items(task_queue.waiting))
 
 
@@ -47,8 +47,8 @@ def test_what_is_done_is_in_the_books(task_queue):
     assert ["tea"] == [task.item for task in task_queue.done]
 
 
-def test_another_takes_over_from_who_failed(task_queue):
-    """Before what turned up later."""
+def test_another_robot_takes_over_from_one_that_failed(task_queue):
+    """The task comes before those that turned up later."""
     task_queue.fail("ann")
 
     assert ["tea", "milk"] == items(task_queue.waiting)
@@ -56,23 +56,23 @@ def test_another_takes_over_from_who_failed(task_queue):
 
 
 def test_what_a_robot_holds_stays_with_it(task_queue):
-    """Nobody else can fetch it."""
+    """No other robot can fetch it."""
     task_queue.given["ann"].holds = True
     task_queue.fail("ann")
 
     assert (["milk"], "tea") == (items(task_queue.waiting), task_queue.given["ann"].task.item)
 
 
-def test_who_holds_what_was_given_up_gets_nothing(task_queue):
-    """Its claw is full."""
+def test_a_robot_that_holds_a_given_up_item_gets_nothing(task_queue):
+    """Its gripper is full."""
     task_queue.give_up("ann", "ann holds it")
 
     assert [] == task_queue.hand_out([robot("ann")])
     assert {"tea": "ann holds it"} == task_queue.lost
 
 
-def test_what_nobody_can_do_is_given_up(task_queue):
-    """At once; the rest waits on."""
+def test_a_task_that_no_robot_can_do_is_given_up(task_queue):
+    """The task is given up at once; the others go on waiting."""
     task_queue.waiting.append(waiting("rice", 3.0, types=("cook",)))
 
     assert ["rice"] == task_queue.give_up_waiting([robot("ann")], before=0.0)
@@ -80,7 +80,7 @@ def test_what_nobody_can_do_is_given_up(task_queue):
 
 
 def test_what_has_waited_for_too_long_is_given_up(task_queue):
-    """The books say who failed at it."""
+    """The books say which robots failed at it."""
     task_queue.fail("ann")
 
     assert ["tea"] == task_queue.give_up_waiting([robot("ann")], before=1.0)

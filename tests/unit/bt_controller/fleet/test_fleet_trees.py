@@ -62,13 +62,13 @@ def test_a_robot_that_is_not_there_is_an_error(run):
 
 
 def test_a_leaf_that_names_no_robot_is_an_error(run):
-    """Nobody knows whose goal it would be."""
+    """It is not known which robot would get the goal."""
     with pytest.raises(NotServed, match="no robot 'fleet'"):
         run(lambda _robots: ActionLeaf("Go", "navigate_to_pose", NavigateToPose.Goal()), "eve")
 
 
 def test_all_leaves_share_a_blackboard(run):
-    """What one robot has found the other knows."""
+    """What one robot writes, the others read."""
     seen = []
 
     def tree(robots):

@@ -41,6 +41,6 @@ def test_the_gaps_are_as_long_as_is_wanted_on_average():
         (("nurse", "porter"), "cleaner", ("navigate_to_pose", "pickup", "place"), False),
     ],
 )
-def test_a_task_suits_who_is_of_its_types_and_has_its_actions(types, robot_type, actions, suits):
-    """Both count; no types are all."""
+def test_a_task_suits_robots_of_its_types_with_its_actions(types, robot_type, actions, suits):
+    """Both are required; a task without types suits all types."""
     assert suits is Task("tea", "a", "b", types).suits(robot_type, actions)

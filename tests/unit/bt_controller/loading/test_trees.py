@@ -130,8 +130,8 @@ def test_values_win_over_what_a_function_sets():
         ("bt_test_missions:keyword", "wants map; a tree's function takes the robot's name, or nothing"),
     ],
 )
-def test_what_is_no_tree_is_refused_in_one_line(name, error):
-    """The error says what would do."""
+def test_a_value_that_is_not_a_tree_is_refused_in_one_line(name, error):
+    """The error says what is expected."""
     with pytest.raises(TreeError, match=error) as caught:
         load(name)
 
@@ -145,7 +145,7 @@ def test_what_is_no_tree_is_refused_in_one_line(name, error):
         ("broken", r"bt_test_missions:broken: ZeroDivisionError: division by zero \(.*bt_test_missions\.py:37\)"),
     ],
 )
-def test_what_builds_no_tree_is_refused_in_one_line(function, error):
-    """The user's own mistake is told with its place."""
+def test_a_function_that_builds_no_tree_is_refused_in_one_line(function, error):
+    """The user's own mistake is reported with its place."""
     with pytest.raises(TreeError, match=error):
         load(f"bt_test_missions:{function}").build("wall_e")

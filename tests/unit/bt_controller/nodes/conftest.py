@@ -1,4 +1,4 @@
-"""Small trees of XML nodes without XML: leaves that end as they are told, and ports that are wired by hand."""
+"""Small trees of XML nodes without XML: leaves with scripted statuses, and ports that are wired by hand."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Topics:
 
 
 class Tree:
-    """A tree that is ticked by hand; its clock stands still unless it is told the time."""
+    """A tree that is ticked by hand; its clock stands still unless a tick is given the time."""
 
     def __init__(self, root, **known):
         self.root = root

@@ -52,7 +52,7 @@ def test_a_condition_may_take_its_time(given, kind):
 @pytest.mark.parametrize("kind", [IfThenElse, WhileDoElse])
 @pytest.mark.parametrize("statuses", [("-", "S"), ("S", "-")])
 def test_it_is_skipped_if_its_condition_or_what_is_meant_is(given, kind, statuses):
-    """Nothing was done, or nobody knows what to do."""
+    """A skipped condition or a skipped branch leaves nothing to do."""
     root, *_ = given(kind, *statuses)
 
     assert "-" == root.tick()
@@ -75,7 +75,7 @@ def test_if_looks_again_when_it_begins_again(given):
 
 
 def test_while_looks_again_at_each_tick(given):
-    """What is no longer meant is halted."""
+    """The branch that no longer applies is halted."""
     root, condition, do, otherwise = given(WhileDoElse, "SFS", "R", "R")
 
     assert "RRR" == root.ticks(0, 1, 2)
@@ -100,7 +100,7 @@ def test_while_leaves_what_runs_alone_while_its_condition_takes_time(given):
 
 
 def test_while_has_its_condition_looked_at(node, tree, told):
-    """If it is one that nobody tells of."""
+    """The condition is looked at each period if it does not announce its changes."""
     asked = tree(node(WhileDoElse, node(IfThenElse, told("S"), told("S")), told("R")))
     asked.tick()
     not_asked = tree(node(IfThenElse, node(IfThenElse, told("S"), told("S")), told("R")))
@@ -131,8 +131,8 @@ def test_a_switch_without_a_value_takes_the_last(given):
     assert [0, 0, 1] == [leaf.ticks for leaf in leaves]
 
 
-def test_a_switch_halts_what_is_no_longer_meant(given, board):
-    """It compares at each tick, and has to be looked at."""
+def test_a_switch_halts_the_former_branch(given, board):
+    """The switch compares at each tick, and has to be looked at."""
     board["/mode"] = "a"
     root, first, second, _ = given(registry()["Switch2"], "R", "S", "F", variable="{mode}", case_1="a", case_2="b")
     before, due = root.tick(), root.due()
@@ -192,8 +192,8 @@ def test_try_passes_over_skipped_children(given):
 
 
 @pytest.mark.parametrize(("port", "ticks"), [({}, 0), ({"catch_on_halt": "false"}, 0), ({"catch_on_halt": "true"}, 1)])
-def test_a_halt_is_caught_if_it_is_told(given, port, ticks):
-    """After what runs was halted; what catching begins is halted, too."""
+def test_a_halt_is_caught_if_requested(given, port, ticks):
+    """The catching child is ticked after the running ones were halted; what it begins is halted, too."""
     root, tried, catch = given(TryCatch, "R", "R", **port)
     root.tick()
     root.halt()
@@ -210,8 +210,8 @@ def test_a_halt_while_catching_is_not_caught_again(given):
     assert (1, 1) == (catch.ticks, catch.halts)
 
 
-def test_a_skip_of_what_ran_is_no_halt(given):
-    """Nothing is to be caught."""
+def test_a_skip_of_a_running_child_is_not_a_halt(given):
+    """The catching child is not ticked."""
     root, _, catch = given(TryCatch, "R-", "S", catch_on_halt="true")
 
     assert "R-" == root.ticks(0, 1)

@@ -38,15 +38,15 @@ def test_results_are_changed(given, kind, statuses):
 
 
 @pytest.mark.parametrize("kind", [Inverter, ForceSuccess, ForceFailure])
-def test_a_running_child_tells_by_itself(given, kind):
-    """Nobody has to look."""
+def test_a_running_child_is_not_looked_at(given, kind):
+    """A running child announces its changes; the decorator is not looked at each period."""
     root, _ = given(kind, "R")
     root.tick()
 
     assert NEVER == root.due()
 
 
-def test_repeat_ticks_its_child_as_often_as_it_is_told(given):
+def test_repeat_ticks_its_child_as_often_as_its_port_says(given):
     """In one tick if the child takes no time; it is begun anew each time."""
     root, leaf = given(Repeat, "S", num_cycles="3")
 
@@ -95,7 +95,7 @@ def test_repeat_for_ever_ends_with_a_failure_only(given):
 
 
 def test_repeat_for_ever_begins_the_next_turn_where_the_last_ended(given):
-    """If the child took time; then nobody has to look."""
+    """If the child took time, the next turn begins within its last tick; the node is not looked at each period."""
     root, leaf = given(Repeat, "RSRSR", num_cycles="-1")
 
     assert "RRR" == root.ticks(0, 1, 2)
@@ -160,7 +160,7 @@ def test_retry_ticks_its_child_until_it_succeeds(given):
     assert (3, 3) == (leaf.ticks, leaf.begun)
 
 
-def test_retry_fails_after_as_many_failures_as_it_is_told(given):
+def test_retry_fails_after_as_many_failures_as_its_port_says(given):
     """Attempts, not further ones."""
     root, leaf = given(RetryUntilSuccessful, "RF", num_attempts="3")
 
@@ -204,7 +204,7 @@ def test_keep_running_runs_until_a_failure(given):
 
 
 def test_keep_running_has_to_be_looked_at_where_its_child_has_ended(given):
-    """While that runs it tells by itself."""
+    """A running child announces its changes."""
     ended, _ = given(KeepRunningUntilFailure, "S")
     ended.tick()
     running, _ = given(KeepRunningUntilFailure, "R")
@@ -221,8 +221,8 @@ def test_run_once_is_skipped_afterwards(given):
     assert 2 == leaf.ticks
 
 
-def test_run_once_may_tell_again_how_its_child_ended(given):
-    """Without a tick of it."""
+def test_run_once_may_return_its_childs_status_again(given):
+    """The child is not ticked."""
     root, leaf = given(RunOnce, "RF", then_skip="false")
 
     assert "RFFF" == root.ticks(0, 1, 2, 3)
@@ -230,7 +230,7 @@ def test_run_once_may_tell_again_how_its_child_ended(given):
 
 
 def test_run_once_remembers_over_a_halt(given):
-    """Once is once; but who was halted or skipped has not run."""
+    """Once is once; but a child that was halted or skipped has not run."""
     ended, _ = given(RunOnce, "S")
     ended.tick()
     ended.halt()
@@ -270,7 +270,7 @@ def test_a_precondition_fails_if_nothing_is_said(guarded):
 
 
 def test_a_precondition_takes_statuses_only(guarded):
-    """Others are told when the tree is set up."""
+    """Other values are an error when the tree is set up."""
     with pytest.raises(
         PortError, match="port 'else': 'MAYBE' is not a status; expected SUCCESS, FAILURE, RUNNING or SKIPPED"
     ):
@@ -289,7 +289,7 @@ def test_a_precondition_is_not_looked_at_while_the_child_runs(guarded, board):
 
 
 def test_a_precondition_that_runs_has_to_be_looked_at(guarded):
-    """It may become true; a child that runs tells by itself."""
+    """The condition may become true; a running child announces its changes."""
     waiting, _ = guarded("false", "S", **{"else": "RUNNING"})
     waiting.tick()
     running, _ = guarded("true", "R")
@@ -298,8 +298,8 @@ def test_a_precondition_that_runs_has_to_be_looked_at(guarded):
     assert (1.0, NEVER) == (waiting.due(), running.due())
 
 
-def test_a_precondition_that_can_t_be_told_is_an_error(guarded):
-    """With the node's name."""
+def test_a_precondition_without_a_value_is_an_error(guarded):
+    """The error has the node's name."""
     root, _ = guarded("missing > 1", "S")
 
     with pytest.raises(ScriptError, match=r"^Precondition1: script 'missing > 1': 'missing' has no value"):
@@ -307,6 +307,6 @@ def test_a_precondition_that_can_t_be_told_is_an_error(guarded):
 
 
 def test_an_entry_of_a_script_is_not_named_as_a_port():
-    """Nobody could say which is meant."""
+    """The name would be ambiguous."""
     with pytest.raises(ScriptError, match=r"script 'else > 1': 'else' is a port of Precondition, not an entry"):
         Precondition.bind({"if": parse("else > 1")})

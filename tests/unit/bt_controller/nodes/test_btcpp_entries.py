@@ -93,7 +93,7 @@ def test_a_script_that_can_t_be_run_is_an_error(node, tree):
 
 @pytest.mark.parametrize(("code", "status"), [("x > 1", "S"), ("x < 1", "F"), ("x", "S"), ("x - 2", "F")])
 def test_a_script_is_a_condition(node, tree, board, code, status):
-    """Of whether its value is true; nobody tells when that changes."""
+    """The condition is whether the script's value is true; it is looked at each period: changes are not announced."""
     board["/x"] = 2
     root = tree(node(ScriptCondition.bind({"code": parse(code)})))
 
@@ -148,7 +148,7 @@ def test_a_child_is_ticked_for_each_update(node, tree, told, board, kind, otherw
 
 @pytest.mark.parametrize("kind", [SkipUnlessUpdated, WaitValueUpdate])
 def test_a_child_that_runs_is_ticked_without_an_update(node, tree, told, board, kind):
-    """And not begun again by one; it tells by itself."""
+    """An update does not begin it again; the running child announces its changes."""
     board["/goal"] = 1
     leaf = told("RRS")
     root = tree(node(kind, leaf, entry="{goal}"))
@@ -182,7 +182,7 @@ def test_a_loop_has_a_turn_for_each_value(loop, board):
 
 
 def test_a_loop_waits_for_its_child(loop, board):
-    """The value stays what it is; the child tells by itself."""
+    """The value stays as it is; the running child announces its changes."""
     board["/queue"] = ["a", "b"]
     root, leaf = loop("LoopString", "RSRS", queue="{queue}")
 
@@ -214,7 +214,7 @@ def test_a_loop_goes_on_after_a_skipped_child(loop, board):
     ("port", "status"), [({}, "S"), ({"if_empty": "FAILURE"}, "F"), ({"if_empty": "SKIPPED"}, "-")]
 )
 def test_an_empty_queue_says_how_the_loop_ends(loop, board, port, status):
-    """Also one that nobody has written."""
+    """A queue that has never been written counts as empty."""
     board["/queue"] = []
     empty, _ = loop("LoopInt", "S", queue="{queue}", **port)
     unwritten, _ = loop("LoopInt", "S", queue="{other}", **port)

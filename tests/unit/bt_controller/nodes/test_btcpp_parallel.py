@@ -20,8 +20,8 @@ def given(node, tree, told):
     return make
 
 
-def test_all_children_have_to_succeed_if_nothing_is_said(given):
-    """They are ticked in the same tick; who has ended is not ticked again."""
+def test_by_default_all_children_have_to_succeed(given):
+    """The children are ticked in the same tick; one that has ended is not ticked again."""
     root, *leaves = given(Parallel, "S", "RS", "RRS")
 
     assert "RRS" == root.ticks(0, 1, 2)
@@ -63,7 +63,7 @@ def test_a_negative_number_counts_from_the_end(given):
 
 
 def test_it_fails_when_it_can_t_succeed_any_more(given):
-    """Although fewer have failed than it is told."""
+    """It fails even if fewer have failed than the port says."""
     root, *_ = given(Parallel, "F", "R", "R", success_count="3", failure_count="2")
 
     assert "F" == root.tick()
@@ -124,8 +124,8 @@ def test_all_waits_for_all(given):
     assert [1, 3, 1] == [leaf.ticks for leaf in leaves]
 
 
-def test_all_succeeds_with_fewer_failures_than_it_is_told(given):
-    """And fails with as many."""
+def test_all_succeeds_with_fewer_failures_than_its_port_says(given):
+    """It fails with as many."""
     fewer, *_ = given(ParallelAll, "F", "S", "S", max_failures="2")
     as_many, *_ = given(ParallelAll, "F", "F", "S", max_failures="2")
     not_all, *_ = given(ParallelAll, "F", "F", "S", max_failures="-1")

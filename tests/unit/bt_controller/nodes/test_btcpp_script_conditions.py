@@ -110,7 +110,7 @@ def test_while_runs_the_script_for_halting(given, board):
 
 
 def test_while_has_to_be_looked_at(given):
-    """Nobody tells when an entry changes."""
+    """A change of an entry is not announced."""
     watched, _ = given("R", _while="true")
     watched.tick()
     unwatched, _ = given("R", _skipIf="false")

@@ -178,7 +178,7 @@ def test_memory_that_goes_on_with_skipped_children_succeeds(given):
 
 @pytest.mark.parametrize(("kind", "passes"), [(Sequence, "S"), (SequenceWithMemory, "S"), (Fallback, "F")])
 def test_what_has_ended_needs_no_look(given, kind, passes):
-    """Who runs tells by himself."""
+    """A running child announces its changes."""
     root, *_ = given(kind, passes, "R")
     root.tick()
 

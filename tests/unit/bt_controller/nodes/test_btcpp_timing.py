@@ -20,7 +20,7 @@ def test_sleep_runs_for_a_time(node, tree):
 
 
 def test_sleep_needs_no_look_before_its_end(node, tree):
-    """It knows when that is."""
+    """The node knows its end."""
     root = tree(node(Sleep, msec="1500"))
     root.tick(10.25)
 
@@ -49,8 +49,8 @@ def test_no_sleep_succeeds_at_once(node, tree):
     assert "S" == tree(node(Sleep, msec="0")).tick(3.0)
 
 
-def test_what_is_no_number_is_an_error(node, tree):
-    """When the tree is set up already."""
+def test_a_malformed_number_is_an_error(node, tree):
+    """The error comes when the tree is set up."""
     with pytest.raises(PortError, match="port 'msec': 'soon' is not a whole number"):
         tree(node(Sleep, msec="soon"))
 
@@ -66,7 +66,7 @@ def test_delay_ticks_its_child_after_a_time(node, tree, told):
 
 
 def test_delay_needs_no_look_before_its_end(node, tree, told):
-    """And none afterwards: the child tells by itself."""
+    """It needs none afterwards: the running child announces its changes."""
     root = tree(node(Delay, told("R"), delay_msec="2000"))
     root.tick(5.25)
     before = root.due()
@@ -101,14 +101,14 @@ def test_timeout_halts_a_child_that_takes_too_long(node, tree, told):
 
 
 def test_timeout_takes_an_end_at_the_last_moment(node, tree, told):
-    """That a goal ends at the same instant is no reason to fail."""
+    """An action that ends at the same instant does not time out."""
     root = tree(node(Timeout, told("RS"), msec="1000"))
 
     assert "RS" == root.ticks(4.0, 5.0)
 
 
 def test_timeout_is_due_when_the_time_is_over(node, tree, told):
-    """Its child may end before, and tells by itself."""
+    """The child may end before, and announces that."""
     root = tree(node(Timeout, told("R"), msec="60000"))
     root.tick(10.25)
 

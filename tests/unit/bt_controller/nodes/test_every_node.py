@@ -1,4 +1,4 @@
-"""What every node of XML trees promises, whoever wrote it: run over the whole registry."""
+"""What every node of XML trees promises, built in or not: run over the whole registry."""
 
 from __future__ import annotations
 

@@ -81,14 +81,14 @@ class TestGoals:
         assert ("FollowPath", "exact") == (goal["controller_id"], goal["goal_checker_id"])
 
     def test_spin(self, sent):
-        """1.57 radians in 10 s if nobody says."""
+        """The default is 1.57 radians in 10 s."""
         assert {"target_yaw": 1.57, "time_allowance": {"sec": 10}} == sent(Spin)
         assert {"target_yaw": -3.0, "time_allowance": {"nanosec": 500000000}} == sent(
             Spin, spin_dist="-3", time_allowance="0.5"
         )
 
     def test_wait(self, sent):
-        """A second if nobody says."""
+        """The default is one second."""
         assert {"time": {"sec": 1}} == sent(Wait)
         assert {"time": {"sec": 5}} == sent(Wait, wait_duration="5.0")
         assert {"time": {"sec": 5}} == sent(Wait, wait_duration="-5")
@@ -98,7 +98,7 @@ class TestGoals:
         [(BackUp, "backup_dist", "backup_speed"), (DriveOnHeading, "dist_to_travel", "speed")],
     )
     def test_straight_on_and_back(self, sent, kind, distance, speed):
-        """0.15 at 0.025 if nobody says."""
+        """The default is 0.15 m at 0.025 m/s."""
         assert {"target": {"x": 0.15}, "speed": 0.025, "time_allowance": {"sec": 10}} == sent(kind)
         assert {"target": {"x": 0.3}, "speed": 0.2} == sent(
             kind, **{distance: "0.3", speed: "0.2", "time_allowance": "0"}
@@ -112,7 +112,7 @@ class TestGoals:
         assert {"x": 1.0, "y": 2.0} == goal["dock_pose"]["pose"]["position"]
 
     def test_undock_robot(self, sent):
-        """In 30 s if nobody says."""
+        """The default timeout is 30 s."""
         assert {} == sent(UndockRobot)
         assert {"max_undocking_time": 5.0} == sent(UndockRobot, max_undocking_time="5")
 
@@ -136,7 +136,7 @@ class TestGoals:
         assert 7.0 == client.goals[0].goal.pose.pose.position.x
 
     def test_a_port_without_a_value_is_an_error_that_names_it(self, node, tree, known):
-        """Nobody has planned."""
+        """The path has not been planned."""
         with pytest.raises(PortError, match=r"port 'path' has no value yet"):
             tree(node(FollowPath, path="{path}"), **known).tick()
 
@@ -144,8 +144,8 @@ class TestGoals:
 class TestServer:
     """Which action it is."""
 
-    def test_the_usual_name_if_nobody_says(self, node, tree, known, client):
-        """Of the robot for which the tree is run."""
+    def test_the_default_server_is_the_usual_name(self, node, tree, known, client):
+        """The action of the robot that the tree is run for gets the goal."""
         tree(node(Wait, server_timeout="20"), **known).tick()
 
         assert ("wall_e", "wait") == (client.goals[0].robot, client.goals[0].action.name)
@@ -180,7 +180,7 @@ class TestEnds:
         return ticked, client.goals[0]
 
     def test_it_runs_until_the_goal_has_ended(self, computing):
-        """Whatever happens before that; nobody has to look."""
+        """The node runs until then, and is not looked at each period."""
         ticked, goal = computing
         goal.accept()
 
@@ -204,7 +204,7 @@ class TestEnds:
         assert (Path(), 208, "no route") == (board["/path"], board["/code"], board["/message"])
 
     def test_canceled_is_success(self, computing, board):
-        """Whoever has canceled it knows what for."""
+        """The client that canceled the goal had a reason: the node succeeds, with an empty path."""
         ticked, goal = computing
         goal.end_canceled()
 
@@ -253,7 +253,7 @@ class TestEnds:
         assert Path() == board["/path"]
 
     def test_a_reset_after_its_end_takes_nothing_away(self, computing, board, path):
-        """The path is still there for whoever follows it."""
+        """The path stays on the blackboard for the controller."""
         ticked, goal = computing
         goal._end(GoalStatus.SUCCEEDED, goal.action.result(path=path((0, 0), (1, 0))))
         ticked.tick()
@@ -263,7 +263,7 @@ class TestEnds:
 
     @pytest.mark.parametrize(("end", "status"), [("succeed", "S"), ("abort", "F")])
     def test_ticked_again_without_a_reset_it_ends_as_it_did(self, computing, client, end, status):
-        """And sends nothing: nobody has to look at it either."""
+        """The node sends nothing, and is not looked at each period."""
         ticked, goal = computing
         goal.succeed() if end == "succeed" else goal.abort(208, "no route")
 
@@ -290,8 +290,8 @@ class TestEnds:
         assert "RR" == ticked.ticks(1, 2)
         assert 1 == len(client.goals)
 
-    def test_docking_tells_whether_it_has_been_done(self, node, tree, known, client, board):
-        """And how often it was tried again."""
+    def test_docking_writes_whether_it_succeeded(self, node, tree, known, client, board):
+        """The number of retries is written, too."""
         ticked = tree(node(DockRobot, success="{done}", num_retries="{retries}"), **known)
         ticked.tick()
         client.goals[0]._end(GoalStatus.SUCCEEDED, client.goals[0].action.result(num_retries=2))
@@ -303,8 +303,8 @@ class TestEnds:
         ticked.tick()
         assert board["/done"] is False
 
-    def test_undocking_tells_whether_it_has_been_done(self, node, tree, known, client, board):
-        """As docking does."""
+    def test_undocking_writes_whether_it_succeeded(self, node, tree, known, client, board):
+        """Undocking reports it as docking does."""
         ticked = tree(node(UndockRobot, success="{done}"), **known)
         ticked.tick()
         client.goals[0].succeed()
@@ -342,8 +342,8 @@ class TestMoveIt:
         assert "F" == ticked.tick()
         assert (-4, "'anvil' is too heavy") == (board["/code"], board["/message"])
 
-    def test_nobody_there_is_failure(self, picking, board):
-        """MoveIt's FAILURE."""
+    def test_no_simulator_is_failure(self, picking, board):
+        """The error code is MoveIt's FAILURE."""
         ticked, goal = picking
         goal.fail(SimulatorNotFound("nobody there"))
         ticked.tick()
@@ -396,7 +396,7 @@ class TestFollowPath:
         assert "Other" == client.goals[1].goal.controller_id
 
     def test_where_the_new_goal_can_not_be_sent_the_old_one_is_canceled(self, following, client, board, path):
-        """The node fails, and nobody follows the robot any longer."""
+        """The node fails, and the robot no longer follows a path."""
         board["/path"] = path((1, 0), (4, 1))
         client.refuses = SimulatorNotFound("nobody there")
 
@@ -404,14 +404,14 @@ class TestFollowPath:
         assert client.goals[0].canceled
 
     def test_a_path_without_poses_does_not(self, following, client, board):
-        """Whoever plans has none for the moment."""
+        """The planner has no path for the moment."""
         board["/path"] = Path()
 
         assert "R" == following.tick()
         assert 1 == len(client.goals)
 
-    def test_nobody_has_to_look_for_another_path(self, following):
-        """Whoever makes one does so in a tick."""
+    def test_it_is_not_looked_at_for_another_path(self, following):
+        """A planner writes a new path during a tick."""
         assert math.inf == following.due()
 
     def test_halted_it_cancels_all_that_is_under_way(self, following, client, board, path):

@@ -51,7 +51,7 @@ class TestGoalReached:
         assert [("wall_e", "odom")] == topics.watched
 
     def test_it_has_to_be_looked_at_each_period(self, node, tree, topics):
-        """Nobody tells when the robot has come near."""
+        """The robot's arrival near the goal is not announced."""
         ticked = tree(node(GoalReached, goal="5;1"), **topics.known)
         ticked.tick()
 
@@ -140,7 +140,7 @@ class TestIsGoalNearby:
         assert "F" == tree(condition, **topics.known).tick()
 
     def test_the_robot_is_looked_for_on_the_whole_path(self, node, tree, topics, path):
-        """If nobody says how far to look, it may jump ahead."""
+        """By default the whole path is searched, so that the pose may jump ahead."""
         ticked = tree(node(IsGoalNearby, path=path((0, 0), (10, 0), (10, 1), (0, 1))), **topics.known)
         ticked.tick()
         topics.at(0.0, 0.9)
@@ -158,7 +158,7 @@ class TestIsGoalNearby:
 
     @pytest.mark.parametrize("ports", [{}, {"path": "{path}"}])
     def test_without_a_path_it_fails(self, node, tree, topics, ports):
-        """Nobody has planned one yet."""
+        """The path has not been planned yet."""
         assert "F" == tree(node(IsGoalNearby, **ports), **topics.known).tick()
 
 
@@ -169,11 +169,11 @@ def test_poses_are_near_within_the_tolerance(node, tree, tolerance, status):
 
 
 class TestBattery:
-    """What the battery tells."""
+    """Conditions on the battery's state."""
 
     @pytest.fixture
     def battery(self, topics):
-        """Return the function that has the battery tell something."""
+        """Return the function that sets the battery's message."""
 
         def tell(**fields):
             topics.messages["battery_state"] = BatteryState(**fields)
@@ -183,7 +183,7 @@ class TestBattery:
 
     @pytest.mark.parametrize(("left", "status"), [(0.31, "F"), (0.3, "S"), (0.0, "S")])
     def test_it_is_low_at_the_share_or_below(self, node, tree, battery, left, status):
-        """From 0 to 1, as batteries tell it."""
+        """The share is from 0 to 1, as in BatteryState."""
         assert status == tree(node(IsBatteryLow, min_battery="0.3"), **battery(percentage=left)).tick()
 
     @pytest.mark.parametrize(("volts", "status"), [(11.6, "F"), (11.5, "S")])
@@ -230,7 +230,7 @@ class TestIsStopped:
     """Slow for a while."""
 
     def test_it_runs_until_the_robot_has_stood_long_enough(self, node, tree, topics):
-        """A second, if nobody says."""
+        """The default is one second."""
         ticked = tree(node(IsStopped), **topics.known)
 
         assert "RRS" == ticked.ticks(0, 0.9, 1.0)
@@ -245,7 +245,7 @@ class TestIsStopped:
         assert "RRS" == ticked.ticks(0.5, 0.9, 1.0)
 
     def test_it_has_to_be_looked_at_each_period(self, node, tree, topics):
-        """The robot may drive before the time is over, and nobody tells."""
+        """The robot may drive before the time is over, and this is not announced."""
         ticked = tree(node(IsStopped, duration_stopped="10000"), **topics.known)
         ticked.tick()
 
@@ -292,7 +292,7 @@ class TestIsStuck:
 
         assert "F" == ticked.tick()
 
-    def test_the_same_message_again_tells_nothing(self, node, tree, topics):
+    def test_the_same_message_again_has_no_effect(self, node, tree, topics):
         """No time has gone by."""
         assert "FF" == tree(node(IsStuck), **topics.known).ticks(0, 1)
 
@@ -324,7 +324,7 @@ class TestPathExpiringTimer:
     """How old a path is."""
 
     def test_it_succeeds_each_time_so_many_seconds_are_over(self, node, tree, path):
-        """A second if nobody says; whether it is reset or not."""
+        """The default is one second; a reset does not restart it."""
         ticked = tree(node(PathExpiringTimer, path=path((0, 0), (1, 0))))
         ticked.tick(0)
         ticked.halt()
@@ -368,7 +368,7 @@ class TestErrorCodes:
 
         assert codes == helped
 
-    def test_a_code_that_nobody_has_written_is_none(self, node, tree):
+    def test_a_code_that_was_never_written_is_none(self, node, tree):
         """The controller has not been asked yet."""
         assert "F" == tree(node(WouldAControllerRecoveryHelp, error_code="{never}")).tick()
 

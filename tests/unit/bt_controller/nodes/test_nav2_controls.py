@@ -87,7 +87,7 @@ class TestRecoveryNode:
         assert ("F", 1501) == (ticked.tick(1), first.ticks)
 
     def test_it_waits_for_the_child_that_runs(self, node, told, tree):
-        """Nobody has to look."""
+        """The running child announces its changes; the node is not looked at each period."""
         ticked = tree(node(RecoveryNode, told("R"), told("S")))
         ticked.tick()
 
@@ -112,7 +112,7 @@ class TestPipelineSequence:
 
         assert (3, 3) == (a.ticks, b.ticks)
 
-    def test_a_child_that_runs_again_lets_those_be_ticked_that_were_reached(self, node, told, tree):
+    def test_a_child_that_runs_again_keeps_the_reached_ones_ticked(self, node, told, tree):
         """A runs again while B goes on."""
         a, b, c = told("SRRS"), told("RRS"), told("R")
         ticked = tree(node(PipelineSequence, a, b, c))
@@ -156,7 +156,7 @@ class TestRoundRobin:
     """Another child each time."""
 
     def test_the_next_time_it_goes_on_after_the_child_that_has_succeeded(self, node, told, tree):
-        """Whoever resets the node in between, as parents do."""
+        """A reset in between, as by a parent, does not change this."""
         children = [told("S"), told("S"), told("S")]
         ticked = tree(node(RoundRobin, *children))
         ticked.tick()
@@ -211,7 +211,7 @@ class TestRoundRobin:
         assert "SF" == ticked.ticks(0, 1)
 
     def test_halted_it_begins_with_the_first_child(self, node, told, tree):
-        """A halt is no end of a turn."""
+        """A halt does not count as the end of a turn."""
         children = [told("S"), told("R")]
         ticked = tree(node(RoundRobin, *children))
         ticked.ticks(0, 1)

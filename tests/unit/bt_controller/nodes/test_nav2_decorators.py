@@ -31,8 +31,8 @@ class TestRateController:
         assert "SRSRS" == ticked.ticks(0, 0.25, 0.5, 0.75, 1.0)
         assert 3 == child.ticks
 
-    def test_ten_times_a_second_if_nobody_says(self, node, told, tree):
-        """As Nav2's documentation has it."""
+    def test_the_default_is_ten_times_a_second(self, node, told, tree):
+        """The default is that of Nav2's documentation."""
         assert "SRS" == tree(node(RateController, told("S"))).ticks(0, 0.0999, 0.1)
 
     def test_a_child_that_runs_is_ticked_each_time(self, node, told, tree):
@@ -50,7 +50,7 @@ class TestRateController:
         assert 1.5 == ticked.due()
 
     def test_it_looks_again_when_the_time_comes(self, node, told, tree):
-        """Whatever it is meanwhile; its child tells by itself while it runs."""
+        """This holds whatever its status is; a running child announces its changes."""
         ticked = tree(node(RateController, told("SR"), hz="1.0"))
         dues = []
         for now in (0.0, 0.5, 1.0):
@@ -70,7 +70,7 @@ class TestRateController:
         assert 2 == child.ticks
 
     def test_a_rate_that_is_none_is_an_error(self, node, told, tree):
-        """One line says whose it is."""
+        """One line names the node."""
         with pytest.raises(PortError, match=r"port 'hz': 0 is not a rate; expected a number greater than 0"):
             tree(node(RateController, told("S"), hz=0.0)).tick()
 
@@ -96,14 +96,14 @@ class TestDistanceController:
         assert 3 == child.ticks
 
     def test_a_child_that_runs_is_ticked_each_time(self, node, told, tree, topics):
-        """Wherever the robot is; and it tells by itself when it is to be ticked."""
+        """It is ticked wherever the robot is; a running child announces when it is to be ticked."""
         ticked = tree(node(DistanceController, told("RRS")), **topics.known)
 
         assert "RR" == ticked.ticks(0, 1)
         assert math.inf == ticked.due()
 
-    def test_somebody_has_to_look_where_the_robot_is(self, node, told, tree, topics):
-        """Each period."""
+    def test_the_robots_position_has_to_be_looked_at(self, node, told, tree, topics):
+        """The position is looked at each period."""
         ticked = tree(node(DistanceController, told("S")), **topics.known)
         ticked.ticks(0, 0.5)
 
@@ -211,8 +211,8 @@ class TestSingleTrigger:
 
         assert "S" == ticked.tick(2)
 
-    def test_a_global_one_has_one_turn_whoever_resets_it(self, node, told, tree):
-        """As long as the tree is run."""
+    def test_a_global_one_has_one_turn_even_after_a_reset(self, node, told, tree):
+        """The turn lasts as long as the tree is run."""
         ticked = tree(node(SingleTrigger, told("S"), is_global="true"))
         ticked.tick()
         ticked.halt()
@@ -271,9 +271,9 @@ class TestPathLongerOnApproach:
         assert ("SS", 0) == detour([(0, 0), (2, 0)], second)
 
     def test_a_path_that_was_long_may_become_longer(self, detour):
-        """4 m is no approach if 3 m is one."""
+        """4 m is not within the proximity of 3 m."""
         assert ("SS", 0) == detour([(0, 0), (4, 0)], [(0, 0), (2, 9), (4, 0)])
 
-    def test_what_is_short_and_what_is_much_can_be_said(self, detour):
-        """Here 10 m, and one and a half times."""
+    def test_proximity_and_length_factor_can_be_set(self, detour):
+        """Here they are 10 m, and one and a half times."""
         assert ("SF", 1) == detour([(0, 0), (4, 0)], [(0, 0), (2, 3), (4, 0)], prox_len="10", length_factor="1.5")

@@ -45,7 +45,7 @@ class TestTruncatePath:
         ],
     )
     def test_it_ends_so_far_before_the_goal(self, node, tree, path, board, distance, expected):
-        """Along the path; 1 if nobody says, and something is left always."""
+        """The distance is measured along the path; the default is 1 m, and at least one pose is left."""
         ticked = tree(node(TruncatePath, input_path=path((0, 0), (4, 0), (4, 3)), output_path="{out}", **distance))
 
         assert "S" == ticked.tick()
@@ -58,8 +58,8 @@ class TestTruncatePath:
 
         assert math.pi / 4 == pytest.approx(yaw_at(board["/out"].poses[-1]))
 
-    def test_no_path_is_none_afterwards(self, node, tree, board):
-        """That is no failure."""
+    def test_an_empty_path_stays_empty(self, node, tree, board):
+        """An empty path is not a failure."""
         assert "S" == tree(node(TruncatePath, input_path="{path}", output_path="{out}")).tick()
         assert Path() == board["/out"]
 
@@ -80,7 +80,7 @@ class TestTruncatePathLocal:
         return run
 
     def test_it_is_so_long_before_and_behind_the_robot(self, cut):
-        """8 and 4 if nobody says."""
+        """The defaults are 8 m ahead and 4 m behind."""
         assert [(6, 0), (18, 0)] == cut()
         assert [(9, 0), (12, 0)] == cut(distance_forward="2", distance_backward="1")
 
@@ -105,7 +105,7 @@ class TestTruncatePathLocal:
         assert [(0, 0), (4, 0), (4, 2)] == points(board["/out"])
 
     def test_the_robots_heading_may_count(self, node, tree, topics, board, path):
-        """There and back: who faces back is on the way back."""
+        """There and back: a robot that faces back is on the way back."""
         topics.at(5.0, 0.1, math.pi)
         ports = {"angular_distance_weight": "1.0", "distance_forward": "1", "distance_backward": "0"}
         there_and_back = path((0, 0), (10, 0), (10, 0.2), (0, 0.2))
@@ -128,8 +128,8 @@ class TestTruncatePathLocal:
         ticked.tick()
         assert [(9, 1), (8, 1)] == points(board["/out"])
 
-    def test_no_path_is_none_afterwards(self, node, tree, topics, board):
-        """That is no failure."""
+    def test_an_empty_path_stays_empty(self, node, tree, topics, board):
+        """An empty path is not a failure."""
         ticked = tree(node(TruncatePathLocal, input_path="{path}", output_path="{out}"), **topics.known)
 
         assert "S" == ticked.tick()
@@ -163,7 +163,7 @@ class TestGetPoseFromPath:
 
     @pytest.mark.parametrize(("index", "x"), [({}, 2.0), ({"index": "0"}, 0.0), ({"index": "-2"}, 1.0)])
     def test_the_index_counts_from_either_end(self, node, tree, path, board, index, x):
-        """The last pose if nobody says."""
+        """The default is the last pose."""
         assert "S" == tree(node(GetPoseFromPath, path=path((0, 0), (1, 0), (2, 0)), pose="{pose}", **index)).tick()
         assert x == board["/pose"].pose.position.x
 
@@ -206,7 +206,7 @@ class TestRemovePassedGoals:
         assert [2.0, 3.0, 1.0] == [goal.pose.position.x for goal in board["/out"]]
 
     def test_the_last_goal_always_stays(self, node, tree, topics, board):
-        """Whoever drives there says when it is reached."""
+        """The action that drives there says when the last goal is reached."""
         tree(node(RemovePassedGoals, input_goals="0;0|0;0", output_goals="{out}"), **topics.known).tick()
 
         assert 1 == len(board["/out"])
@@ -255,7 +255,7 @@ class TestGetNextFewGoals:
     [(GetCurrentPose, {}), (RemovePassedGoals, {"input_goals": "1;0|2;0"}), (TruncatePathLocal, {})],
 )
 def test_what_looks_where_the_robot_is_looks_again_each_period(node, tree, told, topics, control, kind, ports):
-    """While something else runs: nobody tells that it has moved on."""
+    """The robot's progress is not announced while another node runs."""
     ticked = tree(node(control, node(kind, **ports), told("R")), **topics.known)
     ticked.tick()
 
@@ -267,7 +267,7 @@ class TestCancels:
 
     @pytest.fixture
     def asked(self):
-        """Return what nodes are set up with; whom they ask to cancel is kept in its client."""
+        """Return what nodes are set up with; its client keeps the cancel requests."""
 
         class Client:
             def __init__(self):
@@ -297,7 +297,7 @@ class TestCancels:
         ],
     )
     def test_the_robot_is_asked_to_cancel_all_goals_of_the_action(self, node, tree, asked, tag, action):
-        """Whoever has sent them."""
+        """Goals of all clients are canceled."""
         assert "S" == tree(node(registry()[tag]), **asked).tick()
         assert [f"wall_e/{action}"] == asked["client"].requests
 
@@ -344,10 +344,10 @@ def test_what_there_is_nothing_to_do_for_succeeds_at_once(node, tree, tag):
     ],
 )
 class TestSelectors:
-    """Nobody chooses."""
+    """The selection of a planner, a controller and so on, without a message on the topic."""
 
     def test_the_default_is_selected(self, node, tree, board, tag, what):
-        """At once."""
+        """The default is written at the first tick."""
         ports = {f"default_{what}": "Usual", f"selected_{what}": "{chosen}", "topic_name": "choose"}
 
         assert "S" == tree(node(registry()[tag], **ports)).tick()

@@ -1,4 +1,4 @@
-"""Whether a path is still open: against the lanes that the simulator tells."""
+"""Whether a path is still open: checked against the simulator's lanes."""
 
 from __future__ import annotations
 
@@ -68,19 +68,19 @@ def checked(node, tree, world, path):
 
 
 def test_a_path_over_open_lanes_is_valid(checked, board):
-    """There are no poses of which to tell."""
+    """There are no invalid poses to report."""
     assert "S" == checked([A, B, C, D])
     assert [] == board["/poses"]
 
 
 def test_a_path_that_begins_a_closed_lane_is_not(checked, board):
-    """The pose from which it does is told."""
+    """The pose at which it begins the closed lane is reported."""
     assert "F" == checked([A, B, C, D], (B, C), (C, B))
     assert [B] == [(pose.pose.position.x, pose.pose.position.y) for pose in board["/poses"]]
 
 
-def test_all_such_poses_are_told_if_one_wants(checked, board):
-    """Not only the first."""
+def test_all_such_poses_are_reported_if_requested(checked, board):
+    """Not only the first pose is reported."""
     checked([A, B, C, D], (B, C), (C, D), stop_at_first_collision="false")
 
     assert [4.0, 8.0] == [pose.pose.position.x for pose in board["/poses"]]
@@ -91,14 +91,14 @@ def test_a_lane_that_is_closed_the_other_way_is_open(checked):
     assert "S" == checked([B, C], (C, B))
 
 
-def test_who_is_on_a_closed_lane_may_leave_it(checked):
-    """As the simulator lets robots do; a path of several poses, too."""
+def test_a_robot_on_a_closed_lane_may_leave_it(checked):
+    """The simulator allows this, too, also for a path of several poses."""
     assert "S" == checked([(5.0, 0.0), C], (B, C))
     assert "S" == checked([(5.0, 0.0), (6.0, 0.0), C, D], (B, C))
 
 
-def test_who_has_left_it_may_not_come_back(checked, board):
-    """That is beginning it."""
+def test_a_robot_that_has_left_it_may_not_come_back(checked, board):
+    """To come back is to begin the closed lane."""
     assert "F" == checked([(5.0, 0.0), C, B, C], (B, C))
     assert [(4.0, 0.0)] == [(pose.pose.position.x, pose.pose.position.y) for pose in board["/poses"]]
 
@@ -114,7 +114,7 @@ def test_a_leg_over_several_lanes_is_closed_if_one_of_them_is(checked):
 
 
 def test_what_has_never_been_a_lane_is_open(checked):
-    """Off the lanes there are walls only, which whoever planned has seen."""
+    """Off the lanes there are walls only, which the planner has taken into account."""
     assert "S" == checked([(0.0, 1.0), (8.0, 3.0)], (B, C))
 
 
@@ -167,7 +167,7 @@ def test_a_simulator_that_does_not_say_is_a_failure(node, tree, world, path):
 
 @pytest.mark.parametrize("kind", [IsPathValid, ValidatePath])
 def test_it_has_to_be_looked_at_each_period(node, tree, told, world, path, kind):
-    """While something else runs below a reactive control: nobody tells when a lane closes."""
+    """While another node runs below a reactive control, the closing of a lane is not announced."""
     ticked = tree(node(ReactiveSequence, node(kind, path=path(A, B)), told("R")), client=world)
     ticked.tick()
 

@@ -44,7 +44,7 @@ def both(*children, policy=None):
 
 
 def test_a_goal_needs_no_tick(leaf):
-    """It tells when it has ended, also deep in a tree."""
+    """A goal announces its end, also deep in a tree."""
     root = Sequence("S", memory=True, children=[Selector("F", memory=True, children=[Inverter("N", leaf())])])
 
     assert due_after_a_tick(root) == NEVER
@@ -81,7 +81,7 @@ def test_a_deadline_before_the_end_of_the_period_counts(leaf):
 
 
 def test_a_leaf_of_the_users_with_an_update_of_its_own_is_looked_at(leaf):
-    """Who knows what it asks."""
+    """Its update may depend on anything."""
 
     class Curious(ActionLeaf):
         def update(self):
@@ -122,14 +122,14 @@ def test_a_retry_is_not_waited_for_in_vain():
 
 
 def test_a_deadline_of_a_former_time_is_looked_at():
-    """The simulation was reset to an earlier time, or the deadline has passed in vain: that is no reason to spin."""
+    """The simulation was reset to an earlier time, or the deadline has passed in vain: the runner must not spin."""
     timer = Timer("T", 1.0)
     due_after_a_tick(timer)
 
     assert due(timer, 11.25, 2.0) == 12.0
 
 
-def test_nobody_is_due_again_at_once():
+def test_no_timer_is_due_again_at_once():
     """A deadline that comes within this nanosecond, and was not taken for reached, is looked at a period later."""
     timer = Timer("Timer", 1.0)
     with simulated_time(10.25):

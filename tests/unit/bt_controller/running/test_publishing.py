@@ -112,8 +112,8 @@ def test_a_tree_that_was_not_ticked_can_be_got(control, tester):
 
 
 @pytest.mark.parametrize("key", [TREE, "*/_tree", "nobody/_tree"])
-def test_where_there_is_no_controller_nothing_is_answered(tester, key):
-    """The simulator has no trees; it does not refuse, and nobody is kept waiting."""
+def test_without_a_controller_there_is_no_answer(tester, key):
+    """The simulator has no trees; it does not refuse the query, and the query ends at once."""
     assert [] == tester.ask(key)
 
 
@@ -135,7 +135,7 @@ def test_the_simulators_own_keys_are_answered_once(control, tester):
 
 
 def test_changes_are_published(control, tester):
-    """A tick that changes nothing is no news."""
+    """A tick that changes nothing is not published."""
     controller = control("wall_e")
     heard = tester.hear(TREE)
     tester.one(TREE)
@@ -152,7 +152,7 @@ def test_changes_are_published(control, tester):
 
 
 def test_the_end_of_the_controller_is_published(control, tester):
-    """Whoever shows a tree knows that nothing will come any more; and then no query is answered."""
+    """A viewer of the tree learns that no more messages come; no query is answered afterwards."""
     controller = control("wall_e")
     heard = tester.hear(TREE)
     tester.one(TREE)
@@ -164,8 +164,8 @@ def test_the_end_of_the_controller_is_published(control, tester):
     assert [] == tester.ask(TREE)
 
 
-def test_nobody_listens_and_nothing_is_done(control, tester, monkeypatch):
-    """What is published elsewhere is nobody's who listens to trees."""
+def test_without_subscribers_no_snapshot_is_made(control, tester, monkeypatch):
+    """Subscribers of other topics do not count as subscribers of trees."""
     controller = control("wall_e")
     tester.hear("wall_e/odom")
     tester.one("wall_e/odom")

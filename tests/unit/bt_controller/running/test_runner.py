@@ -113,7 +113,7 @@ class TestScenario2:
             "        --> GoToPoseAction [*] -- sent goal request",
         ]
 
-    def test_then_the_robot_tells_how_far_it_has_to_go(self, stage):
+    def test_then_the_robot_reports_the_remaining_distance(self, stage):
         """Stage 2: feedback."""
         assert self.stages(stage)[1] == [
             "{-} GoToPoseSequence [*]",
@@ -161,7 +161,7 @@ class TestTicks:
         assert [snapshot.tick for snapshot in stage.shown] == [1, 2]
         assert outcome.statuses == {"wall_e": Status.SUCCESS}
 
-    def test_what_nobody_announces_is_looked_at_each_period(self, stage):
+    def test_changes_that_are_not_announced_are_looked_for_each_period(self, stage):
         """The periods count from zero; one that was missed is not made up for."""
         stage.client.began = 9.5
         stage.run(
@@ -202,7 +202,7 @@ class TestTicks:
         assert [snapshot.sim_time for snapshot in stage.shown] == [100.0, 105.0]
 
     def test_all_trees_are_ticked_when_time_goes_back(self, stage, monkeypatch):
-        """A reset world knows nothing of what they have waited for."""
+        """In a reset world, nothing is left of what the trees have waited for."""
         monkeypatch.setattr("bt_controller.running.clocks._OVERTAKEN", 0.0)
         stage.client.began = 100.0
         stage.run(wait, lambda: stage.client.clock(0.5), stage.stop)
@@ -210,15 +210,15 @@ class TestTicks:
         assert [snapshot.sim_time for snapshot in stage.shown] == [100.0, 0.5]
 
     def test_without_a_clock_goals_still_end(self, stage):
-        """A real robot may tell no simulated time."""
+        """A real robot may publish no simulated time."""
         stage.client.began = None
         outcome = stage.run(wait, lambda: stage.goal().succeed())
 
         assert [snapshot.sim_time for snapshot in stage.shown] == [None, None]
         assert outcome.succeeded
 
-    def test_only_the_robot_to_which_something_happened_is_ticked(self, stage):
-        """One robot's feedback is no business of the other's tree."""
+    def test_only_the_robot_with_news_is_ticked(self, stage):
+        """One robot's feedback does not tick the other's tree."""
         stage.run(
             go,
             lambda: None,
@@ -269,7 +269,7 @@ class TestEnds:
         assert outcome.succeeded is False
 
     def test_a_robot_that_is_not_there_is_an_error_even_for_a_tree_without_actions(self, stage):
-        """Nobody runs a tree for a robot that does not exist."""
+        """A tree for a robot that does not exist is not run."""
         with pytest.raises(NotServed, match="no robot 'wally'; did you mean 'wall_e'"):
             stage.run(lambda: Success("Success"), robots=("wally",))
 
@@ -322,7 +322,7 @@ class TestEnds:
         assert outcome.statuses == {"wall_e": Status.FAILURE}
 
     def test_a_simulator_that_dies_while_nothing_is_asked_of_it_ends_the_tree(self, stage):
-        """The clock stands still for ever, and nobody else would wake the tree."""
+        """The clock no longer advances, and nothing else would wake the tree."""
         stage.client.alive = False
         outcome = stage.run(lambda: Running("Running"), grace=0.0)
 

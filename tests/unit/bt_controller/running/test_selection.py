@@ -41,8 +41,8 @@ def test_robots_are_selected_by_what_they_are(selectors, robots):
         ("component:lidar", "no robot has component 'lidar'; there are battery, claw"),
     ],
 )
-def test_a_selector_that_is_about_nobody_says_what_there_is(selector, error):
-    """Even beside one that is about somebody."""
+def test_a_selector_that_matches_no_robot_says_what_there_is(selector, error):
+    """This holds even beside a selector that matches."""
     with pytest.raises(NotServed, match=f"^{error}$".replace("?", r"\?")):
         selected(WARD, ["all", selector])
 
@@ -54,14 +54,14 @@ def test_a_world_without_robots_has_none_to_select():
 
 
 @pytest.mark.parametrize("selector", ["nurse", "type:", "kind:nurse", "all:", ""])
-def test_what_is_no_selector_is_refused(selector):
-    """The error says how they look."""
+def test_a_malformed_selector_is_refused(selector):
+    """The error says what selectors look like."""
     with pytest.raises(ValueError, match="selects no robots; expected all, type:NAME, action:NAME, component:NAME"):
         check_selector(selector)
 
 
-def test_a_shell_is_told_of_what_there_is():
-    """Each once."""
+def test_shell_completion_offers_what_there_is():
+    """Each candidate comes once."""
     assert [
         "all",
         "action:pickup",

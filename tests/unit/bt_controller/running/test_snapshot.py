@@ -69,8 +69,8 @@ class TestSymbols:
         """A control that does as one of py_trees has its symbol, others have one of their own."""
         assert f"{symbol} Node" == nodes_of(kind("Node"))[0].line(status=False)
 
-    def test_the_place_in_a_file_is_told(self):
-        """Who reads JSON can find the node in its file."""
+    def test_the_place_in_a_file_is_given(self):
+        """A reader of the JSON can find the node in its file."""
         node = RecoveryNode("Node")
         node.origin = "nav.xml:7"
 
@@ -110,8 +110,8 @@ class TestReasons:
             )
         )
 
-    def test_a_choice_that_failed_before_another_would_do_is_no_reason(self):
-        """What was made up for has decided nothing."""
+    def test_a_failed_child_of_a_successful_selector_is_not_a_reason(self):
+        """A failure that another child made up for has decided nothing."""
         choice = Selector("Choice", memory=False, children=[Failure("A"), Success("B")])
 
         assert ["C"] == self.of(Sequence("Root", memory=True, children=[choice, Failure("C")]))
@@ -146,8 +146,8 @@ class TestTip:
 class TestBlackboard:
     """What is on the blackboard, as JSON has it."""
 
-    def test_values_are_told_by_key(self):
-        """Messages, enumerations and what they are in are told as JSON."""
+    def test_values_are_listed_by_key(self):
+        """Messages, enumerations and containers of them become JSON."""
         storage = {"/b": [Found.LEFT, 1.5], "/a/code": 208, "/p": {"at": Point(x=1.0)}, "/e": ()}
 
         at = {"x": 1.0, "y": 0.0, "z": 0.0}
@@ -166,7 +166,7 @@ class TestBlackboard:
         "key", ["/Spin_0f8fad5b-d9cb-469f-a165-70867728950e/error", "/Wait_0f8fad5bd9cb469fa16570867728950e/x__const"]
     )
     def test_keys_that_py_trees_made_up_are_left_out(self, key):
-        """They differ from run to run and mean nothing to anybody."""
+        """Such keys differ from run to run and have no meaning."""
         assert {} == board_values({key: 1})
 
     def test_a_snapshot_has_the_blackboard_of_its_robot_if_asked(self):
@@ -183,7 +183,7 @@ class TestEnd:
     """Whether there will be another tick."""
 
     def test_a_tree_that_is_over_has_ended(self):
-        """It is told with the last tick."""
+        """The snapshot of the last tick says so."""
         one = mission(lambda: Failure("Root"))
         before = one.snapshot(0.0).ended
         one.tick(0.0)
@@ -201,7 +201,7 @@ class TestEnd:
 
 
 def test_json_is_what_the_schema_says():
-    """Who reads it with the schema can read all of it."""
+    """A reader with the schema can read all of it."""
     one = mission(lambda: Sequence("Root", memory=True, children=[Success("A"), Running("B")]))
     one.tick(1.5)
     told = one.snapshot(1.5, blackboard=True).to_json()

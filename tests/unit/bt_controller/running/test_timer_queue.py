@@ -1,4 +1,4 @@
-"""Whose time comes when."""
+"""The order of the timers of several trees."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ def timers():
 
 
 def test_the_earliest_comes_first(timers):
-    """Whoever was put first."""
+    """The order of insertion does not matter."""
     assert (1.0, [1, 2], 3.0) == (timers.earliest, timers.pop_due(2.5), timers.earliest)
 
 
-def test_nobody_has_a_time_at_first():
-    """Never is infinitely far."""
+def test_an_empty_queue_has_no_time():
+    """Its earliest time is infinity."""
     assert (math.inf, []) == (TimerQueue().earliest, TimerQueue().pop_due(1e9))
 
 

@@ -46,7 +46,7 @@ def test_a_line_says_what_became_of_a_behaviour():
     assert [line] == [{**json.loads(each), "message": ""} for each in log.out.getvalue().splitlines()]
 
 
-def test_a_status_that_stays_is_no_transition():
+def test_an_unchanged_status_is_not_a_transition():
     """Children come before their parents, as they are ticked."""
     log = Log(lambda: Sequence("Root", memory=True, children=[Success("A"), Running("B")]))
     log.tick(1.0)
@@ -122,8 +122,8 @@ def test_people_read_it_in_the_log(caplog):
 
 
 @pytest.mark.parametrize(("level", "wanted"), [(logging.INFO, True), (logging.WARNING, False)])
-def test_nobody_listens_unless_somebody_reads(caplog, level, wanted):
-    """It costs something for each behaviour that is ticked."""
+def test_transitions_are_watched_only_if_they_are_logged(caplog, level, wanted):
+    """Watching has a cost for each behaviour that is ticked."""
     caplog.set_level(level, "bt_controller.watching.transitions")
 
     assert wanted == Transitions.wanted()

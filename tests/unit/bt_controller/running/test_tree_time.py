@@ -49,8 +49,8 @@ def test_py_trees_has_its_own_time_back_afterwards():
     assert (timers.time, decorators.time) == (time, time)
 
 
-def test_nobody_knows_the_time_where_there_is_no_clock():
-    """Then the wall's has to do."""
+def test_without_a_clock_there_is_no_simulated_time():
+    """Timers use the wall clock then."""
     with simulated_time(None):
         assert timers.time is time
 
@@ -60,8 +60,8 @@ def test_nobody_knows_the_time_where_there_is_no_clock():
     stood=st.floats(0.0, 60.0),
     duration=st.integers(10_000, 10**10).map(lambda nanoseconds: nanoseconds / 1e9),
 )
-def test_a_timer_of_who_stood_still_ends_at_the_instant_that_it_names(begin, stood, duration):
-    """Though a simulator's times have parts of nanoseconds, and its clock is asked for whole ones."""
+def test_a_timer_after_a_standstill_ends_at_the_instant_that_it_names(begin, stood, duration):
+    """The simulator's times have fractions of nanoseconds, while its clock is asked for whole ones."""
     timer = Timer("Timer", duration)
     with simulated_time(begin), time_behind(round(stood, 9)):
         timer.tick_once()

@@ -236,8 +236,8 @@ def test_whole_numbers_stay_whole():
     assert int is type(value_of("6 / 3 + 2 * 4"))
 
 
-def test_a_number_of_more_than_64_bits_is_no_longer_whole():
-    """As in BehaviorTree.CPP, in which it never was."""
+def test_a_number_of_more_than_64_bits_is_a_float():
+    """The same holds for BehaviorTree.CPP, where it is a double from the start."""
     assert (float, 2.0**64) == (type(value_of("x * x", x=2**32)), value_of("x * x", x=2**32))
 
 
@@ -265,8 +265,8 @@ def test_a_number_of_more_than_64_bits_is_no_longer_whole():
         ("+".join(["a"] * 200), "something shorter"),
     ],
 )
-def test_what_is_no_script_is_told(text, error):
-    """With the script, the character and what is expected there."""
+def test_a_malformed_script_is_an_error(text, error):
+    """The error has the script, the character and what is expected there."""
     with pytest.raises(ScriptError, match=error):
         parse(text)
 
@@ -288,8 +288,8 @@ def test_what_is_no_script_is_told(text, error):
         ("huge * 1.0", "a number is too large"),
     ],
 )
-def test_what_can_t_be_run_is_told(text, error):
-    """With the script and the value."""
+def test_a_script_that_can_t_be_run_is_an_error(text, error):
+    """The error has the script and the value."""
     with pytest.raises(ScriptError, match=error):
         value_of(text, thing=[], huge=10**400)
 

@@ -62,7 +62,7 @@ class TestNodes:
         assert not {*tree.build().iterate()} & {*tree.build().iterate()}
 
     def test_a_node_whose_class_cannot_be_used_is_one_line(self, files):
-        """Its own error is told."""
+        """The error includes the one that the class raised."""
 
         class Broken(files.nodes["Say"]):
             def __init__(self, name, behaviour_class_name):
@@ -115,7 +115,7 @@ class TestPorts:
 
 
 class TestSubtrees:
-    """A blackboard of their own; what is shared is said."""
+    """A subtree has a blackboard of its own; shared entries are declared."""
 
     MOVE = _tree(
         "MoveRobot",

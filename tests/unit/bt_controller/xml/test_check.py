@@ -75,8 +75,8 @@ SUBTREES = [
 
 
 @pytest.mark.parametrize(("body", "error"), [*NODES, *PORTS, *SCRIPTS, *SUBTREES])
-def test_a_wrong_element_is_told_in_one_line(files, body, error):
-    """File, line, tag, name, what is wrong, what would do."""
+def test_a_wrong_element_is_reported_in_one_line(files, body, error):
+    """The line has the file, line, tag and name, what is wrong, and what would be right."""
     with pytest.raises(TreeError) as caught:
         files.load(f'<root BTCPP_format="4">\n{_tree(body)}\n</root>')
 
@@ -124,8 +124,8 @@ DOCUMENTS = [
 
 
 @pytest.mark.parametrize(("text", "error"), DOCUMENTS)
-def test_a_wrong_file_is_told_in_one_line(files, text, error):
-    """What is wrong with the whole has a place, too."""
+def test_a_wrong_file_is_reported_in_one_line(files, text, error):
+    """A mistake that concerns the whole file has a place, too."""
     with pytest.raises(TreeError) as caught:
         files.load(text)
 
@@ -133,8 +133,8 @@ def test_a_wrong_file_is_told_in_one_line(files, text, error):
     assert "Traceback" not in str(caught.value)
 
 
-def test_all_mistakes_are_told_at_once(files):
-    """In the order of the file; trees that are not run are looked at, too."""
+def test_all_mistakes_are_reported_at_once(files):
+    """They come in the order of the file; trees that are not run are checked, too."""
     other = '<BehaviorTree ID="B"><All>\n<Two x="">\n<Sya/>\n<Say txt=""/>\n</Two></All></BehaviorTree>'
     with pytest.raises(TreeError) as caught:
         files.load(f'<root main_tree_to_execute="A">\n{_tree("<Say/>")}\n{other}</root>')
@@ -147,7 +147,7 @@ def test_all_mistakes_are_told_at_once(files):
 
 
 def test_there_is_an_end_of_mistakes(files):
-    """More than fifty help nobody."""
+    """More than fifty mistakes are of no use."""
     with pytest.raises(TreeError) as caught:
         files.load(_tree("<All>" + "<Hover/>\n" * 1000 + "</All>"))
 
@@ -182,7 +182,7 @@ def test_a_format_that_is_not_said_and_the_long_forms_of_nodes_are_read(files, f
 
 
 class TestSize:
-    """Trees that unroll to more than anybody needs."""
+    """Trees that unroll to more nodes than any tree needs."""
 
     @staticmethod
     def _doubling(levels):
@@ -256,8 +256,8 @@ LIMITS = [
 
 
 @pytest.mark.parametrize(("body", "error"), LIMITS)
-def test_a_value_beyond_its_limits_is_told(files, body, error):
-    """Nobody has to run the tree to hear of it."""
+def test_a_value_beyond_its_limits_is_an_error(files, body, error):
+    """The value is checked when the tree is loaded, before it is run."""
     files.nodes = registry()
 
     with pytest.raises(TreeError) as caught:
@@ -274,7 +274,7 @@ DOUBTS = [
 
 
 @pytest.mark.parametrize(("body", "doubt"), DOUBTS)
-def test_a_planner_that_nobody_serves_is_doubted(files, body, doubt):
+def test_a_planner_that_is_not_served_is_doubted(files, body, doubt):
     """The tree is loaded all the same."""
     files.nodes = registry()
     files.load(_tree(body))
@@ -306,7 +306,7 @@ def test_a_file_without_a_format_is_doubted(files):
 
 
 def test_no_main_tree_hides_no_recursion(files):
-    """Both are told."""
+    """Both mistakes are reported."""
     with pytest.raises(TreeError) as caught:
         files.load(RING.replace(' main_tree_to_execute="A"', ""))
 

@@ -41,13 +41,13 @@ class TestCheck:
     """bt-controller check."""
 
     def test_a_good_file_is_printed(self, capsys):
-        """What is still to be given is told on stderr, and no mistake."""
+        """Entries that still need a value are listed on stderr, and are no mistake."""
         assert main(["check", "tree.xml"]) == 0
         out, err = capsys.readouterr()
         assert ("{*} Drive\n    --> NavigateToPose\n    --> Sleep\n", UNSET) == (out, err)
 
-    def test_what_is_given_is_not_told(self, capsys):
-        """--set."""
+    def test_given_entries_are_not_listed(self, capsys):
+        """They are given with --set."""
         assert main(["check", "tree.xml", "--set", "goal=kitchen"]) == 0
         assert capsys.readouterr().err == ""
 
@@ -60,8 +60,8 @@ class TestCheck:
             f"bt-controller: {path}:42: <ComputePathToPose>: nothing writes 'goal'; give it with --set goal=…\n"
         )
 
-    def test_a_doubt_is_told_and_no_mistake(self, files, capsys):
-        """On stderr."""
+    def test_a_doubt_is_printed_and_no_mistake(self, files, capsys):
+        """It is printed on stderr."""
         files.write(NAVIGATE.replace(' BTCPP_format="4"', ""))
 
         assert main(["check", "tree.xml", "--set", "goal=kitchen", "--set", "gaol=x"]) == 0
@@ -116,8 +116,8 @@ class TestCheck:
         )
 
     @pytest.mark.parametrize("text", ["goal", "=x", "a b=x", "/a=x", "a.b=x"])
-    def test_what_is_no_value_is_wrong_use(self, text, capsys):
-        """Argparse's own error."""
+    def test_a_malformed_value_is_wrong_use(self, text, capsys):
+        """The error is argparse's own."""
         with pytest.raises(SystemExit, match="2"):
             main(["check", "tree.xml", "--set", text])
 
@@ -143,8 +143,8 @@ class TestRun:
             "bt-controller: tree.xml:4: <NavigateToPose>: port 'goal': --set goal=1;2;3;4: '1;2;3;4' is not a pose; "
         )
 
-    def test_a_tree_that_is_skipped_is_told_as_such(self, capsys):
-        """Its status says nothing to a user."""
+    def test_a_skipped_tree_is_reported_as_skipped(self, capsys):
+        """Its py_trees status has no meaning for a user."""
         _report(Outcome({"wall_e": Status.INVALID}), {}, as_json=False)
 
         assert capsys.readouterr().out == "wall_e: skipped\n"

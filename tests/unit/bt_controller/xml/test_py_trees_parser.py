@@ -83,7 +83,7 @@ def test_keys_of_the_outermost_tree_can_be_said_beforehand():
     assert _key(root, "x") == "/k"
 
 
-def test_a_value_is_stored_under_a_key_that_tells_it_is_one():
+def test_a_value_is_stored_under_a_key_that_marks_it_as_one():
     """Displays leave such keys out."""
     root = _built('<BehaviorTree ID="A"><Probe name="p" x="1.5/a"/></BehaviorTree>')
 
@@ -92,7 +92,7 @@ def test_a_value_is_stored_under_a_key_that_tells_it_is_one():
     assert (CONST_PREFIX, DOT_REPLACEMENT) == ("__const_", "__DOT__")
 
 
-def test_iterate_tells_children_before_their_parents():
+def test_iterate_yields_children_before_their_parents():
     """Names and places are handed out in that order."""
     leaves = [Probe("a", ""), Probe("b", "")]
     root = Sequence("s", memory=True, children=leaves)

@@ -1,4 +1,4 @@
-"""Reading files that may come from anybody."""
+"""Reading files from untrusted sources."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hmrsim.safe_xml import MAX_DEPTH
 
 
 def test_elements_know_file_line_tag_and_name(files):
-    """What is wrong with one can be told with its place."""
+    """A mistake in an element is reported with its place."""
     path = files.write('<root>\n  <BehaviorTree ID="A">\n\n    <Say\n name="hello"/></BehaviorTree></root>')
 
     origin = read(path)[0][0].origin
@@ -43,7 +43,7 @@ def test_elements_know_file_line_tag_and_name(files):
         (b"<root>" + b" " * MAX_BYTES, "larger than 1048576 bytes, with all included files"),
     ],
 )
-def test_what_is_no_file_of_trees_is_refused_in_one_line(files, text, error):
+def test_a_file_without_trees_is_refused_in_one_line(files, text, error):
     """The line has the place."""
     (files.folder / "tree.xml").write_bytes(text)
 
@@ -146,8 +146,8 @@ class TestInclude:
         with pytest.raises(TreeError, match=r"19\.xml:1: <include>: includes are nested more than 20 deep"):
             read("0.xml")
 
-    def test_what_is_wrong_with_several_is_told_at_once(self, files):
-        """A line each; what is included twice once."""
+    def test_mistakes_in_several_files_are_reported_at_once(self, files):
+        """Each has a line; a file that is included twice has one."""
         files.write("<root>", "b.xml")
         files.write('<include path="c.xml"/>', "a.xml")
         files.write("".join(f'<include path="{name}.xml"/>' for name in ("a", "b", "b", "x")))
@@ -162,7 +162,7 @@ class TestInclude:
 
 
 @pytest.mark.parametrize("make", [Path.mkdir, os.mkfifo, lambda path: path.symlink_to("/dev/zero")])
-def test_what_is_no_regular_file_is_not_opened(tmp_path, make):
+def test_a_file_that_is_not_regular_is_not_opened(tmp_path, make):
     """A pipe would keep the reader waiting, and a device never ends."""
     path = tmp_path / "tree.xml"
     make(path)

@@ -32,7 +32,7 @@ CODE = "tree.xml:4: <Go>: port 'code' is int, but 'x' is geometry_msgs/PoseStamp
         ('<All><Script code="x := 1"/><Go goal="{x}"/></All>', None),
     ],
 )
-def test_two_kinds_on_one_key_are_told(files, body, error):
+def test_two_kinds_on_one_key_are_reported(files, body, error):
     """Also through subtrees; numbers go together, and what may be anything goes with everything."""
     if error is None:
         files.load(_tree(body, SUB))
@@ -58,8 +58,8 @@ def test_two_kinds_on_one_key_are_told(files, body, error):
         ),
     ],
 )
-def test_what_nothing_writes_is_told(files, body, lines):
-    """Ports that can do without a value do not count."""
+def test_an_entry_that_is_never_written_is_reported(files, body, lines):
+    """Ports with an optional value do not count."""
     files.load(_tree(body, SUB))
 
     assert lines == list(files.unset)
@@ -92,7 +92,7 @@ def test_a_switch_needs_no_variable(files):
     assert files.unset == ()
 
 
-def test_a_given_value_that_is_wrong_is_told_as_it_was_given(files):
+def test_a_wrong_given_value_is_reported_as_it_was_given(files):
     """A place is known to the simulator only; until then any name will do."""
     with pytest.raises(TreeError, match=r"port 'goal': --set x=1;2;3;4: '1;2;3;4' is not a pose; "):
         files.load(_tree('<Go goal="{x}"/>'), values={"x": Given("1;2;3;4", "x")})

@@ -1,4 +1,4 @@
-"""ROS types as text, read by somebody else's parser."""
+"""ROS types as text, read by a third-party parser."""
 
 from __future__ import annotations
 

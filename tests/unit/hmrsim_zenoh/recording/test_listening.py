@@ -1,4 +1,4 @@
-"""What ``hmrsim record`` makes of what is published, by the simulator and by anybody else."""
+"""What ``hmrsim record`` makes of the messages of the simulator and of other publishers."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Link:
         self.handlers = {}
 
     def declare_subscriber(self, key, handler):
-        """Keep who listens."""
+        """Keep the subscriber."""
         self.handlers[key] = handler.callback
         return SimpleNamespace(undeclare=lambda: None)
 
@@ -51,7 +51,7 @@ class Link:
 
 
 class Listening:
-    """A listener, what it hears and what it is told."""
+    """A listener, with the samples it gets and the state it is given."""
 
     def __init__(self, path):
         """Begin to listen; the simulator has not answered."""
@@ -129,8 +129,8 @@ GARBAGE = [
 @pytest.mark.parametrize(
     "key", ["_world/events", "_world/clock", "wall_e/_tree", "wall_e/odom", "wall_e/wait/_action/status"]
 )
-def test_what_anybody_publishes_is_survived(heard, key):
-    """What comes after it is recorded, and all can be read."""
+def test_garbage_of_other_publishers_is_survived(heard, key):
+    """What comes after it is recorded, and the recording is readable."""
     for payload in GARBAGE:
         with case(payload[:80]):
             heard.hear(key, payload)
@@ -150,8 +150,8 @@ def test_an_item_that_is_put_nowhere_does_no_harm(heard, at):
     assert "picked" in heard.kinds()
 
 
-def test_after_a_loss_all_is_told_anew(heard, monkeypatch):
-    """Once few samples wait: what was lost may have changed anything."""
+def test_after_a_loss_everything_is_queried_anew(heard, monkeypatch):
+    """It is queried once few samples wait: what was lost may have changed anything."""
     monkeypatch.setattr(listening, "_MAX_WAITING", 3)
     monkeypatch.setattr(listening, "_FEW_WAITING", 1)
     for _ in range(4):
@@ -166,7 +166,7 @@ def test_after_a_loss_all_is_told_anew(heard, monkeypatch):
 
 
 def test_a_simulator_that_was_away_for_a_moment_is_asked_anew(heard):
-    """Though nobody looked just then: another may have come within the 0.2 s between two looks."""
+    """The listener asks again even if it did not look meanwhile: another simulator may have come in those 0.2 s."""
     heard.lose_token()
     interrupted = heard.listener.interrupted
     heard.listener.query_again()

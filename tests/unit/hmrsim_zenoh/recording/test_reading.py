@@ -50,7 +50,7 @@ def chunks(path):
 
 
 def written(path, topics, **options):
-    """Write a recording as somebody else might: a message a topic, at 7 ns."""
+    """Write a recording as another tool might: a message a topic, at 7 ns."""
     with path.open("wb") as file:
         writer = Writer(file, **options)
         writer.start()
@@ -121,7 +121,7 @@ def test_a_damaged_chunk_costs_its_own_messages(path):
     assert (0, 59) == (times[0], times[-1])
 
 
-def test_a_text_is_no_recording(tmp_path):
+def test_a_text_is_not_a_recording(tmp_path):
     """The error says what it is not."""
     path = tmp_path / "notes.mcap"
     path.write_text("not much")
@@ -145,7 +145,7 @@ def test_others_recordings_lack_our_events(tmp_path):
 
 
 def test_a_recording_without_a_world_says_so(tmp_path):
-    """As when somebody has kept the events only."""
+    """A recording with the events only has no world, for example."""
     path = written(tmp_path / "events.mcap", {"/_world/events": b"{}"})
 
     with pytest.raises(RecordingError, match="there are no messages on /_world/world"):

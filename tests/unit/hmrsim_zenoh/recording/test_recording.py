@@ -44,7 +44,7 @@ def at(x):
 
 
 def messages(path, topic):
-    """Return time and content of all messages of a topic, as those read them who know no more than the file says."""
+    """Return time and content of all messages of a topic, as a reader decodes them with nothing but the file."""
     ros = get_typestore(Stores.EMPTY)
     with path.open("rb") as file:
         found = []
@@ -156,7 +156,7 @@ def test_rosout_says_how_goals_fare(record):
 
 
 def test_events_are_those_of_the_wire(record):
-    """With what only those are told who watch."""
+    """Events for watchers only are among them."""
     kinds = Counter(event["kind"] for _, event in messages(record((1.0, go(5.0, 2.0))), "/_world/events"))
 
     assert {"goal": 1, "status": 3, "route": 1, "motion": 1} == kinds
@@ -171,7 +171,7 @@ def test_the_world_is_attached(record):
 
 
 def test_metadata_says_what_was_recorded(record):
-    """Who made it, of which world, and what its lengths are."""
+    """The metadata names the program, the world, the unit of length and the seed."""
     with record().open("rb") as file:
         ((name, values),) = ((each.name, each.metadata) for each in make_reader(file).iter_metadata())
 
@@ -227,8 +227,8 @@ def test_time_goes_on_after_a_reset(record):
     ]
 
 
-def test_a_reset_tells_the_scene_anew(record):
-    """With the next sample of the clock; whoever plays the recording need not know what a reset does."""
+def test_a_reset_records_the_scene_anew(record):
+    """The scene follows with the next sample of the clock; a player need not know what a reset does."""
     path = record((3.0, call("reset_simulation")), until=4.0)
     scenes = [time for time, key, _ in open_recording(path).samples() if key == "_world/scene"]
 
@@ -244,7 +244,7 @@ def test_a_robot_that_is_spawned_is_drawn(record):
 
 
 def test_robots_that_come_one_after_the_other_make_one_scene_a_second(record):
-    """Of very many robots a scene takes long; the last one is told at the end at the latest."""
+    """A scene of very many robots takes long; the last one is recorded at the end at the latest."""
     spawns = [
         (0.5 + i / 10, call("spawn_entity", name=f"new{i}", uri="robot_type:carrier", initial_pose=at(2.0 + i)))
         for i in range(10)
@@ -274,7 +274,7 @@ def test_what_changes_at_once_is_drawn_once(tmp_path):
 
 @pytest.mark.parametrize("rate", [3.0, 7.0, 30.0])
 def test_the_clock_is_recorded_at_any_rate(tmp_path, rate):
-    """Also at one whose period is no whole number of nanoseconds."""
+    """This holds for a rate whose period is not a whole number of nanoseconds, too."""
     path = tmp_path / "run.mcap"
     with RecordingFile(path, reproducible=True) as file:
         simulated, sink = recorded(file, rate=rate)
@@ -284,8 +284,8 @@ def test_the_clock_is_recorded_at_any_rate(tmp_path, rate):
     assert 2 * rate == len(messages(path, "/clock"))
 
 
-def test_whoever_comes_later_is_told_the_latest(record):
-    """As rosbag2 has it, read by somebody else: all that it asks for is said."""
+def test_late_joiners_of_a_played_topic_get_the_latest(record):
+    """The QoS profiles are in rosbag2's format, checked with a third-party parser: each field is there."""
     with record().open("rb") as file:
         channels = make_reader(file).get_summary().channels.values()
     said = {channel.topic: parse_qos(channel.metadata.get("offered_qos_profiles", "")) for channel in channels}
@@ -319,7 +319,7 @@ def test_mcaps_reader_finds_all_in_order(record):
 
 
 def test_what_controllers_publish_of_their_trees_is_recorded(tmp_path):
-    """As it came, on a channel of the robot's, at the time of what was told last."""
+    """The payload is unchanged, on a channel of the robot's, at the time of the message before."""
     path = tmp_path / "run.mcap"
     state = {"tree_id": "patrol", "nodes": []}
     with RecordingFile(path) as file:
@@ -336,7 +336,7 @@ def test_what_controllers_publish_of_their_trees_is_recorded(tmp_path):
 
 
 def test_where_all_robots_are_at_an_instant_is_one_message(record):
-    """They are sampled together; on /tf they are told together."""
+    """The poses are sampled together, and are one message on /tf."""
     times = [time for time, _ in messages(record(), "/tf")]
 
     assert len(set(times)) == len(times)

@@ -1,4 +1,4 @@
-"""What the network is told of us, in which order, and when no more."""
+"""What is declared on the network, in which order, and until when."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def token_of(network: Network, name: str) -> str:
 
 
 def test_publisher_before_its_token() -> None:
-    """Who learns of a publisher may ask it for the last message at once."""
+    """A node that discovers a publisher may query it for the last message at once."""
     network = Network()
     declared(network, ONE)
 
@@ -173,7 +173,7 @@ def test_robot_that_goes() -> None:
 
 
 def test_robot_that_comes() -> None:
-    """A robot that comes later is told of without a word on those that are there."""
+    """The tokens of a robot that comes later are declared without touching the existing ones."""
     network = Network()
     declarations = declared(network, ONE)
     before = len(network.said)
@@ -184,7 +184,7 @@ def test_robot_that_comes() -> None:
 
 
 def test_no_tokens_where_the_wire_has_none() -> None:
-    """Of zenoh-bridge-ros2dds nobody expects tokens; what is published has no sender."""
+    """With zenoh-bridge-ros2dds there are no tokens, and publications have no sender."""
     network = Network()
     declared(network, ONE, wire=Ros2Dds())
 
@@ -193,7 +193,7 @@ def test_no_tokens_where_the_wire_has_none() -> None:
 
 
 def test_one_that_fails(caplog: pytest.LogCaptureFixture) -> None:
-    """What can't be declared is said, and keeps nothing else from being declared."""
+    """A declaration that fails is logged, and does not keep the others from being declared."""
     network = Network()
     network.refused = "%wall_e%odom/"
     declared(network, ONE)
@@ -204,7 +204,7 @@ def test_one_that_fails(caplog: pytest.LogCaptureFixture) -> None:
 
 
 def test_outlet_of_one_that_fails() -> None:
-    """Nothing is published of which nobody knows: what was opened for a token that can't be declared is shut."""
+    """An outlet whose token can't be declared is closed, so that nothing is published without a token."""
     network = Network()
     network.refused = "%wall_e%odom/"
     declared(network, ONE)
@@ -237,7 +237,7 @@ def test_failure_to_undeclare_is_logged(caplog: pytest.LogCaptureFixture) -> Non
 
 
 def test_end() -> None:
-    """When all ends, the thread has ended before the session is closed, whose tokens go with it."""
+    """At the end, the thread ends before the session is closed, whose tokens go with it."""
     network = Network()
     declarations = declared(network)
     declarations.want(parts(BOTH))

@@ -47,7 +47,7 @@ def test_node_token_of_the_root_namespace() -> None:
 
 
 def test_token_is_read_back() -> None:
-    """What a token tells is what it was made of."""
+    """A token that is read back has the values it was made of."""
     assert Token(SESSION, NAVIGATOR, STATUS) == read_token(STATUS_TOKEN)
 
 
@@ -59,13 +59,13 @@ def test_token_of_a_node_is_read_back() -> None:
 
 
 def test_token_with_memory_is_read() -> None:
-    """The fourteenth chunk of newer distributions is no reason to overlook an endpoint."""
+    """A token with the fourteenth chunk of newer distributions is not ignored."""
     assert Token(SESSION, NAVIGATOR, STATUS) == read_token(f"{STATUS_TOKEN}/backends:cpu:")
 
 
 @pytest.mark.parametrize("text", ["", "a/b", "@ros2_lv/0/s/0/0/XX/%/%/n", "@ros2_lv/0/s/0/0/NN/%/%/n/x", "@ros2_lv"])
-def test_what_is_no_token(text: str) -> None:
-    """Anything else is none."""
+def test_malformed_tokens(text: str) -> None:
+    """Anything else is not a token."""
     assert read_token(text) is None
 
 
@@ -78,8 +78,8 @@ def test_key_is_read_back() -> None:
 
 
 @pytest.mark.parametrize("text", ["3/a/b", "", "4/a/b/c", "3//b/c"])
-def test_what_is_no_key(text: str) -> None:
-    """A key of another domain, or without all parts, is none."""
+def test_malformed_keys(text: str) -> None:
+    """A key of another domain, or without all parts, is not a key."""
     assert read_key(3, text) is None
 
 
@@ -91,7 +91,7 @@ def test_attachment() -> None:
 
 
 @pytest.mark.parametrize("data", [b"", bytes(32), bytes(33), bytes(34)])
-def test_what_is_no_attachment(data: bytes) -> None:
+def test_malformed_attachments(data: bytes) -> None:
     """Other lengths, of it or of the id in it, are refused."""
     with pytest.raises(ValueError, match="rmw_zenoh's has"):
         read_attachment(data)

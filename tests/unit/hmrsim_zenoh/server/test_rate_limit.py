@@ -36,5 +36,5 @@ def test_last(passed):
 
 
 def test_goals_are_thinned_apart(passed):
-    """How often one goal is told of is nothing to another."""
+    """The feedback rate of one goal does not affect another's."""
     assert [True, True] == passed((1.0, "a", False), (1.01, "b", False))

@@ -16,7 +16,7 @@ def test_a_payload_is_embedded_as_it_came():
 
 @pytest.mark.parametrize("payload", [b"", b"{", b"NaN", b"[Infinity]", b"\xff", b'{"a": 1} {', b"[" * 100_000])
 def test_what_no_browser_reads_is_not_embedded(payload):
-    """One payload of somebody's must not break the frame that it is in."""
+    """A payload of another publisher must not break the frame that it is in."""
     assert frames.embedded("a", payload) is None
 
 

@@ -30,7 +30,7 @@ def taken(outbox: Outbox) -> list[dict]:
 
 
 def test_nothing_is_sent_of_nothing(outbox):
-    """A page that nobody tells anything gets no frames."""
+    """A page without messages gets no frames."""
     assert [] == outbox.drain()
 
 
@@ -59,8 +59,8 @@ def test_of_the_latest_only_the_newest_waits(outbox):
     assert [{"op": "samples", "samples": [[2, "a", 999]]}] == taken(outbox)
 
 
-def test_too_many_samples_are_dropped_and_told_of(outbox):
-    """Who is too slow loses all that waits of the subscription, and is told once, not each time."""
+def test_too_many_samples_are_dropped_and_reported(outbox):
+    """A slow page loses all pending samples of the subscription, and gets one notice, not one each time."""
     for value in range(1000):
         outbox.add(1, [entry("a", value)], lost=False)
 
@@ -94,14 +94,14 @@ def test_what_is_small_is_not_lost_for_what_is_large(outbox):
 
 
 def test_what_zenoh_dropped_is_lost_too(outbox):
-    """A feed that could not keep all says so, and the page is told."""
+    """A feed that dropped samples reports it, and the page gets a notice."""
     outbox.add(1, [entry("a", 1)], lost=True)
 
     assert [{"op": "lost", "id": 1}] == taken(outbox)
 
 
 def test_the_latest_can_not_be_lost(outbox):
-    """Of a key whose newest sample counts, older ones were not wanted anyway."""
+    """Older samples of a subscription to the latest one are not wanted anyway."""
     outbox.add(2, [entry("a", 1)], lost=True)
 
     assert [{"op": "samples", "samples": [[2, "a", 1]]}] == taken(outbox)
@@ -125,7 +125,7 @@ def test_answers_are_never_dropped(outbox):
     assert [*(["reply"] * 200), "samples"] == [frame["op"] for frame in taken(outbox)]
 
 
-def test_who_never_reads_is_crowded(outbox):
+def test_a_page_that_never_reads_is_crowded(outbox):
     """With a hundred frames waiting, no further request should be served."""
     for _ in range(99):
         outbox.put("{}")

@@ -23,7 +23,7 @@ def written(tmp_path_factory):
 
 
 def test_the_committed_schemas_are_in_step():
-    """Whoever changes a model runs make schemas."""
+    """After a change of a model, run make schemas."""
     assert 0 == main(["--check", str(SCHEMAS)])
 
 

@@ -168,7 +168,7 @@ class TestReading:
     """What can be read, and what is refused."""
 
     def test_other_order_of_bytes(self) -> None:
-        """Who sends big-endian bytes is understood, too."""
+        """Big-endian bytes are understood, too."""
         data = bytes.fromhex("00000000" + "00000001" + "00000002" + "00000004" + "6d617000")
 
         assert TEXT.decode(data) == {"stamp": {"sec": 1, "nanosec": 2}, "frame_id": "map"}
@@ -263,7 +263,7 @@ class TestReading:
             (Octomap, bytes(8) + b"\1\0\0\0\0\0\0\0" + b"\1\0\0\0" + bytes(12), "data: 4294967295 items"),
         ],
     )
-    def test_lists_that_nobody_sent(self, cls: Any, before: bytes, error: str) -> None:
+    def test_lists_that_are_longer_than_the_message(self, cls: Any, before: bytes, error: str) -> None:
         """A list that is said to be longer than the rest of the message is refused before there is room for it."""
         with pytest.raises(CdrError, match=error):
             message_type(cls).decode(b"\0\1\0\0" + before + b"\xff\xff\xff\xff")
@@ -312,7 +312,7 @@ class TestReading:
             TEXT.decode(b"\0\1\0\0" + bytes(MAX_BYTES - 3))
 
     def test_long_and_broken(self) -> None:
-        """Of a long message that is broken nobody finds out where: that would take too long."""
+        """The error about a long broken message does not say where it is broken: that would take too long."""
         data = bytes.fromhex("00010000" + "00010100") + bytes(65791) + b"\2"
 
         with pytest.raises(CdrError, match="AllowedCollisionEntry: an invalid or big-endian message of 65800 bytes"):

@@ -191,7 +191,7 @@ def test_what_is_written_reads_back(seed: int) -> None:
 @a_few
 @given(seeds)
 def test_quick_and_careful_agree(seed: int) -> None:
-    """Who is quick and who is careful write the same, and read the same of what other distributions send."""
+    """The quick and the careful codec write the same, and read the same of what other distributions send."""
     for own, described in each_type(seed):
         with case(own):
             sent = encoder(as_it_is(described))(Values(own).of(described))
@@ -204,7 +204,7 @@ def test_quick_and_careful_agree(seed: int) -> None:
 @a_few
 @given(seeds)
 def test_other_order_reads_the_same(seed: int) -> None:
-    """Who writes the numbers the other way round is understood the same."""
+    """Big-endian numbers are read the same."""
     for own, described in each_type(seed):
         with case(own):
             values = Values(own).of(described)

@@ -100,7 +100,7 @@ def test_hashes_of_an_action() -> None:
     )
 
 
-def test_same_for_all_who_ask() -> None:
+def test_same_for_all_callers() -> None:
     """A type is made once."""
     assert navigate_to_pose() is navigate_to_pose()
 
@@ -143,7 +143,7 @@ def test_unknown_distribution() -> None:
 
 
 def test_codec_is_made_once() -> None:
-    """Whoever asks gets the same function."""
+    """Each access returns the same function."""
     assert message_type(Time).encode is message_type(Time).encode
 
 
