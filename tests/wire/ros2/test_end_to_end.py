@@ -203,7 +203,10 @@ def test_goal_of_ros_takes_the_robot_from_json(live, ros):
 
 def test_late_joiner_has_the_last_status(live, ros):
     """A subscriber that joins after the last change gets it nevertheless."""
-    goal = ros(live).action("/wall_e/wait").wait().send(LONG)
+    early = ros(live).action("/wall_e/wait").wait()
+    goal = early.send(LONG)
+    # The answer to the goal may come before its status is published.
+    early.wait_for_status(goal.id, EXECUTING)
     late = ros(live, "lyrical", node="late").action("/wall_e/wait").wait()
 
     assert {goal.id: EXECUTING} == statuses(late.status.next())
