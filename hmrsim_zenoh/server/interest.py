@@ -101,9 +101,9 @@ class SubscriberWatch(Generic[K]):
         A matching listener for each kind would need its own thread: Zenoh's thread, which a Python callback keeps
         waiting for the GIL, blocks for 10 s when the session is closed meanwhile.
         """
-        listener = self._anything.declare_matching_listener(zenoh.handlers.RingChannel(1))
-        there = _matched(self._anything)
         try:
+            listener = self._anything.declare_matching_listener(zenoh.handlers.RingChannel(1))
+            there = _matched(self._anything)
             while not self._session.is_closed():
                 if there:
                     time.sleep(_LOOK_SECONDS)
