@@ -137,7 +137,7 @@ class FaultSite(Protocol):
         """Docks, doors and lifts, by name."""
 
     @property
-    def passage(self) -> Admission:
+    def admission(self) -> Admission:
         """What admits robots to lanes, and knows which are closed."""
 
     def connect(self, name: str, *, connected: bool) -> None:

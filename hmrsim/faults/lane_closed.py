@@ -24,11 +24,11 @@ class LaneClosed(Spell):
 
 
 def _begin(case: Case[LaneClosed]) -> Callable[[], None]:
-    passage, (a, b) = case.roster.passage, case.settings.lane
-    lanes = [lane for lane in ((a, b), (b, a)) if lane in passage.graph.lanes.numbers]
+    admission, (a, b) = case.roster.admission, case.settings.lane
+    lanes = [lane for lane in ((a, b), (b, a)) if lane in admission.graph.lanes.numbers]
     cause = f"fault {case.name}"
-    passage.closures.close(lanes, cause, case.name)
-    return partial(passage.closures.open, cause)
+    admission.closures.close(lanes, cause, case.name)
+    return partial(admission.closures.open, cause)
 
 
 FAULT = FaultType(

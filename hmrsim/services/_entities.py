@@ -74,7 +74,7 @@ def _pose(entity: Robot | Item | Fixture) -> Pose:
 def info_of(simulator: Simulator, entity: Robot | Item | Fixture) -> EntityInfo:
     """Return what an entity is."""
     spawned = ["spawned"] if entity.name in simulator.roster.spawned else []
-    blocking = ["blocking"] if simulator.roster.passage.closures.is_obstructed_by(entity.name) else []
+    blocking = ["blocking"] if simulator.roster.admission.closures.is_obstructed_by(entity.name) else []
     if isinstance(entity, Robot):
         carried = list(entity.components)
         description = f"{entity.type} with {', '.join(carried)}" if carried else entity.type

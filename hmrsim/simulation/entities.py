@@ -44,13 +44,13 @@ class Roster:
         robots: In order; replaced when robots come or go, so that other threads may read it.
         items: In order.
         spawned: The names of those that are not of the world file.
-        passage: Admits robots to lanes.
+        admission: Admits robots to lanes.
         fixtures: Docks, doors and lifts, by name.
     """
 
     fixtures: dict[str, Fixture]
 
-    passage: Admission
+    admission: Admission
     robots: dict[str, Robot]
     items: dict[str, Item]
     _world: World
@@ -94,16 +94,16 @@ class Roster:
         for _, robot in sorted(self.robots.items()):
             robot.retire()
         self._world, self._graph = world, graph
-        self.passage = Admission(
+        self.admission = Admission(
             self._env, world, graph, publisher=self._publisher, ways_changed=lambda: self._emit(RosterChanged())
         )
         self.spawned.clear()
         self.robots, self.items = {}, {}
         self.items |= self._own_items()
-        site = Site(self._env, world, self.passage, lambda: self.robots, self._publisher)
+        site = Site(self._env, world, self.admission, lambda: self.robots, self._publisher)
         self.fixtures = install_all(site)
         self._docks = {dock.name: dock for dock in self.fixtures.values() if isinstance(dock, DockBays)}
-        self.passage.closures.publish()
+        self.admission.closures.publish()
         self._serve(self._own_robots())
         for _, item in sorted(self.items.items()):
             self._lay(item, item.point)
@@ -172,14 +172,14 @@ class Roster:
             self.robots[name].halt()
             self.robots[name].release_all()
             self.robots[name].retire()
-            self.passage.remove(self.robots[name])
+            self.admission.remove(self.robots[name])
             self._publisher.publish(lambda: Deleted(name))
             self._change({other: robot for other, robot in self.robots.items() if other != name})
         elif item is not None:
             if item.carrier is not None:
                 item.carrier.lose(item)
             del self.items[name]
-            self.passage.closures.clear(name)
+            self.admission.closures.clear(name)
             self._publisher.publish(lambda: Deleted(name))
 
     def move(self, entity: Robot | Item, pose: Pose, why: str) -> None:
@@ -212,21 +212,21 @@ class Roster:
             graph=self._graph,
             items=self.items,
             docks=self._docks,
-            admission=self.passage,
+            admission=self.admission,
             plans=self._plans,
             publisher=self._publisher,
             abort=self._dispatcher.free,
         )
-        self.passage.place(robot)
+        self.admission.place(robot)
         robot.settle_in()
         return robot
 
     def _lay(self, item: Item, point: Point) -> None:
         """Have an item lie somewhere; a bulky one obstructs the lane there, and no other."""
         item.lie_at(point)
-        self.passage.closures.clear(item.name)
+        self.admission.closures.clear(item.name)
         if item.blocks:
-            self.passage.closures.obstruct(item.name, point, f"{item.name} lies there")
+            self.admission.closures.obstruct(item.name, point, f"{item.name} lies there")
 
     def _serve(self, robots: dict[str, Robot]) -> None:
         self.robots = robots

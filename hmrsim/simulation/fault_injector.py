@@ -247,7 +247,7 @@ class FaultInjector:
         doors = [fixture.name for fixture in roster.fixtures.values() if fixture.kind == "door"]
         return There(
             robots={name: robot.components for name, robot in sorted(roster.robots.items())},
-            lanes=roster.passage.graph.lanes.numbers,
+            lanes=roster.admission.graph.lanes.numbers,
             doors=doors,
             cells=batteries,
         )

@@ -90,6 +90,6 @@ def _restart_time(simulator: Simulator) -> None:
         account.go_on()
     for fixture in simulator.roster.fixtures.values():
         fixture.settle()
-    simulator.roster.passage.reset()
+    simulator.roster.admission.reset()
     simulator.gate.shut()
     simulator.telemetry.refresh(0.0)

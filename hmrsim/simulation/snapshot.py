@@ -33,7 +33,7 @@ def scene(simulator: Simulator) -> dict[str, Any]:
         "robots": [
             {
                 **_robot(robot),
-                "waiting": roster.passage.waiting(robot),
+                "waiting": roster.admission.waiting(robot),
                 "connected": name not in simulator.dispatcher.cut_off,
                 "holds": held[name],
                 "goals": _goals(goals[name]),
@@ -54,7 +54,7 @@ def scene(simulator: Simulator) -> dict[str, Any]:
             for fixture in roster.fixtures.values()
         ],
         "closed_lanes": [
-            {"lane": [*lane], "why": "; ".join(why.values())} for lane, why in roster.passage.closures.lanes.items()
+            {"lane": [*lane], "why": "; ".join(why.values())} for lane, why in roster.admission.closures.lanes.items()
         ],
         "faults": [injected.began().to_json() for _, injected in sorted(faults.items()) if injected.end is not None],
     }

@@ -334,7 +334,7 @@ class Walk:
     def step(self, number: int, what: str, name: str, how: Any) -> None:
         """Do one thing at this instant, or let time go on."""
         simulator, robot = self.simulator, self.simulator.robots[name]
-        closures = simulator.roster.passage.closures
+        closures = simulator.roster.admission.closures
 
         def send(action: str, message: Any) -> None:
             simulator.submit(SendGoal(name, action, message, f"{number:032x}"))
@@ -367,13 +367,13 @@ class Walk:
 
     def push(self, robot: Robot) -> None:
         """Have a vehicle yield by a lane that is free, if it may, as a policy does."""
-        passage = self.simulator.roster.passage
-        rules = passage._rules
+        admission = self.simulator.roster.admission
+        rules = admission._rules
         if rules is None or not robot.may_yield:
             return
-        for way in exits(passage, rules.slots, robot):
+        for way in exits(admission, rules.slots, robot):
             if rules.slots.exchange([(robot, way.leg)]):
-                passage.push(robot, way.leg, robot)
+                admission.push(robot, way.leg, robot)
                 return
 
     def pass_events(self, seconds: float, most: float = math.inf) -> None:
@@ -391,11 +391,11 @@ class Walk:
         for name, robot in self.simulator.robots.items():
             self._check_state(robot)
             self._check_motion(name, robot)
-            if self.simulator.roster.passage._rules is not None:
+            if self.simulator.roster.admission._rules is not None:
                 self._check_slots(robot)
 
     def _check_state(self, robot: Robot) -> None:
-        state, waits = robot.state, robot in self.simulator.roster.passage.waits
+        state, waits = robot.state, robot in self.simulator.roster.admission.waits
         assert bool(robot.disabled_reasons) is (state is S.DISABLED)
         assert (robot.piece is not None) is state.moves
         assert (robot.next_leg is not None or robot.piece is not None or state.waits) is not state.stands
@@ -410,7 +410,7 @@ class Walk:
 
     def _check_slots(self, robot: Robot) -> None:
         """Fail if a vehicle holds what it is not on, or drives where it has no right to."""
-        rules, lanes = self.simulator.roster.passage._rules, self.simulator.graph.lanes
+        rules, lanes = self.simulator.roster.admission._rules, self.simulator.graph.lanes
         held, leg, here = rules.held(robot), robot.next_leg, robot.pose().point
         if robot.state.moves and leg is not None:
             # A leg off the lanes has only the slots of what it leads to.
