@@ -24,7 +24,7 @@ class Plans:
     Args:
         env: The simulation's clock and events.
         emit: Where events go.
-        publisher: Tells when a planner comes or goes, and what it is asked.
+        publisher: Publishes when a planner comes or goes, and the requests to it.
 
     Attributes:
         present: Whether one has announced itself.

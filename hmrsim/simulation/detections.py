@@ -79,7 +79,7 @@ class Detections:
 
     def __init__(self, roster: Roster) -> None:
         self._roster = roster
-        self._told: dict[str, Mapping[str, Pose]] = {}
+        self._published: dict[str, Mapping[str, Pose]] = {}
 
     def look(self, robot: Robot, surroundings: Surroundings) -> list[Seen]:
         """Return what a robot sees, in order of name; neither itself nor what it carries."""
@@ -124,7 +124,7 @@ class Detections:
         robots = self._roster.robots.values()
         watchers = [robot for robot in robots if robot.name not in silent and sensors_of(robot)]
         surroundings = Surroundings(self._roster) if watchers else None
-        before, self._told = self._told, {}
+        before, self._published = self._published, {}
         for robot in watchers:
             if surroundings is None:
                 raise AssertionError
@@ -132,14 +132,14 @@ class Detections:
             now = {each.thing.name: robot.estimated(each.thing.pose) for each in seen}
             known = before.get(robot.name)
             if known is not None and not _differ(known, now, _resolution(robot)):
-                self._told[robot.name] = known
+                self._published[robot.name] = known
                 continue
-            self._told[robot.name] = now
+            self._published[robot.name] = now
             yield self.message(robot, seen)
 
     def forget(self) -> None:
         """Publish all detections again to the next subscriber."""
-        self._told.clear()
+        self._published.clear()
 
 
 def sensors_of(robot: Robot) -> dict[str, Sensor]:

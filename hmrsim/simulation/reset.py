@@ -57,7 +57,7 @@ def load(simulator: Simulator, world: World) -> None:
     simulator.fault_injector.begin(world, simulator.seed)
     simulator.begin_scripts()
     simulator.publisher.publish(lambda: WorldLoaded(world.name))
-    simulator.tell(RosterChanged())
+    simulator.emit(RosterChanged())
 
 
 def set_state(simulator: Simulator, state: int, why: str) -> None:

@@ -71,7 +71,7 @@ class Scripts:
         env: The simulation's clock and events; the scripts begin at its first instant.
         world: Its robots' scripts must have been checked.
         submit: Takes commands.
-        publisher: Tells of scripts that end.
+        publisher: Publishes which scripts end.
 
     Attributes:
         all: By robot, in the order of names: that of the file must not matter.

@@ -1,6 +1,6 @@
 """A running world: robots, items, the dispatcher and the events between them. It does no I/O.
 
-Its input is `Command`s, its output events for every `Sink`; a run is a function of the world, its
+Its input is `Command`s, its output `Output`s for every `Sink`; a run is a function of the world, its
 seed and the commands with their times.
 """
 
@@ -62,8 +62,8 @@ if TYPE_CHECKING:
 _BATCH = 1_000
 """Events that are taken in one go where nothing else wants to be done between them."""
 
-_SAID = (StatusChanged, FeedbackSent, Sampled)
-"""Events that are what a robot says, and not what the world knows."""
+_ROBOT_OUTPUTS = (StatusChanged, FeedbackSent, Sampled)
+"""Outputs that a robot publishes itself, and that a client does not get while the robot is cut off."""
 
 _BEGINNING = (SendGoal, CancelGoal, CallService, PlanAnswered)
 """Commands of which something may come that is due at once."""
@@ -132,29 +132,29 @@ class Simulator:
         self._sinks: list[Sink] = []
         self.interest = Interest(self._sinks)
         self.telemetry = Telemetry(self.interest)
-        self._told = (-1, 0.0)
+        self._clock_published = (-1, 0.0)
         self.processed = 0
         self.generation = 0
-        publisher = self.publisher = EventPublisher(self.env, self.interest, self._emit)
+        publisher = self.publisher = EventPublisher(self.env, self.interest, self.emit)
         self.dispatcher = Dispatcher(
             self.env,
             all_actions() if actions is None else actions,
             self.telemetry,
-            emit=self._emit,
+            emit=self.emit,
             publisher=publisher,
             seed=self.seed,
             keep_results=settings.keep_results,
             feedback_rate=settings.feedback_rate,
         )
         self.graph = WaypointGraph(world)
-        self.plans = Plans(self.env, self._emit, publisher)
+        self.plans = Plans(self.env, self.emit, publisher)
         self.roster = Roster(
             self.env,
             self.dispatcher,
             self.gate,
             plans=self.plans,
             publisher=publisher,
-            emit=self._emit,
+            emit=self.emit,
             leaving=self._leaving,
         )
         self.roster.fill(world, self.graph)
@@ -164,7 +164,7 @@ class Simulator:
         self.fault_injector.begin(world, self.seed)
         self.telemetry.start("odom", Topic.ODOM, 0.0, settings.odom_rate, self._emit_odom)
         self.telemetry.start("battery_state", Topic.BATTERY_STATE, 0.0, settings.battery_rate, self._emit_batteries)
-        self.telemetry.start("clock", Topic.CLOCK, 0.0, settings.clock_rate, lambda: self._emit(self.readings.clock()))
+        self.telemetry.start("clock", Topic.CLOCK, 0.0, settings.clock_rate, lambda: self.emit(self.readings.clock()))
         self.telemetry.start("detections", Topic.DETECTIONS, 0.0, settings.detection_rate, self._emit_detections)
         self.begin_scripts()
         self._sinks += [*sinks, *watchers(self)]
@@ -232,7 +232,7 @@ class Simulator:
             case SendGoal() | GetResult() | CancelGoal() | StopWaiting() | ForgetResult():
                 self._apply_to_goals(command)
             case Read():
-                self._emit(Answered(command.reply_to, self.readings.read(command)))
+                self.emit(Answered(command.reply_to, self.readings.read(command)))
             case CallService():
                 self._call(command)
             case InterestChanged():
@@ -280,11 +280,7 @@ class Simulator:
     def answer(self, reply_to: Any, answer: Any) -> None:
         """Send the answer to a command that was not for a robot."""
         if reply_to is not None:
-            self._emit(Answered(reply_to, answer))
-
-    def tell(self, output: Output) -> None:
-        """Send an event that is not of the world itself."""
-        self._emit(output)
+            self.emit(Answered(reply_to, answer))
 
     def stop(self, reason: str = "the simulation was stopped") -> None:
         """Abort every goal that runs; the simulation must not be run afterwards."""
@@ -298,23 +294,24 @@ class Simulator:
         # Interrupts come before all else; robots stand still after them.
         self.env.take_urgent()
 
-    def _emit(self, output: Output) -> None:
-        if self.dispatcher.cut_off and isinstance(output, _SAID) and output.robot in self.dispatcher.cut_off:
+    def emit(self, output: Output) -> None:
+        """Give an output to the sinks, unless its robot is cut off."""
+        if self.dispatcher.cut_off and isinstance(output, _ROBOT_OUTPUTS) and output.robot in self.dispatcher.cut_off:
             return
         for sink in self._sinks:
             sink.emit(output)
 
     def _emit_detections(self) -> None:
         for seen in self.detections.changed(self.dispatcher.cut_off):
-            self._emit(seen)
+            self.emit(seen)
 
     def _emit_batteries(self) -> None:
         for state in self.readings.battery_states():
-            self._emit(state)
+            self.emit(state)
 
     def _emit_odom(self) -> None:
         for robot in self.robots.values():
-            self._emit(self.readings.odom(robot))
+            self.emit(self.readings.odom(robot))
 
     def _leaving(self, robot: str) -> None:
         """End the faults of a robot that is about to be removed."""
@@ -363,10 +360,10 @@ class Simulator:
 
     def settle(self) -> None:
         """Publish the clock to its subscribers: time stands still until the next event."""
-        telling = (self.generation, self.now)
-        if self._told != telling and self.interest.clock:
-            self._told = telling
-            self._emit(self.readings.clock())
+        now = (self.generation, self.now)
+        if self._clock_published != now and self.interest.clock:
+            self._clock_published = now
+            self.emit(self.readings.clock())
 
     def process_events(self, until: float, most: int, *, idle: bool = True) -> bool:
         """Process some events and samples that are due at *until* or before; at one instant events come first.

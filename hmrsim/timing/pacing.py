@@ -102,7 +102,7 @@ class Pacing:
         self._on_wait = on_wait
         self._preparations = preparations
         self._generation = simulator.generation
-        self._told = -math.inf
+        self._reported = -math.inf
         self._anchor: float | None = None
         self._over = False
         self._last_state: TimeState | None = None
@@ -323,8 +323,8 @@ class Pacing:
         """Add wall seconds to the lag, and report it at a limited rate."""
         self.lag += seconds
         now = wall_time()
-        if now - self._told >= _BETWEEN_WARNINGS:
-            self._told = now
+        if now - self._reported >= _BETWEEN_WARNINGS:
+            self._reported = now
             self._on_lag(self.lag)
 
     def _tell(self) -> None:
@@ -336,7 +336,7 @@ class Pacing:
         # Time and epoch change always.
         if self._last_state is None or state._replace(now=0.0, epoch=0) != self._last_state:
             self._last_state = state._replace(now=0.0, epoch=0)
-            self._simulator.tell(state)
+            self._simulator.emit(state)
 
     def _watching(self) -> _Watchdog:
         def look() -> None:

@@ -58,7 +58,7 @@ class Planner:
         self._timeout = timeout
         self._max_payload = max_payload
         self._lock = threading.Lock()
-        self._told = False
+        self._announced = False
         # The simulator's own queryable matches the key, too. Of several planners the first answer counts.
         self._querier = session.declare_querier(
             keys.planner(),
@@ -81,9 +81,9 @@ class Planner:
 
     def _changes(self) -> list[AnyCommand]:
         present: bool = self._querier.matching_status.matching  # type: ignore[attr-defined]  # the stub errs
-        if present == self._told:
+        if present == self._announced:
             return []
-        self._told = present
+        self._announced = present
         return [PlannerPresent(present)]
 
     def ask(self, event: PlanWanted) -> None:

@@ -43,7 +43,7 @@ class SubscriberWatch(Generic[K]):
         self._lock = threading.Lock()
         self._listened: dict[K, bool] = {}
         self._publishers: dict[K, zenoh.Publisher] = {}
-        self._told: dict[K, zenoh.MatchingListener[zenoh.handlers.Handler[zenoh.MatchingStatus]]] = {}
+        self._listeners: dict[K, zenoh.MatchingListener[zenoh.handlers.Handler[zenoh.MatchingStatus]]] = {}
         self._changes = 0
         # Matches every subscriber: a single check where there is none.
         self._anything = session.declare_publisher(anything)
@@ -55,9 +55,9 @@ class SubscriberWatch(Generic[K]):
     def watch(self, kind: K, pattern: str) -> None:
         """Watch one more kind of keys."""
         publisher = self._session.declare_publisher(pattern)
-        told = publisher.declare_matching_listener(zenoh.handlers.RingChannel(1))
+        listener = publisher.declare_matching_listener(zenoh.handlers.RingChannel(1))
         with self._lock:
-            self._publishers[kind], self._told[kind], self._listened[kind] = publisher, told, False
+            self._publishers[kind], self._listeners[kind], self._listened[kind] = publisher, listener, False
             self._update(kind)
 
     def __contains__(self, kind: object) -> bool:
@@ -119,8 +119,8 @@ class SubscriberWatch(Generic[K]):
         """Check the kinds whose matching status has changed."""
         with self._lock:
             before = self._changes
-            for kind, told in self._told.items():
-                if told.try_recv() is not None:
+            for kind, listener in self._listeners.items():
+                if listener.try_recv() is not None:
                     self._update(kind)
             changed = self._changes != before
         if changed:
