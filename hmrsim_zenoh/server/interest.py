@@ -6,7 +6,6 @@ A publisher for each robot would take minutes to declare in large worlds; Zenoh 
 from __future__ import annotations
 
 import threading
-import time
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 import zenoh
@@ -45,6 +44,8 @@ class SubscriberWatch(Generic[K]):
         self._publishers: dict[K, zenoh.Publisher] = {}
         self._listeners: dict[K, zenoh.MatchingListener[zenoh.handlers.Handler[zenoh.MatchingStatus]]] = {}
         self._changes = 0
+        # Not Session.is_closed(): it raises RuntimeError while another thread closes the session.
+        self._ended = threading.Event()
         # Matches every subscriber: a single check where there is none.
         self._anything = session.declare_publisher(anything)
         for kind, pattern in patterns.items():
@@ -93,6 +94,7 @@ class SubscriberWatch(Generic[K]):
 
         A thread that returns from Zenoh after Python has ended crashes the process.
         """
+        self._ended.set()
         self._thread.join(_JOIN_SECONDS)
 
     def _run(self) -> None:
@@ -104,9 +106,9 @@ class SubscriberWatch(Generic[K]):
         try:
             listener = self._anything.declare_matching_listener(zenoh.handlers.RingChannel(1))
             there = _matched(self._anything)
-            while not self._session.is_closed():
+            while not self._ended.is_set():
                 if there:
-                    time.sleep(_LOOK_SECONDS)
+                    self._ended.wait(_LOOK_SECONDS)
                     status = listener.try_recv()
                 else:
                     status = listener.recv()

@@ -62,7 +62,6 @@ class Declarations:
         endpoints_of: Callable[[Part], Iterable[Owned]],
         publishers: Publishers,
     ) -> None:
-        self._session = session
         self._liveliness = session.liveliness()
         self._session_id = str(session.info.zid())
         self._domain = wire.domain if isinstance(wire, RmwZenoh) else None
@@ -136,11 +135,12 @@ class Declarations:
 
     @contextmanager
     def _going_on(self, what: str, owned: Owned) -> Iterator[None]:
-        """Log a failure and continue with the rest, unless the session was closed."""
+        """Log a failure and continue with the rest, unless the session is being closed."""
         try:
             yield
         except zenoh.ZError as error:
-            if self._session.is_closed():
+            # Not Session.is_closed(): it raises RuntimeError while another thread closes the session.
+            if self._closed:
                 raise
             _log.warning(what, owned.endpoint.name, error)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,6 @@ class Network:
         gids: The ids with which publishers were opened, by name.
         refused: Part of tokens that can't be declared.
         stuck: Part of tokens that can't be undeclared.
-        closed: Whether the session is.
     """
 
     def __init__(self) -> None:
@@ -39,20 +39,15 @@ class Network:
         self.there: list[str] = []
         self.gids: dict[str, bytes | None] = {}
         self.refused = self.stuck = "nothing"
-        self.closed = False
         self.info = SimpleNamespace(zid=lambda: "abc")
 
     def liveliness(self) -> Network:
         """Return what tokens are declared with."""
         return self
 
-    def is_closed(self) -> bool:
-        """Return whether the session is closed."""
-        return self.closed
-
     def declare_token(self, token: str) -> Any:
         """Note a token."""
-        if self.closed or self.refused in token:
+        if self.refused in token:
             raise zenoh.ZError("no")
         self.said.append(("token", token))
         self.there.append(token)
@@ -247,16 +242,30 @@ def test_end() -> None:
     assert not declarations._thread.is_alive()
 
 
-def test_closed_session() -> None:
-    """A session that was closed meanwhile ends the thread."""
+def test_session_that_is_closed_during_a_declaration(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The declaration fails, which is no failure to tell of, and the thread ends."""
+    monkeypatch.setattr("hmrsim_zenoh.ros2.publishing.declarations._JOIN_SECONDS", 0.01)
     network = Network()
-    network.closed = True
+    begun, closed = threading.Event(), threading.Event()
+
+    def declare_token(token: str) -> None:
+        begun.set()
+        closed.wait(20)
+        raise zenoh.ZError(f"session closed, and {token} not declared")
+
+    monkeypatch.setattr(network, "declare_token", declare_token)
     declarations = declared(network)
     declarations.want(parts(ONE))
+    assert begun.wait(20)
+    declarations.close()
+    closed.set()
     assert declarations._thread is not None
     declarations._thread.join(20)
 
     assert not declarations._thread.is_alive()
+    assert "" == caplog.text
 
 
 def test_what_is_wanted_by_now() -> None:
