@@ -150,11 +150,14 @@ async ([base, VIEW]) => {
   };
   const wrong = {};
   for (const [claim, check] of Object.entries(claims)) {
+    let timer;
     try {
-      const late = new Promise((_, give) => setTimeout(() => give(new Error('never')), 15000));
+      const late = new Promise((_, give) => (timer = setTimeout(() => give(new Error('never')), 15000)));
       await Promise.race([check(), late]);
     } catch (error) {
       wrong[claim] = String(error.stack ?? error);
+    } finally {
+      clearTimeout(timer); // node would wait for it
     }
   }
   return { claims: Object.keys(claims).length, wrong };
