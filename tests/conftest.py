@@ -19,14 +19,33 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 profiles.load()
 
-KINDS = ("unit", "wire", "system", "browser")
+KINDS = ("system", "browser", "wire", "unit")
+"""Folders of tests, in the order in which they run: workers that share the files are done together if the longest come
+first."""
+
+UNCOVERED = ("system", "browser")
+"""Kinds whose work is mostly done in processes that coverage does not see: it would only cost time."""
 
 
+def pytest_xdist_auto_num_workers() -> int:
+    """Return one worker more than there are processors, as many tests wait for processes that they have started."""
+    return (os.cpu_count() or 1) + 1
+
+
+@pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark each test with what it needs, by the folder that it is in."""
-    for item in items:
-        folder = item.path.relative_to(TESTS).parts[0]
-        item.add_marker(folder if folder in KINDS else "system")
+    """Mark each test with what it needs, by the folder that it is in, and run what takes longest first."""
+    kinds = {item: _kind(item) for item in items}
+    for item, kind in kinds.items():
+        item.add_marker(kind)
+        if kind in UNCOVERED:
+            item.add_marker("no_cover")
+    items.sort(key=lambda item: KINDS.index(kinds[item]))
+
+
+def _kind(item: pytest.Item) -> str:
+    folder = item.path.relative_to(TESTS).parts[0]
+    return folder if folder in KINDS else "system"
 
 
 @pytest.fixture(autouse=True)
