@@ -177,8 +177,7 @@ class DrivingVehicle(VehicleBody):
             try:
                 route = self._admission.plan(self, self._rest.point, goal)
             except NoRoute as error:
-                self._enter(VehicleEvent.HALT)
-                _fail(self._arrived, error)
+                self.give_up(error)
                 return
             self._route = route
             driven = self._driven(route.legs)
@@ -194,8 +193,8 @@ class DrivingVehicle(VehicleBody):
     # --- traffic --------------------------------------------------------------------------------------------------
 
     def go_on(self) -> None:
-        """Drive the leg for which it waits: it is admitted now."""
-        if self._drive is None or self._drive.in_pieces:
+        """Drive the leg for which it waits, or begin its maneuver: it is admitted now."""
+        if self._drive is None or self._drive.in_pieces or self._state is VehicleState.MANEUVER_BLOCKED:
             self._enter(VehicleEvent.RESUME)
             self._begin_piece(self._number)
         else:

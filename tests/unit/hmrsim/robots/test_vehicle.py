@@ -211,6 +211,27 @@ def test_a_vehicle_that_has_yielded_and_goes_nowhere_is_idle(stage):
     assert S.IDLE is stage.robot.state
 
 
+def test_a_vehicle_without_a_way_on_from_where_it_has_yielded_tells_traffic(stage, monkeypatch):
+    """Other vehicles may wait for its next move."""
+    told = []
+    monkeypatch.setattr(Passive, "halted", lambda _rules, robot: told.append(robot.name))
+    yielding(stage)
+    stage.run.ask("inject_fault", {"type": "lane_closed", "lane": ["a", "bay"]})
+    stage.finish()
+
+    assert (["ann"], S.IDLE) == (told, stage.robot.state)
+
+
+def test_a_maneuver_that_is_held_up_is_carried_out_as_it_was(stage):
+    """A vehicle that backs up does not turn round and drive ahead."""
+    stage.begin(stage.robot.perform(drive_of(straight(stage.robot.pose(), (-5.0, 0.0), speed=0.5))))
+    stage.robot.step_back()
+    stage.robot.go_on()
+    stage.finish()
+
+    assert (10.0, (-5.0, 0.0, 0.0)) == (stage.run.simulator.now, tuple(stage.robot.pose()))
+
+
 def illegal(*events: VehicleEvent) -> list[tuple[VehicleState, VehicleEvent]]:
     """Return the pairs of a state and one of these events that the table does not have."""
     return [pair for pair in product(S, events) if pair not in TRANSITIONS]
