@@ -48,8 +48,8 @@ def broken(serve, monkeypatch):
 
 def test_goals_that_run_are_aborted_at_the_end(live, serve, wait):
     """A client that waits for the result gets it, and the last status says so, too."""
-    live.send(WAIT, wait(1000), A)
     heard = live.hear(f"{WAIT}/_action/status")
+    live.send(WAIT, wait(1000), A)
     held = [live.begin(f"{WAIT}/_action/get_result", {"goal_id": A}) for _ in range(2)]
     live.status(WAIT)  # answered after the requests before it were taken
 
