@@ -92,7 +92,6 @@ class GoalRejectedError(GoalRejected):
     Attributes:
         reason: A machine-readable word, such as ``unknown_robot`` or ``busy``.
         error_code: The code that the action's result would have.
-        message: A human-readable reason.
     """
 
     def __init__(self, reason: str, error_code: int, message: str) -> None:

@@ -49,9 +49,6 @@ class Host:
     """Serves a world until it is stopped; a context manager that closes everything.
 
     Args:
-        loaded: The world.
-        options: How to open the session.
-        settings: How to run it.
         wires: The ROS 2 wires to serve beside the JSON wire.
         sinks: Further sinks of events.
         watchers: Make further sinks from the simulator and its pacing.

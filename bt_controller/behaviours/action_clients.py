@@ -17,9 +17,6 @@ class FromConstant(ActionLeaf[G, R, F]):
     """Sends a constant goal.
 
     Args:
-        name: The behaviour's name.
-        action: The action, or its name.
-        goal: The goal.
         generate_feedback_message: Formats feedback as the feedback message; None for its plain fields.
         robot: The robot that serves the action; None for the robot that the tree is run for.
         on_success: Values to write on the blackboard when the goal has succeeded, by key.
@@ -50,8 +47,6 @@ class FromBlackboard(ActionLeaf[G, R, F]):
     A preceding `WaitForBlackboardVariable` of py_trees waits for one.
 
     Args:
-        name: The behaviour's name.
-        action: The action, or its name.
         key: The goal's blackboard key.
         generate_feedback_message: Formats feedback as the feedback message; None for its plain fields.
         robot: The robot that serves the action; None for the one that the tree is run for.

@@ -21,7 +21,6 @@ class ToBlackboard(subscribers.ToBlackboard):
     The warning begins below the threshold and ends five per cent above it, so that it does not flicker.
 
     Args:
-        name: The behaviour's name.
         threshold: Per cent of the capacity.
         robot: The robot; None for the one that the tree is run for.
     """

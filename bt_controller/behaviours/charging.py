@@ -89,9 +89,6 @@ class BatteryGuard(Control):
     def setup(self, **kwargs: Any) -> None:
         """Watch the robot's battery.
 
-        Args:
-            **kwargs: *topics*, *robot* and *wake*, and the arguments of other behaviours.
-
         Raises:
             PortError: A port's value in the file is invalid.
             NotServed: The robot has no battery.

@@ -16,8 +16,6 @@ class ToBlackboard(subscribers.ToBlackboard):
     """Writes the latest ``detections``, a Detection3DArray, on the blackboard.
 
     Args:
-        name: The behaviour's name.
-        key: The blackboard key.
         robot: The robot; None for the one that the tree is run for.
     """
 

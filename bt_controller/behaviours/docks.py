@@ -11,7 +11,6 @@ class Dock(FromConstant[DockRobot.Goal, DockRobot.Result, DockRobot.Feedback]):
     """Docks the robot; at a charger it succeeds as soon as the battery charges.
 
     Args:
-        dock: The dock's name.
         max_staging_time: Simulated seconds within which the robot has to reach the dock, including the wait for
             other robots to leave; 0 for no limit.
         name: The behaviour's name; says the dock if left out.
@@ -29,7 +28,6 @@ class Undock(FromConstant[UndockRobot.Goal, UndockRobot.Result, UndockRobot.Feed
     """Undocks the robot.
 
     Args:
-        name: The behaviour's name.
         robot: The robot that serves the action; None for the one that the tree is run for.
     """
 

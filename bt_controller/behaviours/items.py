@@ -11,7 +11,6 @@ class Pickup(FromConstant[moveit_msgs.Pickup.Goal, moveit_msgs.Pickup.Result, mo
     """Picks up an item that is in reach.
 
     Args:
-        item: Its name.
         name: The behaviour's name; says the item if left out.
         robot: The robot that serves the action; None for the one that the tree is run for.
     """
@@ -26,7 +25,6 @@ class Place(FromConstant[moveit_msgs.Place.Goal, moveit_msgs.Place.Result, movei
     """Puts down an item that the robot holds.
 
     Args:
-        item: Its name.
         name: The behaviour's name; says the item if left out.
         robot: The robot that serves the action; None for the one that the tree is run for.
     """

@@ -59,9 +59,6 @@ class GoTo(NavToPoseActionClient):
     def setup(self, **kwargs: Any) -> None:
         """Look up the action and the place.
 
-        Args:
-            **kwargs: As `ActionLeaf.setup`; *places*, the places of the world.
-
         Raises:
             NotServed: There is no such robot, action or place.
             SimulatorNotFound: No simulator answers.

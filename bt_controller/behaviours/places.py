@@ -19,7 +19,6 @@ class ToBlackboard(Behaviour):
     """Writes poses of places on the blackboard, as PoseStamped.
 
     Args:
-        name: The behaviour's name.
         places: The names of waypoints, places or docks, by key.
     """
 
@@ -33,9 +32,6 @@ class ToBlackboard(Behaviour):
 
     def setup(self, **kwargs: Any) -> None:
         """Look up the places.
-
-        Args:
-            **kwargs: *places*, the places of the world.
 
         Raises:
             NotServed: There is no such place.

@@ -38,7 +38,6 @@ class FromBlackboard(Behaviour):
     A response whose ``result`` is an error is FAILURE.
 
     Args:
-        name: The behaviour's name.
         service_type: The service's type, such as `SetDoorState`.
         service_name: The service, such as ``set_door_state``.
         key_request: The request's blackboard key.
@@ -64,11 +63,7 @@ class FromBlackboard(Behaviour):
             self.blackboard.register_key(key_response, Access.WRITE)
 
     def setup(self, **kwargs: Any) -> None:
-        """Keep the client.
-
-        Args:
-            **kwargs: *client*, *wake* and *topics*.
-        """
+        """Keep the client."""
         self._client = kwargs["client"]
         self._wake = kwargs.get("wake") or self._wake
         self._topics = kwargs.get("topics")
@@ -142,15 +137,7 @@ class FromBlackboard(Behaviour):
 
 
 class FromConstant(FromBlackboard):
-    """Calls a service with a constant request.
-
-    Args:
-        name: The behaviour's name.
-        service_type: The service's type, such as `SetDoorState`.
-        service_name: The service, such as ``set_door_state``.
-        service_request: The request.
-        key_response: The response's blackboard key; None to drop the response.
-    """
+    """Calls a service with a constant request; the other arguments are those of `FromBlackboard`."""
 
     def __init__(
         self,

@@ -23,11 +23,9 @@ if TYPE_CHECKING:
 
 
 class Handler(Behaviour):
-    """Reads the latest message of a topic; the base of the subscribers.
+    """Reads the latest message of a topic; the base of the subscribers, which take its arguments, too.
 
     Args:
-        name: The behaviour's name.
-        topic_name: The topic.
         robot: The robot; None for the one that the tree is run for.
         clearing_policy: Which messages are too old.
 
@@ -54,9 +52,6 @@ class Handler(Behaviour):
 
     def setup(self, **kwargs: Any) -> None:
         """Watch the topic.
-
-        Args:
-            **kwargs: *topics*, *robot* and *wake*.
 
         Raises:
             NotServed: There is no such robot, or it does not publish this topic.
@@ -92,15 +87,11 @@ class CheckData(Handler):
     """Compares a field of the latest message with a value: SUCCESS when the comparison holds.
 
     Args:
-        name: The behaviour's name.
-        topic_name: The topic.
         variable_name: The field, such as ``twist.twist.linear.x``.
         expected_value: The value to compare it with.
         comparison_operator: A function of both, such as `operator.lt`.
         fail_if_no_data: Whether to fail instead of waiting while no message is new enough.
         fail_if_bad_comparison: Whether to fail instead of waiting while the comparison does not hold.
-        robot: The robot; None for the one that the tree is run for.
-        clearing_policy: Which messages are too old.
 
     Raises:
         ValueError: There is no such topic, or no such field.
@@ -143,12 +134,6 @@ class CheckData(Handler):
 class WaitForData(Handler):
     """Waits for a message of any content: the next one, by default.
 
-    Args:
-        name: The behaviour's name.
-        topic_name: The topic.
-        robot: The robot; None for the one that the tree is run for.
-        clearing_policy: Which messages are too old.
-
     Raises:
         ValueError: There is no such topic.
     """
@@ -176,12 +161,8 @@ class ToBlackboard(Handler):
     """Writes the latest message, or some of its fields, on the blackboard.
 
     Args:
-        name: The behaviour's name.
-        topic_name: The topic.
         blackboard_variables: The message's key; or its fields by key, where None is the whole message.
         initialise_variables: Values to write before the first tick, by key.
-        robot: The robot; None for the one that the tree is run for.
-        clearing_policy: Which messages are too old.
 
     Raises:
         ValueError: There is no such topic, or no such field.
@@ -223,10 +204,7 @@ class EventToBlackboard(Handler):
     """Writes on the blackboard whether a message has come since the last tick; always succeeds.
 
     Args:
-        name: The behaviour's name.
-        topic_name: The topic.
         variable_name: The blackboard key.
-        robot: The robot; None for the one that the tree is run for.
 
     Raises:
         ValueError: There is no such topic.

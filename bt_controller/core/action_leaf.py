@@ -42,7 +42,6 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
     """Sends one goal and follows it.
 
     Args:
-        name: The behaviour's name.
         action: The action, its name, its full name ``robot/action`` or an alias of that, as the world has it.
         goal: The goal, evaluated upon each initialise. A leaf without a goal fails.
         robot: The robot that serves the action; None for the one that the tree is run for.

@@ -64,9 +64,6 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
     def setup(self, **kwargs: Any) -> None:
         """Look up the action, by the name that the file gives it, if any.
 
-        Args:
-            **kwargs: As those of `ActionLeaf` and of all nodes.
-
         Raises:
             NotServed: There is no such robot, or it has no such action.
             PortError: A port's value in the file is invalid; or the name is another action's.

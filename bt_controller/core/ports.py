@@ -35,12 +35,7 @@ class Places(Protocol):
 
 
 class Given(str):
-    """A text of the user on the blackboard, with its key: error messages refer to it as ``--set KEY=TEXT``.
-
-    Args:
-        text: The text.
-        key: The key.
-    """
+    """A text of the user on the blackboard, with its key: error messages refer to it as ``--set KEY=TEXT``."""
 
     __slots__ = ("key",)
 
@@ -99,11 +94,7 @@ class Kind(Generic[T]):
 
 @dataclass(frozen=True)
 class Port(PortInformation):
-    """A port of a node; made by `input_port` and `output_port`.
-
-    Attributes:
-        kind: The kind of its values.
-    """
+    """A port of a node; made by `input_port` and `output_port`."""
 
     kind: Kind[Any] = None  # type: ignore[assignment]  # fields of the base class have defaults
 

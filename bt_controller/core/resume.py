@@ -36,8 +36,6 @@ class Resumption:
 
     Args:
         owner: The owner of the goals: participant, mission, robot and place in the tree.
-        robot: The robot that serves the action.
-        action: The goals' action.
 
     Attributes:
         repeats: Whether goals that ended in an earlier run are repeated.

@@ -52,7 +52,6 @@ class Topics:
     """The latest messages of the robots' topics.
 
     Args:
-        client: The connection to the simulator.
         asks: Whether to query each time instead of subscribing, as in lockstep. Then messages do not wake
             trees.
     """

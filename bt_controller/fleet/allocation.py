@@ -17,7 +17,6 @@ class PendingTask:
     """An unassigned task.
 
     Attributes:
-        task: The task.
         at: The item's position, in the world's unit of length.
         since: When the task appeared, in simulated seconds.
         failed: The robots that have failed at it: others have precedence.
@@ -34,8 +33,6 @@ class Robot:
     """A robot's state for allocation.
 
     Attributes:
-        name: Its name.
-        type: Its type.
         actions: The names of its actions.
         at: Its position, in the world's unit of length.
         charge: The charge of its battery, 0 to 1; 1 without a battery.
@@ -59,8 +56,6 @@ class Assignment:
     """A task and the robot that gets it.
 
     Attributes:
-        task: The task.
-        robot: The robot's name.
         distance: The robot's distance in a straight line.
     """
 

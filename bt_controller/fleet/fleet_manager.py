@@ -38,11 +38,8 @@ class FleetManager(Leaf):
     It is ticked when a task appears and when a robot becomes idle; no polling is needed.
 
     Args:
-        robots: The names of the robots.
-        tasks: The tasks.
         seed: The seed of the tasks' arrival times, if the blackboard has no ``seed``.
         mean_gap: Simulated seconds between two tasks, on average.
-        task_queue: The task queue.
         enough: The charge up to which robots charge.
         patience: Simulated seconds after which a waiting task, or one of a failed robot, is given up.
     """
@@ -73,9 +70,6 @@ class FleetManager(Leaf):
 
     def setup(self, **kwargs: Any) -> None:
         """Look up the robots that can do any of the tasks.
-
-        Args:
-            **kwargs: *directory*, *topics*, *places* and *wake*, as for every behaviour.
 
         Raises:
             TreeError: The seed is no number.

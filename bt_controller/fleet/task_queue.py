@@ -37,7 +37,6 @@ class TaskQueue:
     """Assigns tasks, and queues failed ones again.
 
     Attributes:
-        policy: The allocation policy.
         least: The charge below which robots get no tasks.
         waiting: The unassigned tasks, the longest waiting first.
         given: The assigned tasks, by robot.

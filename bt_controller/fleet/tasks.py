@@ -16,8 +16,6 @@ class Task:
 
     Attributes:
         item: The item, which is unique among the tasks.
-        source: The item's place.
-        target: The destination.
         types: The types of robots that may do it; empty for all.
         actions: The actions that a robot needs for it.
     """
@@ -39,7 +37,6 @@ class Arrival:
 
     Attributes:
         after: Simulated seconds since the start.
-        task: The task.
     """
 
     after: float

@@ -34,10 +34,6 @@ class Worker(Control):
     """A robot of a fleet: it delivers items, charges, and drives home when it has no task.
 
     It runs until the task queue is closed. A robot that failed gets no tasks for a while and until it accepts a goal.
-
-    Args:
-        robot: The robot's name.
-        fleet_manager: The fleet manager, which assigns its tasks.
     """
 
     def __init__(self, robot: str, fleet_manager: FleetManager) -> None:

@@ -35,7 +35,6 @@ class Plan:
     Attributes:
         name: The name that the user gave.
         function: Returns the root; takes the robot's name, the names of all robots, or nothing.
-        takes_robot: Whether the function takes the robot's name.
         confirmed: Whether the tree is ticked once more after it has succeeded.
         takes_robots: Whether it is one tree for all robots, and the function takes the list of their names.
         values: The initial texts on each blackboard.

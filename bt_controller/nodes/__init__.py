@@ -27,7 +27,6 @@ class Family:
 
     Attributes:
         name: The name of the file.
-        nodes: The node classes by their tags.
     """
 
     name: str

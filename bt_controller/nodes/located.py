@@ -23,9 +23,6 @@ class Located(Node):
     def setup(self, **kwargs: Any) -> None:
         """Watch the robot's odometry.
 
-        Args:
-            **kwargs: *topics* and *robot*, and the arguments of all nodes.
-
         Raises:
             NotServed: The robot has gone.
             PortError: A port's value in the file is invalid.

@@ -26,9 +26,6 @@ Way = tuple[Point, Point]
 class OpenLanes:
     """The lanes that are open now, and those that were open earlier.
 
-    Args:
-        client: The connection to the simulator.
-
     Raises:
         SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator does not answer.
     """

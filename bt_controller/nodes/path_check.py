@@ -36,9 +36,6 @@ class PathCheck(Condition):
     def setup(self, **kwargs: Any) -> None:
         """Query the lanes.
 
-        Args:
-            **kwargs: *client*, and the arguments of all nodes.
-
         Raises:
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator does not answer.
             PortError: A port's value in the file is invalid.

@@ -86,7 +86,6 @@ class RealtimeClock:
     """Simulated time that moves by itself.
 
     Args:
-        client: The connection to the simulator.
         mailbox: Where goals, signals and the clock say that something has happened.
         grace: Wall seconds for which the simulator may be out of reach.
         set_back: By how many seconds it was set back already.

@@ -43,7 +43,6 @@ class Mission:
 
     Args:
         robot: The robot's name; of several, what they are called together.
-        plan: How the tree is built.
         fleet: The names of those several robots.
         resume: Under which name its goals are found again when a controller goes on where another one ended; None to
             begin anew each time.
@@ -206,11 +205,6 @@ def told(error: Exception) -> str:
 
 def missions_for(robots: Sequence[str], plan: Plan, *, resume: str | None = None) -> list[Mission]:
     """Return a mission for each of some robots, or one for all if the tree is one for all.
-
-    Args:
-        robots: Their names.
-        plan: How the tree is built.
-        resume: As `Mission` has it.
 
     Raises:
         TreeError: The tree can't be built.

@@ -48,9 +48,6 @@ class Node(NamedTuple):
     Attributes:
         depth: 0 for the root.
         symbol: py_trees' symbol for its kind, such as ``{-}`` for a sequence with memory.
-        kind: Its class.
-        name: Its name.
-        status: Its status.
         message: Its feedback message; empty while it is not active.
         origin: File and line, if it comes from a file.
     """
@@ -88,7 +85,6 @@ class Snapshot:
     """The tree of one robot after a tick.
 
     Attributes:
-        robot: The robot.
         sim_time: Simulated seconds; None before the first clock message.
         tick: The number of the tick, from 1.
         nodes: The behaviours, parents before their children.

@@ -69,7 +69,6 @@ class Script:
     """A script that can be run; made by `parse`.
 
     Attributes:
-        text: The source.
         names: The entries that it reads or changes, in order of their first use.
         changed: The entries that it changes.
     """

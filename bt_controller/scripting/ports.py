@@ -58,9 +58,6 @@ class Scripted(Node):
     def setup(self, **kwargs: Any) -> None:
         """Look up the keys of the scripts' names.
 
-        Args:
-            **kwargs: The arguments of all nodes.
-
         Raises:
             PortError: A port's value in the file is invalid.
         """

@@ -29,8 +29,6 @@ class Publisher:
 
     Args:
         session: An open session, which the caller closes.
-        keys: How keys are spelled.
-        missions: The robots and their trees.
     """
 
     def __init__(self, session: zenoh.Session, keys: Keys, missions: Sequence[Mission]) -> None:

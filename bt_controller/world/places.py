@@ -18,11 +18,7 @@ if TYPE_CHECKING:
 
 
 class NamedPlaces:
-    """Named poses: waypoints, places, docks.
-
-    Args:
-        client: The connection to the simulator.
-    """
+    """Named poses: waypoints, places, docks."""
 
     def __init__(self, client: Client) -> None:
         self._client = client

@@ -24,7 +24,6 @@ class Call:
     """A node in a file.
 
     Attributes:
-        origin: The place in the file.
         node: The node's class, with its scripts; None for a subtree.
         tree: The ID of a subtree's tree.
         ports: The ports that the file mentions, each with a ``{key}`` or a value.
@@ -32,7 +31,6 @@ class Call:
         around: The decoration with the scripts of common attributes such as ``_skipIf``; None if there are none.
         conditions: The scripts of common attributes.
         autoremap: Whether a subtree shares the keys that are not mentioned.
-        children: The children in order.
     """
 
     origin: Origin

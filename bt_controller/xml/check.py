@@ -31,13 +31,7 @@ _TRUTHS: Final = {"true": True, "1": True, "false": False, "0": False}
 
 
 def check(document: Document, nodes: Mapping[str, type[Any]], faults: Faults) -> dict[str, Call]:
-    """Return the root of each tree by ID; trees with mistakes are incomplete.
-
-    Args:
-        document: The trees of the file.
-        nodes: The known nodes by tag.
-        faults: Collects the mistakes.
-    """
+    """Return the root of each tree by ID; trees with mistakes are incomplete."""
     checker = _Checker(document, nodes, faults)
     return {tree: checker.call(child) for tree, root in document.trees.items() for child in root}  # type: ignore[arg-type]
 

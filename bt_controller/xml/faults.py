@@ -21,7 +21,6 @@ class Origin:
     Attributes:
         file: The file, as the user names it.
         line: The line, from 1; 0 for the whole file.
-        tag: The element's tag.
         name: The element's ``name``; empty if it has none.
     """
 

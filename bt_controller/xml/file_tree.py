@@ -34,7 +34,6 @@ class FileTree:
 
     Attributes:
         main: The ID of the outermost tree.
-        translation: All trees of the file.
         labels: The name and the origin of each node, in the order of py_trees' ``iterate``.
         texts: The initial blackboard entries of its subtrees.
     """

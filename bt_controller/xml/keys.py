@@ -17,10 +17,6 @@ _TAKEN: Final = ("name", "ID", "@name", "@ID")
 def reference(port: str, text: str) -> str | None:
     """Return the key that a text refers to; None if it is a value.
 
-    Args:
-        port: The name of the port.
-        text: The attribute's text.
-
     Raises:
         ValueError: The text is neither, or has a special meaning in py_trees.
     """

@@ -38,8 +38,6 @@ class Part(Element):
     """An element for py_trees' parser.
 
     Attributes:
-        origin: The place in the file.
-        shown: The name of its node.
         texts: The initial blackboard entries of a subtree.
     """
 

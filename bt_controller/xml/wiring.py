@@ -28,7 +28,6 @@ class _End:
     """A port with its key.
 
     Attributes:
-        origin: The node's place in the file.
         port: The port's name.
         key: The key that it is connected to.
         kind: The kind of its values; None if unknown.

@@ -81,15 +81,7 @@ def demo(args: argparse.Namespace) -> int:
 
 
 class _Demo:
-    """One run of the demo.
-
-    Args:
-        settings: How to run its world.
-        screen: Where to show it.
-        trace: Where to write its trace, if anywhere.
-        view: On which port to serve its page, if on any.
-        log_level: What its processes log.
-    """
+    """One run of the demo."""
 
     def __init__(
         self, settings: DemoSettings, screen: Audience, *, trace: Path | None, view: int | None, log_level: str

@@ -95,11 +95,7 @@ class MissionTable(RobotTable[RobotSum]):
 
 
 class Screen:
-    """Shows lines as they arrive, and on a terminal the state of each robot.
-
-    Args:
-        out: The output stream.
-    """
+    """Shows lines as they arrive, and on a terminal the state of each robot."""
 
     def __init__(self, out: IO[str]) -> None:
         self._console = Console(file=out, highlight=False)

@@ -26,8 +26,6 @@ class Line(NamedTuple):
     Attributes:
         sim_time: In simulated seconds; None where it is not known.
         source: ``world`` for the simulator, ``tree`` for the controller.
-        robot: The robot's name.
-        text: The event.
         hands_over: Whether the robot's next line comes from the other source.
     """
 
@@ -53,9 +51,7 @@ class RobotSum:
     """The account of one robot.
 
     Attributes:
-        type: Its type.
         succeeded: Goals that succeeded.
-        failed: Goals that ended otherwise.
         distance: Driven, in the world's unit.
         moved: The items that it has put down.
         carries: The item that it holds.

@@ -35,7 +35,6 @@ class Trip:
     """A route and how it is driven.
 
     Attributes:
-        route: The route.
         base: The robot's base; its speed is given.
         seconds: For each leg.
         turning: Seconds of all turns between them.

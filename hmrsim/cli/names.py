@@ -24,8 +24,6 @@ class ActionName:
 
     Attributes:
         name: Such as ``/wall_e/pickup``, or an alias such as ``/wall_e/grab``.
-        robot: The robot's name.
-        action: The action's name.
     """
 
     name: str

@@ -33,7 +33,6 @@ class Column(NamedTuple):
     """A column of the table.
 
     Attributes:
-        heading: Its heading.
         width: Characters that it needs; the last column takes all that is left.
         rank: If there is no room for all columns, those of the highest rank are omitted.
         justify: The alignment.
@@ -49,9 +48,7 @@ class RobotTable(ABC, Generic[Robot]):
     """Shows the state of robots until it is closed.
 
     Args:
-        console: The console.
         robots: The robots by name; robots may be added and removed.
-        columns: The columns, the name first.
         transient: Whether the table disappears when it is closed; else the last one stays.
     """
 

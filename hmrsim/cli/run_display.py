@@ -40,12 +40,7 @@ class Display(Protocol):
 
 
 class TableDisplay:
-    """A table of robots, with log lines above it.
-
-    Args:
-        world: The world's name.
-        level: The log level.
-    """
+    """A table of robots, with log lines above it."""
 
     def __init__(self, world: str, level: int) -> None:
         # Slow to import, and needed on a terminal only.
@@ -68,12 +63,7 @@ class TableDisplay:
 
 
 class LogDisplay:
-    """Log lines.
-
-    Args:
-        world: The world's name.
-        level: The log level.
-    """
+    """Log lines."""
 
     def __init__(self, world: str, level: int) -> None:
         self._world = printable(world)

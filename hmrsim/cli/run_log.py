@@ -82,11 +82,7 @@ class EventLog:
 
 
 class Later:
-    """A sink that forwards goals' changes and events when the simulation is idle, so as not to delay it.
-
-    Args:
-        sink: The sink to forward to.
-    """
+    """A sink that forwards goals' changes and events when the simulation is idle, so as not to delay it."""
 
     def __init__(self, sink: Sink) -> None:
         self._sink = sink

@@ -59,8 +59,6 @@ class HostTable(RobotTable[Robot]):
     """Shows the robots of a host on stderr.
 
     Args:
-        host: The host.
-        world: The world's name.
         goals: The ends of the robots' last goals.
         console: The console; stderr if None.
     """

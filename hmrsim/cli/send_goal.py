@@ -82,12 +82,7 @@ def _goal_id(text: str | None) -> str | None:
 
 @dataclass
 class _Report:
-    """Prints the course of a goal.
-
-    Attributes:
-        as_json: Print JSON instead of YAML.
-        feedback: Print feedback, too.
-    """
+    """Prints the course of a goal."""
 
     as_json: bool
     feedback: bool

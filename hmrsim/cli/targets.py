@@ -14,10 +14,6 @@ if TYPE_CHECKING:
 def check_target(out: Path, *, force: bool) -> None:
     """Check that a file can be written, as far as that can be known in advance.
 
-    Args:
-        out: The file.
-        force: Whether it may exist already.
-
     Raises:
         WrongUse: It can't.
     """

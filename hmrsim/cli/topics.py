@@ -43,7 +43,6 @@ class Topic:
 
     Attributes:
         name: As in ROS, such as ``/wall_e/odom`` or ``/wall_e/wait/_action/status``.
-        ros_type: The type of its messages.
         latched: Whether the simulator answers a ``get`` with the latest message.
     """
 

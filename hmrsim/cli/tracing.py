@@ -60,8 +60,6 @@ class TraceFile:
 
     Args:
         path: The file; None for no trace.
-        world: Of the run.
-        settings: Of the run.
 
     Attributes:
         sinks: The trace, to be given to the simulator; nothing if none is wanted.

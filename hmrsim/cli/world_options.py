@@ -12,12 +12,7 @@ if TYPE_CHECKING:
 
 
 def add_world_options(parser: argparse.ArgumentParser, *, argument: str = "world") -> None:
-    """Add WORLD and its options to a command.
-
-    Args:
-        parser: Of the command.
-        argument: The name of the argument.
-    """
+    """Add WORLD and its options to a command."""
     add_world_argument(parser, argument=argument)
     add_settings(parser, WorldSettings)
 

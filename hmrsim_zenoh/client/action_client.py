@@ -28,12 +28,7 @@ _PATIENCE = 5.0
 
 
 class ActionClient(Generic[G, R, F]):
-    """Sends one robot goals of one action; `Client.action_client` makes it.
-
-    Attributes:
-        robot: The robot's name.
-        action: The action.
-    """
+    """Sends one robot goals of one action; `Client.action_client` makes it."""
 
     def __init__(
         self, link: Link, lockstep: Callable[[], Lockstep | None], robot: str, action: Action[G, R, F]

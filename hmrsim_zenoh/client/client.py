@@ -58,7 +58,6 @@ class Client:
 
     Attributes:
         keys: How the simulator's keys are spelled.
-        session: The Zenoh session.
     """
 
     def __init__(

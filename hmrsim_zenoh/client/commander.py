@@ -41,9 +41,6 @@ class Commander:
     - `GoalFailed` when the goal was aborted or canceled,
     - `GoalRejectedError` when the robot rejected it,
     - `SimulatorNotFound`, `SimulatorGone`, `RequestError`, `GoalTimeout` when there is no usable answer.
-
-    Attributes:
-        robot: The robot's name.
     """
 
     def __init__(self, client: Client, robot: str, *, timeout: float | None = None) -> None:

@@ -103,8 +103,6 @@ class Link:
     """A session with its worker thread and the simulator's liveliness.
 
     Attributes:
-        session: The Zenoh session.
-        keys: How keys are spelled.
         worker: Runs deferred calls.
         presence: Whether the simulator is alive.
         acknowledge_timeout: Wall seconds within which a goal has to be accepted or rejected.

@@ -60,10 +60,6 @@ class _Listener:
 class Lockstep:
     """A client's participation in a simulator's lockstep. Any thread may use it; one at a time advances time.
 
-    Args:
-        link: The client's link.
-        name: The participant's name.
-
     Raises:
         RequestError: The simulator refuses this participant, for instance as the name is taken.
         SimulatorNotFound, SimulatorGone, ClientClosed: There is no simulator to join.

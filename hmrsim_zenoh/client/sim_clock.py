@@ -41,7 +41,6 @@ class SimClock:
     """Subscribes to ``_world/clock``.
 
     Args:
-        client: The client that subscribes.
         on_time: Called with each time received, in the subscription's thread.
     """
 

@@ -70,10 +70,6 @@ class _Answered(NamedTuple):
 class Listener:
     """Subscribes to all topics of a simulation, and records the samples in `work`.
 
-    Args:
-        client: The client of the simulator.
-        recorder: The recorder.
-
     Attributes:
         lost: The number of lost samples.
         begun: Whether the initial state has arrived, before which nothing is recorded.

@@ -27,11 +27,7 @@ _BATTERY: Final = "battery_state"
 class Recording:
     """A recording, whose file is read again for each iteration.
 
-    Args:
-        path: The file.
-
     Attributes:
-        path: The file.
         world: The initial world, in the native format.
         info: The simulator's description, as on ``_world/info``.
         about: The metadata of the recording, such as the version that wrote it, and the seed if it is known.

@@ -67,8 +67,6 @@ class Told(NamedTuple):
 
     Attributes:
         level: The severity, as in `Log`.
-        name: The subject.
-        text: The text.
     """
 
     level: int
@@ -80,7 +78,6 @@ class Recorder:
     """Writes events and samples; simulated times become the recording's, which never go back.
 
     Args:
-        file: The file to write to.
         line_of: Returns the line of an event on ``/rosout``; None for no line.
 
     Attributes:

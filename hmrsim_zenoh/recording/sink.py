@@ -30,8 +30,6 @@ class RecordingSink:
 
     Args:
         simulator: A simulator that has not started.
-        recorder: The recorder.
-        time: Returns the state of the clock.
         clock_rate: Samples of the clock per simulated second.
     """
 

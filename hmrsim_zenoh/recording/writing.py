@@ -27,9 +27,7 @@ class Schema(NamedTuple):
     """The schema of a channel.
 
     Attributes:
-        name: The message type.
         encoding: The encoding of *text*: ``ros2msg`` or ``jsonschema``.
-        text: The definition.
         message_encoding: The encoding of messages: ``cdr`` or ``json``.
     """
 

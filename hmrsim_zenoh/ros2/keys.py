@@ -82,10 +82,8 @@ class Endpoint:
     """A publisher, a subscriber, a service or a client of one.
 
     Attributes:
-        kind: The kind of endpoint.
         name: The topic's or the service's, such as ``/wall_e/navigate_to_pose/_action/status``.
         type: The type's name in keys, such as ``sensor_msgs::msg::dds_::BatteryState_``.
-        hash: The type's hash.
         qos: The quality of service as tokens spell it.
     """
 
@@ -102,7 +100,6 @@ class Token:
 
     Attributes:
         session: The Zenoh id of the session that declared it, in hex.
-        node: The node.
         endpoint: The node's endpoint; None for the token of the node itself.
     """
 

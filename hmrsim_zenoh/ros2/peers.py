@@ -40,7 +40,6 @@ class Peers:
 
     Args:
         session: The session to watch on; its own tokens are ignored.
-        domain: ROS's domain id.
         served: Returns types and hashes of the simulator's endpoints by name.
         rejections: Logs each warning once.
         gone: Called with the gid of a service client that has gone; in a thread of Zenoh's.

@@ -87,12 +87,6 @@ class Ros2Server:
 
     Args:
         session: An open session, which the caller closes.
-        wire: How names are spelled.
-        simulator: The simulation to serve.
-        inbox: The queue of commands.
-        actions: All actions by name.
-        services: The world's services by name.
-        planner: The external planner.
         max_payload: The largest request in bytes.
     """
 

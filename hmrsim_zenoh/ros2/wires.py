@@ -43,12 +43,7 @@ class Wire(Protocol):
 
 @dataclass(frozen=True)
 class RmwZenoh:
-    """The wire of ROS 2's own middleware for Zenoh, rmw_zenoh_cpp.
-
-    Attributes:
-        domain: ROS's domain id.
-        distros: The distributions whose types are served.
-    """
+    """The wire of ROS 2's own middleware for Zenoh, rmw_zenoh_cpp."""
 
     domain: int = 0
     distros: tuple[str, ...] = DISTROS

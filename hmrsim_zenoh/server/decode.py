@@ -133,11 +133,9 @@ class Requests:
     """Decodes queries.
 
     Args:
-        keys: How keys are spelled.
         actions: All actions by name, to decode goals.
         serves: The names of the actions of each robot.
         fixed: Latched topics of the world: topic to encoding and a function that returns the payload.
-        services: The world's services by name.
         max_payload: The largest request in bytes.
     """
 

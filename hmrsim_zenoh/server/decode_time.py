@@ -99,7 +99,6 @@ class TimeRequests:
 
     Args:
         keys: How keys are spelled, including the aliases of actions.
-        actions: All actions by name, to decode goals.
         max_payload: The largest request in bytes.
     """
 

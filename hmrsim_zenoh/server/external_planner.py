@@ -38,9 +38,6 @@ class Planner:
     """Sends requests to the planner on the network.
 
     Args:
-        session: The session to find it on.
-        keys: How keys are spelled.
-        put: Accepts commands, from any thread.
         timeout: Wall seconds within which the planner has to answer.
         max_payload: The largest answer in bytes.
     """
@@ -124,12 +121,7 @@ class Planner:
 
 
 class _Question:
-    """One request, which gets exactly one answer; called in Zenoh's threads.
-
-    Args:
-        request: The request's number.
-        planner: The planner's client.
-    """
+    """One request, which gets exactly one answer; called in Zenoh's threads."""
 
     def __init__(self, request: int, planner: Planner) -> None:
         self._request = request

@@ -37,12 +37,7 @@ _CLOSE_SECONDS = 1.0
 
 
 class _Reader(NamedTuple):
-    """The handlers of the queries on a key expression.
-
-    Attributes:
-        decode: Turns a query into commands, in the simulation's thread; it answers what can't be read.
-        refuse: Answers a query that does not fit, or that came after the end; called in any thread.
-    """
+    """The handlers of the queries on a key expression."""
 
     decode: Callable[[zenoh.Query], list[AnyCommand]]
     refuse: Callable[[zenoh.Query], None]
@@ -52,8 +47,6 @@ class QueryInbox(Inbox):
     """An inbox of the queries on one key expression and on further ones that `serve` adds.
 
     Args:
-        session: The session to declare the queryable on.
-        key_expr: The key expression to serve.
         decode: Turns a query into commands, in the simulation's thread; it answers what can't be read.
         refuse: Answers a query that there is no room for, or that came after the end; called in any thread.
         wakeup_key: A key under *key_expr* that *decode* ignores; it wakes the simulation's thread.

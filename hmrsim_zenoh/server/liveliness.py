@@ -17,12 +17,7 @@ MAX_TOKENS = 1000
 
 
 class LivelinessTokens:
-    """The tokens of one simulation.
-
-    Args:
-        session: The session to declare them on.
-        keys: How keys are spelled.
-    """
+    """The tokens of one simulation."""
 
     def __init__(self, session: zenoh.Session, keys: Keys) -> None:
         self._liveliness = session.liveliness()

@@ -68,17 +68,10 @@ class Server:
 
     Args:
         session: An open session, which the caller closes.
-        keys: How keys are spelled.
         description: The description of the simulation, and the actions of each robot.
-        actions: All actions by name, to decode goals.
-        services: The world's services by name.
         submit: Processes commands at once, in the simulation thread.
         on_roster: Called when robots come or go, or the world is replaced. It has to call `follow`.
         settings: The limits of request sizes and of an external planner's time.
-
-    Attributes:
-        inbox: The queue of commands.
-        planner: The external planner.
     """
 
     def __init__(

@@ -28,12 +28,7 @@ _TYPES = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH, "scene": e
 
 
 class Description:
-    """Describes a simulation; long descriptions are cached until `forget`.
-
-    Args:
-        simulator: The simulator.
-        time: Returns the state of the clock.
-    """
+    """Describes a simulation; long descriptions are cached until `forget`."""
 
     def __init__(self, simulator: Simulator, time: Callable[[], TimeState]) -> None:
         self._simulator = simulator

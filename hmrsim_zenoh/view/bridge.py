@@ -34,7 +34,6 @@ class Bridge:
     """Serves one page, in the event loop's thread.
 
     Args:
-        gets: Sends queries.
         feeds: The subscriptions of all pages.
         alive: Whether the simulator is alive.
     """

@@ -19,10 +19,6 @@ class EventLog:
     """Keeps the latest events of a simulator; for the event loop's thread.
 
     They stay in Zenoh's ring buffer until a page requests them, so that no Python runs for each.
-
-    Args:
-        session: An open session.
-        key: The key of the events.
     """
 
     def __init__(self, session: zenoh.Session, key: str) -> None:

@@ -31,13 +31,7 @@ class Listener(Protocol):
 
 
 class Feeds:
-    """The subscriptions of one session.
-
-    Args:
-        session: An open session.
-        prefix: The prefix of all keys.
-        loop: The event loop.
-    """
+    """The subscriptions of one session."""
 
     def __init__(self, session: zenoh.Session, prefix: str, loop: asyncio.AbstractEventLoop) -> None:
         self._session = session

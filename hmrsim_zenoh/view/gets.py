@@ -32,8 +32,6 @@ class Gets:
     """Sends queries below a prefix.
 
     Args:
-        session: An open session.
-        prefix: The prefix of all keys.
         later: Schedules a call in the event loop's thread.
     """
 

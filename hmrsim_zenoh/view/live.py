@@ -34,11 +34,9 @@ class Live:
 
     Args:
         session: An open session, which the caller closes.
-        keys: How the simulator's keys are spelled.
 
     Attributes:
         alive: Whether the simulator is alive, by its liveliness token.
-        feeds: The subscriptions.
     """
 
     feeds: Feeds

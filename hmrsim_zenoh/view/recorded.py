@@ -35,7 +35,6 @@ class Recording(Protocol):
     """The recording to show.
 
     Attributes:
-        name: The name of the file.
         begin: Simulated nanoseconds of the first sample.
         end: Simulated nanoseconds of the last sample.
         truncated: Whether the end is missing, as after a crash.
@@ -58,11 +57,7 @@ class Recording(Protocol):
 
 
 class Recorded:
-    """Serves a recording to pages.
-
-    Args:
-        recording: The recording.
-    """
+    """Serves a recording to pages."""
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording

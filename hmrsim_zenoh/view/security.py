@@ -51,7 +51,6 @@ class Gate:
     """Passes requests to an ASGI application or rejects them; adds security headers to every response.
 
     Args:
-        app: The application.
         host: The address that it is bound to.
 
     Attributes:

@@ -56,7 +56,6 @@ class ViewServer:
     """Serves the page in its own thread until it is closed.
 
     Args:
-        source: The source to show.
         host: Address to bind to; a token is required unless it is the loopback.
         port: Port to bind to; 0 for a free one.
 

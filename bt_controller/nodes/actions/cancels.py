@@ -28,9 +28,6 @@ class _Cancel(Leaf):
     def setup(self, **kwargs: Any) -> None:
         """Look the action up.
 
-        Args:
-            **kwargs: *client*, *robot* and *directory*, and the arguments of all nodes.
-
         Raises:
             NotServed: There is no such robot, or it has no such action.
             PortError: A port's value in the file is invalid.

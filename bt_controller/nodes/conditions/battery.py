@@ -26,9 +26,6 @@ class _Battery(Condition):
     def setup(self, **kwargs: Any) -> None:
         """Watch the battery's topic.
 
-        Args:
-            **kwargs: *topics* and *robot*, and the arguments of all nodes.
-
         Raises:
             NotServed: The robot has no battery.
             PortError: A port's value in the file is invalid.

@@ -15,12 +15,9 @@ class Code:
     """Lines of source and the values of the names in them.
 
     Args:
-        names: The initial names.
         at: The offset of the message in the bytes; None if it varies.
 
     Attributes:
-        lines: The generated lines.
-        names: The names and their values.
         at: The offset of the next value in the bytes; None if it is known only at run time.
     """
 

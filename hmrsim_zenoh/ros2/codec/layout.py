@@ -53,7 +53,6 @@ class Leaf(NamedTuple):
     """A field that is not a single nested message.
 
     Attributes:
-        field: The field.
         path: The path of the value in our message, outermost name first; None if our message lacks it.
     """
 

@@ -55,7 +55,6 @@ class Field:
     """One field of a ROS type.
 
     Attributes:
-        name: Its name in ROS.
         primitive: The primitive type of its values; empty for a nested type.
         kind: Whether it is a single value, an array or a sequence.
         capacity: The length of a fixed array, or the largest one of a bounded sequence; else 0.

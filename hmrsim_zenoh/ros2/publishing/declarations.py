@@ -36,7 +36,6 @@ class _Declared:
 
     Attributes:
         id: Its number in the session.
-        token: Zenoh's token.
         used: The number of endpoints that need it.
     """
 
@@ -49,7 +48,6 @@ class Declarations:
     """Declares exactly the wanted parts, in its own thread.
 
     Args:
-        session: The session to declare on.
         wire: How tokens are spelled, and whether there are any.
         endpoints_of: Returns the endpoints of a part.
         publishers: The publishers, each of which is opened before its token is declared.

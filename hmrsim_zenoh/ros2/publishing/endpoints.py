@@ -64,7 +64,6 @@ class Part(NamedTuple):
     Attributes:
         robot: The robot; `WORLD` for the world.
         actions: The ROS names of actions, each with the action.
-        topics: The topics.
         states: The ``get_state`` services, each with its node.
     """
 
@@ -116,8 +115,6 @@ class Endpoints:
 
     Args:
         wire: How keys are spelled, and the distributions whose types are served.
-        actions: All actions by name.
-        services: The world's services by name.
     """
 
     def __init__(self, wire: Wire, actions: Mapping[str, AnyAction], services: Mapping[str, AnyService]) -> None:

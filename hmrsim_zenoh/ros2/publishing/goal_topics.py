@@ -52,9 +52,7 @@ class GoalTopics:
     """Publishes statuses always, as they are latched, and feedback where there are subscribers.
 
     Args:
-        wire: How keys are spelled.
         endpoints: The types of the publishers.
-        publishers: The publishers.
         interest: The watch for subscribers.
     """
 

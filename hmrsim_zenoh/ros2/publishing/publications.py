@@ -39,10 +39,6 @@ class Publications:
 
     Args:
         session: The session to publish on, which the caller closes.
-        wire: How keys are spelled.
-        names: The initial names.
-        actions: All actions by name.
-        services: The world's services by name.
         odom: Returns a robot's odometry.
         changed: Called in another thread when a kind of topic gets its first subscriber or loses its last.
     """

@@ -116,12 +116,7 @@ class _Key:
 
 
 class Publishers:
-    """All publishers of one wire, by their keys.
-
-    Args:
-        session: The session to publish on.
-        wire: How keys are spelled.
-    """
+    """All publishers of one wire, by their keys."""
 
     def __init__(self, session: zenoh.Session, wire: Wire) -> None:
         self._session = session

@@ -21,11 +21,7 @@ _PADDING: Final = slice(16, 19)
 
 
 class Statuses:
-    """Encodes status lists; encoded entries are cached, as most of a long list does not change.
-
-    Args:
-        type_: The type of status lists.
-    """
+    """Encodes status lists; encoded entries are cached, as most of a long list does not change."""
 
     def __init__(self, type_: MessageType) -> None:
         self._type = type_

@@ -72,7 +72,6 @@ class Topics:
 
     Args:
         endpoints: The types of the publishers.
-        publishers: The publishers.
         interest: The watch for subscribers.
     """
 

@@ -43,9 +43,7 @@ class Catalog:
     """Finds handlers; each is built at its first request, as most services never get one.
 
     Args:
-        names: The names that are served.
         distros: The distributions whose types are served.
-        actions: All actions by name.
         services: The world's services by name, of which those that ROS has are served.
     """
 

@@ -65,7 +65,6 @@ class Handler(Protocol):
 
     Attributes:
         name: The service's name, such as ``/wall_e/wait/_action/send_goal``.
-        layouts: Its layouts.
         lost: Whether it is no longer served: its requests are rejected, as they would get no reply otherwise.
     """
 
@@ -94,15 +93,7 @@ class Handler(Protocol):
 
 @dataclass(frozen=True)
 class ActionHandler:
-    """The handler of one of an action's services.
-
-    Attributes:
-        name: The service's name.
-        layouts: Its layouts.
-        robot: The robot.
-        action: The action.
-        lost: Whether it is no longer served.
-    """
+    """The handler of one of an action's services."""
 
     name: str
     layouts: Layouts
@@ -172,13 +163,7 @@ class GetResultHandler(ActionHandler):
 
 @dataclass(frozen=True)
 class WorldServiceHandler:
-    """The handler of a service of the world.
-
-    Attributes:
-        name: The service's name in ROS.
-        layouts: Its layouts.
-        service: The service.
-    """
+    """The handler of a service of the world."""
 
     name: str
     layouts: Layouts
@@ -208,8 +193,6 @@ class GetStateHandler:
     """The handler of ``get_state``: a node is active as long as it exists.
 
     Attributes:
-        name: The service's name.
-        layouts: Its layouts.
         lost: Whether the node no longer exists.
     """
 

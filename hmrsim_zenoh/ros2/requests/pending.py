@@ -31,9 +31,6 @@ class PendingRosReply:
     """A query and its parsed key and attachment.
 
     Attributes:
-        query: Zenoh's query.
-        wire: The wire of the query.
-        handler: The handler of the requested service.
         type: The client's layout of the service.
         attached: The attachment, which identifies the client; None on a wire without attachments.
     """

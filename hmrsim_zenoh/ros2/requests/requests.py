@@ -35,10 +35,7 @@ class Requests:
     """Decodes queries.
 
     Args:
-        wire: How keys are spelled.
-        catalog: The request handlers.
         waiting: The pending get_result requests.
-        rejections: The log of rejected requests.
         name_of: Returns the name of a client for messages, by its gid in hex.
         wrong_hash: Called with the address and the client of a request in an unknown layout.
         max_payload: The largest request in bytes.
