@@ -10,7 +10,7 @@ from py_trees.common import Status
 
 from bt_controller.behaviours.battery import is_charging, is_full
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient
-from bt_controller.core.node import EACH_PERIOD, Control, PortError
+from bt_controller.core.node import EACH_PERIOD, Control, PortError, Ticks
 from bt_controller.core.ports import SHARE, input_port
 from bt_controller.core.sim_time import now, reached, time_behind
 from bt_controller.core.suspension import finds_its_way, has_come_to_rest, repeat, suspend, verdicts
@@ -116,7 +116,7 @@ class BatteryGuard(Control):
         self._stopped_at = 0.0
         self._stood = 0.0
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the current child."""
         mission, _, back = self.children
         battery: BatteryState = self._topics.latest(self._robot, "battery_state")

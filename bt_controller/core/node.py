@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 
 EACH_PERIOD = -math.inf
 """The value of `Node.next_tick_time` for a node that has to be polled."""
+
+Ticks: TypeAlias = "Generator[Behaviour, None, Status]"
+"""The ticks of a node's children; the value is the node's status."""
 
 
 class PortError(HmrsimError):
@@ -139,7 +142,7 @@ class Condition(Leaf):
 class _Parent(Node):
     """The tick of a node with children."""
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the children by ``yield from child.tick()``, and return the node's status; INVALID if it is skipped."""
         raise NotImplementedError
 
@@ -204,7 +207,7 @@ class Decoration(_Parent, Decorator):
         status: Status = self.status
         return status
 
-    def tick_child(self) -> Generator[Behaviour, None, Status]:
+    def tick_child(self) -> Ticks:
         """Tick the child, and return its status; INVALID if it was skipped."""
         if self.child.status is not Status.RUNNING:
             self.reset(self.child)

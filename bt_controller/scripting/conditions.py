@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.core.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration, Ticks
 from bt_controller.scripting.ports import Scripted
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Mapping
-
-    from py_trees.behaviour import Behaviour
+    from collections.abc import Mapping
 
     from bt_controller.core.node import Node
     from bt_controller.scripting.parser import Script
@@ -50,7 +48,7 @@ class ScriptConditions(Scripted, Decoration):
         """Return that ``_while`` has to be polled while the child is RUNNING."""
         return EACH_PERIOD if "_while" in self.scripts else super().next_tick_time()
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the child, unless a condition determines the status."""
         status = self._before()
         if status is None:

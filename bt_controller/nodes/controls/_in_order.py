@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.core.node import Control
+from bt_controller.core.node import Control, Ticks
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
+    from collections.abc import Sequence
 
     from py_trees.behaviour import Behaviour
 
@@ -30,7 +30,7 @@ class InOrder(Control):
         """Begin with the first child."""
         self._turn, self._counts = 0, False
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the current child and the following ones."""
         while self._turn < len(self.children):
             child = self.children[self._turn]
@@ -56,7 +56,7 @@ class Reactive(Control):
         running = [index for index, child in enumerate(self.children) if child.status is Status.RUNNING]
         return self.children[: running[0] + 1] if running else []
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the children until one does not pass."""
         counts = False
         for index, child in enumerate(self.children):

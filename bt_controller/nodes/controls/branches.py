@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from py_trees.common import Status
 
-from bt_controller.core.node import Control
+from bt_controller.core.node import Control, Ticks
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
+    from collections.abc import Sequence
 
     from py_trees.behaviour import Behaviour
 
@@ -28,7 +28,7 @@ class IfThenElse(Control):
         """Begin with the condition."""
         self._branch = 0
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the condition or the branch."""
         if self._branch == 0:
             condition = self.children[0]
@@ -59,7 +59,7 @@ class WhileDoElse(Control):
         running = [branch for branch in branches if branch.status is Status.RUNNING]
         return [condition, *running] if running else super().next_ticked()
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the condition and the branch."""
         condition, *branches = self.children
         yield from condition.tick()

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from py_trees.common import Status
 
-from bt_controller.core.node import Control
+from bt_controller.core.node import Control, Ticks
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
+    from collections.abc import Sequence
 
     from py_trees.behaviour import Behaviour
 
@@ -26,7 +26,7 @@ class NonblockingSequence(Control):
         """Return all children."""
         return self.children if self.status is Status.RUNNING else ()
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick all children."""
         for child in self.children:
             yield from child.tick()

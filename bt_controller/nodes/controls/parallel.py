@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.core.node import Control, PortError
+from bt_controller.core.node import Control, PortError, Ticks
 from bt_controller.core.ports import CHILDREN, input_port
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
+    from collections.abc import Sequence
 
     from py_trees.behaviour import Behaviour
 
@@ -56,7 +56,7 @@ class Parallel(_SideBySide):
         "failure_count": input_port(CHILDREN, "Number of children that have to fail; -1 for all", default=1),
     }
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the children until enough have ended."""
         needed, fatal = self._threshold("success_count"), self._threshold("failure_count")
         forgiving = self.read("success_count") < 0
@@ -86,7 +86,7 @@ class ParallelAll(_SideBySide):
         "max_failures": input_port(CHILDREN, "Number of failures with which the node fails; -1 for all", default=1)
     }
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the children that have not ended."""
         fatal = self._threshold("max_failures")
         for child in self.children:

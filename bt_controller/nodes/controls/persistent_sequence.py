@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
-from bt_controller.core.node import Control
+from bt_controller.core.node import Control, Ticks
 from bt_controller.core.ports import INT, input_port
 from bt_controller.nodes import Family
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 
 class PersistentSequence(Control):
@@ -28,7 +23,7 @@ class PersistentSequence(Control):
         "current_child_idx": input_port(INT, "Index of the current child, from 0; also written", default=0)
     }
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the children from the current one."""
         index = self.read("current_child_idx")
         while index < len(self.children):

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from py_trees.common import Status
 
-from bt_controller.core.node import Control
+from bt_controller.core.node import Control, Ticks
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
+    from collections.abc import Sequence
 
     from py_trees.behaviour import Behaviour
 
@@ -30,7 +30,7 @@ class PipelineSequence(Control):
         """Return the children up to the last one that was reached."""
         return self.children[: self._reached + 1] if self.status is Status.RUNNING else ()
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the children up to the first RUNNING one after those that were reached before."""
         skipped = 0
         for index, child in enumerate(self.children):

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.core.node import EACH_PERIOD, Control
+from bt_controller.core.node import EACH_PERIOD, Control, Ticks
 from bt_controller.core.ports import INT, input_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.turns import TurnCounter
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 
 class RecoveryNode(Control):
@@ -38,7 +33,7 @@ class RecoveryNode(Control):
         """Return that the node needs polling if no child is RUNNING, as the first one is ticked again."""
         return super().next_tick_time() if self.next_ticked() else EACH_PERIOD
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the current child."""
         first, second = self.children
         while True:

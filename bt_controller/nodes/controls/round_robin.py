@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.core.node import Control
+from bt_controller.core.node import Control, Ticks
 from bt_controller.core.ports import BOOL, input_port
 from bt_controller.nodes import Family
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 
 class RoundRobin(Control):
@@ -33,7 +28,7 @@ class RoundRobin(Control):
     _failed = 0
     """The number of consecutive failures."""
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the children from the current one."""
         count, skipped = len(self.children), 0
         while self._next < count and self._failed + skipped < count:

@@ -10,9 +10,7 @@ from bt_controller.nodes import Family
 from bt_controller.nodes.controls._in_order import InOrder, Reactive
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
+    from bt_controller.core.node import Ticks
 
 
 class Sequence(InOrder):
@@ -39,7 +37,7 @@ class SequenceWithMemory(Sequence):
         """Continue with the current child."""
         self._counts = self._turn > 0
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the current child and the following ones."""
         status = yield from super().advance()
         if self._turn == len(self.children):

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from bt_controller.core.node import EACH_PERIOD, Control
+from bt_controller.core.node import EACH_PERIOD, Control, Ticks
 from bt_controller.core.ports import ANY, input_port
 from bt_controller.nodes import Family
 from bt_controller.scripting.values import same
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from py_trees.behaviour import Behaviour
-    from py_trees.common import Status
 
 
 class Switch(Control):
@@ -27,7 +24,7 @@ class Switch(Control):
         """Return that the variable has to be polled."""
         return EACH_PERIOD
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the selected child."""
         meant = self._meant()
         for child in self.children:

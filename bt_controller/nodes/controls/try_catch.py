@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.core.node import Control
+from bt_controller.core.node import Control, Ticks
 from bt_controller.core.ports import BOOL, input_port
 from bt_controller.nodes import Family
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 
 class TryCatch(Control):
@@ -31,7 +26,7 @@ class TryCatch(Control):
         self._turn = 0
         self._counts = self._catches = False
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the current child and the following ones."""
         *tried, catch = self.children
         while self._turn < len(tried) and not self._catches:

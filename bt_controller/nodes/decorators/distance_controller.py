@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.core.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration, Ticks
 from bt_controller.core.ports import FINITE, input_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
 from bt_controller.nodes.paths import apart
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 
 class DistanceController(Located, Decoration):
@@ -42,7 +37,7 @@ class DistanceController(Located, Decoration):
         """Return that the robot's pose has to be polled, unless the child runs."""
         return math.inf if self.child.status is Status.RUNNING else EACH_PERIOD
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the child if the robot has travelled far enough."""
         far = apart(self._start, self.here) >= self.read("distance")
         if not (self._first or self.child.status is Status.RUNNING or far):

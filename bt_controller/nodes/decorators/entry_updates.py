@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.core.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration, Ticks
 from bt_controller.core.ports import ANY, input_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.entry_updates import Watching
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 
 class SkipUnlessUpdated(Watching, Decoration):
@@ -30,7 +25,7 @@ class SkipUnlessUpdated(Watching, Decoration):
         """Return that the entry has to be polled."""
         return super().next_tick_time() if self.child.status is Status.RUNNING else EACH_PERIOD
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Check the entry, or tick the RUNNING child."""
         if self.child.status is not Status.RUNNING and not self.updated():
             return self.otherwise

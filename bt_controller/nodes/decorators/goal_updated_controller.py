@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.core.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration, Ticks
 from bt_controller.nodes import Family
 from bt_controller.nodes.goals import GOAL_PORTS, goals_of
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 
 class GoalUpdatedController(Decoration):
@@ -35,14 +30,13 @@ class GoalUpdatedController(Decoration):
         """Return that the goal has to be polled, unless the child runs."""
         return math.inf if self.child.status is Status.RUNNING else EACH_PERIOD
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the child if the goal has changed."""
         goals = goals_of(self)
         if not (self._changed or goals != self._goals or self.child.status is Status.RUNNING):
             return Status.RUNNING
         self._changed, self._goals = False, goals
-        status = yield from self.tick_child()
-        return status
+        return (yield from self.tick_child())
 
 
 FAMILY = Family("goal_updated_controller", {"GoalUpdatedController": GoalUpdatedController})

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-from bt_controller.core.node import Decoration
+from bt_controller.core.node import Decoration, Ticks
 from bt_controller.core.ports import POSE, POSES, input_port, output_port
 from bt_controller.nodes import Family
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
-    from py_trees.common import Status
 
 
 class GoalUpdater(Decoration):
@@ -27,14 +21,13 @@ class GoalUpdater(Decoration):
     }
     OUTPUTS: ClassVar = {"output_goal": output_port(POSE, "The goal"), "output_goals": output_port(POSES, "The goals")}
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Copy the goals, and tick the child."""
         for what in ("goal", "goals"):
             value = self.read(f"input_{what}")
             if value is not None:
                 self.write(f"output_{what}", value)
-        status = yield from self.tick_child()
-        return status
+        return (yield from self.tick_child())
 
 
 FAMILY = Family("goal_updater", {"GoalUpdater": GoalUpdater})

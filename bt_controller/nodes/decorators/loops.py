@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.core.node import EACH_PERIOD, Decoration, PortError
+from bt_controller.core.node import EACH_PERIOD, Decoration, PortError, Ticks
 from bt_controller.core.ports import BOOL, DOUBLE, INT, STRING, Kind, input_port, output_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.decorators._statuses import STATUS
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Mapping
-
-    from py_trees.behaviour import Behaviour
+    from collections.abc import Mapping
 
     from bt_controller.core.ports import Places
 
@@ -41,7 +39,7 @@ class Loop(Decoration):
         """Return that the queue has to be polled, unless the child is RUNNING."""
         return super().next_tick_time() if self.child.status is Status.RUNNING else EACH_PERIOD
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the child with the current values, until it is RUNNING or fails."""
         turns = len(self._queue()) + (self.child.status is Status.RUNNING)
         for _ in range(turns + 1):

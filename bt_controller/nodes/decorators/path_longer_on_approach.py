@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.core.node import Decoration
+from bt_controller.core.node import Decoration, Ticks
 from bt_controller.core.ports import FINITE, PATH, input_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.paths import length_of
 from hmrsim.interfaces.nav_msgs import Path
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 
 class PathLongerOnApproach(Decoration):
@@ -33,7 +28,7 @@ class PathLongerOnApproach(Decoration):
 
     _old = Path()
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Compare the path with the previous one, and tick the child if it is much longer."""
         new = self.read("path") or Path()
         if self.child.status is not Status.RUNNING and not self._is_detour(new):

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.core.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration, Ticks
 from bt_controller.core.ports import input_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.decorators._statuses import STATUS
 from bt_controller.scripting.ports import Scripted
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 
 class Precondition(Scripted, Decoration):
@@ -31,7 +26,7 @@ class Precondition(Scripted, Decoration):
         """Return that the script has to be polled, unless the child is RUNNING."""
         return super().next_tick_time() if self.child.status is Status.RUNNING else EACH_PERIOD
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Run the script, or tick the RUNNING child."""
         if self.child.status is not Status.RUNNING and not self.holds("if"):
             otherwise: Status = self.read("else")

@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.core.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration, Ticks
 from bt_controller.core.ports import POSITIVE, input_port
 from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
 from bt_controller.nodes.rates import period_of
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 
 class RateController(Decoration):
@@ -42,7 +37,7 @@ class RateController(Decoration):
             return math.inf
         return EACH_PERIOD if self.status is Status.INVALID else self._next
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the child if it is due."""
         if not (self._first or self.child.status is Status.RUNNING or reached(self._next)):
             return Status.RUNNING

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.core.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration, Ticks
 from bt_controller.core.ports import INT, input_port
 from bt_controller.core.sim_time import now
 from bt_controller.nodes import Family
 from bt_controller.nodes.turns import MAX_TURNS
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 _FOREVER: Final = -1
 
@@ -39,7 +34,7 @@ class _Again(Decoration):
         """Whether the child must not start again before time has advanced."""
         return self._instant and now() == self._began
 
-    def take_turn(self) -> Generator[Behaviour, None, Status]:
+    def take_turn(self) -> Ticks:
         """Tick the child, and return its status; INVALID if it was skipped."""
         ran = self.child.status is Status.RUNNING
         if not ran:
@@ -67,7 +62,7 @@ class _Counted(_Again):
         super().initialise()
         self._count = 0
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the child until it is RUNNING or the repetitions are over."""
         for _ in range(MAX_TURNS):
             limit = self.read(self.port)
@@ -114,7 +109,7 @@ class RetryUntilSuccessful(_Counted):
 class KeepRunningUntilFailure(_Again):
     """Runs until its child fails, and then fails; a child that has ended otherwise starts again at the next tick."""
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the child."""
         if self.rests:
             return Status.RUNNING

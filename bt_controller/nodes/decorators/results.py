@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.core.node import Decoration
+from bt_controller.core.node import Decoration, Ticks
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Mapping
-
-    from py_trees.behaviour import Behaviour
+    from collections.abc import Mapping
 
 
 class _Changed(Decoration):
@@ -21,7 +19,7 @@ class _Changed(Decoration):
 
     becomes: ClassVar[Mapping[Status, Status]]
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the child."""
         status = yield from self.tick_child()
         return self.becomes.get(status, status)

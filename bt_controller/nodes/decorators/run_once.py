@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.core.node import Decoration
+from bt_controller.core.node import Decoration, Ticks
 from bt_controller.core.ports import BOOL, input_port
 from bt_controller.nodes import Family
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 
 class RunOnce(Decoration):
@@ -27,7 +22,7 @@ class RunOnce(Decoration):
 
     _outcome: Status | None = None
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the child unless it has ended before."""
         if self._outcome is not None:
             return Status.INVALID if self.read("then_skip") else self._outcome

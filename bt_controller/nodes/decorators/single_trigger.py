@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.core.node import Decoration
+from bt_controller.core.node import Decoration, Ticks
 from bt_controller.core.ports import BOOL, input_port
 from bt_controller.nodes import Family
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 
 class SingleTrigger(Decoration):
@@ -31,7 +26,7 @@ class SingleTrigger(Decoration):
         if self.status is Status.INVALID and not self.read("is_global"):
             self._triggered = False
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the child unless it has ended before."""
         if self._triggered:
             return Status.FAILURE

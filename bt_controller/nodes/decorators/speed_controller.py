@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from py_trees.common import Status
 
-from bt_controller.core.node import EACH_PERIOD, Decoration
+from bt_controller.core.node import EACH_PERIOD, Decoration, Ticks
 from bt_controller.core.ports import FINITE, POSITIVE, input_port
 from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
 from bt_controller.nodes.goals import GOAL_PORTS, goals_of
 from bt_controller.nodes.located import Located
 from bt_controller.nodes.rates import period_of
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 
 class SpeedController(Located, Decoration):
@@ -52,7 +47,7 @@ class SpeedController(Located, Decoration):
             return math.inf
         return EACH_PERIOD if self.status is Status.INVALID else self._next
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the child if it is due."""
         if self._goals != goals_of(self):
             self._begin()
@@ -62,8 +57,7 @@ class SpeedController(Located, Decoration):
         self._first = False
         if over:
             self._next = now() + self._period()
-        status = yield from self.tick_child()
-        return status
+        return (yield from self.tick_child())
 
     def _begin(self) -> None:
         self._goals = goals_of(self)

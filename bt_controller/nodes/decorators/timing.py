@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.core.node import Decoration
+from bt_controller.core.node import Decoration, Ticks
 from bt_controller.core.ports import UNSIGNED, input_port
 from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from py_trees.behaviour import Behaviour
 
 _MILLISECONDS: Final = 1000
 
@@ -34,7 +29,7 @@ class Delay(Decoration):
         """Return when the child is due."""
         return self._begins if self.status is Status.RUNNING and self._waits else super().next_tick_time()
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the child after the delay."""
         if self._waits and not reached(self._begins):
             return Status.RUNNING
@@ -60,7 +55,7 @@ class Timeout(Decoration):
         """Return the end of the time limit."""
         return self._ends if self.status is Status.RUNNING else super().next_tick_time()
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the child, and check the time limit."""
         status = yield from self.tick_child()
         if status is Status.RUNNING and self._ends < math.inf and reached(self._ends):
