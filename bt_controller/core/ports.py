@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, Self, TypeVar
 
+from py_trees.common import Status
 from py_trees.ports import PortInformation
 
 from hmrsim.diagnostics import shortened, shown
@@ -176,6 +177,12 @@ def _truth(text: str, _places: Places | None) -> bool:
     return truths[text.lower()]
 
 
+def _status(text: str, _places: Places | None) -> Status:
+    if text.strip() not in _STATUSES:
+        raise ValueError(f"{text!r} is not a status; expected SUCCESS, FAILURE, RUNNING or SKIPPED")
+    return _STATUSES[text.strip()]
+
+
 def _whole_numbers(text: str, places: Places | None) -> list[int]:
     """Return whole numbers separated by ``;``."""
     return [_whole(part, places) for part in text.split(";") if part.strip()]
@@ -222,6 +229,14 @@ def pose_stamped(x: float, y: float, yaw: float = 0.0) -> PoseStamped:
 
 
 _QUATERNION: Final = 4
+
+_STATUSES: Final = {
+    "SUCCESS": Status.SUCCESS,
+    "FAILURE": Status.FAILURE,
+    "RUNNING": Status.RUNNING,
+    "SKIPPED": Status.INVALID,
+}
+"""Statuses, named as in BehaviorTree.CPP."""
 _UNSIGNED: Final = 1 << 32
 """The smallest number that exceeds an unsigned number of BehaviorTree.CPP."""
 
@@ -236,6 +251,7 @@ UNSIGNED: Final = Kind("unsigned int", int, _unsigned)
 CHILDREN: Final = Kind("int", int, _children)
 INTS: Final = Kind("int[]", list, _whole_numbers)
 BOOL: Final = Kind("bool", bool, _truth)
+STATUS: Final = Kind("NodeStatus", Status, _status)
 POSE: Final = Kind("geometry_msgs/PoseStamped", PoseStamped, _pose)
 POSES: Final = Kind("geometry_msgs/PoseStamped[]", list, _poses)
 PATH: Final = Kind("nav_msgs/Path", Path, _path)

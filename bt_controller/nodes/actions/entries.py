@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's SetBlackboard and UnsetBlackboard."""
+"""BehaviorTree.CPP's actions on the blackboard: SetBlackboard, UnsetBlackboard, Script."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from py_trees.common import Status
 from bt_controller.core.node import Leaf, PortError
 from bt_controller.core.ports import ANY, input_port, output_port
 from bt_controller.nodes import Family
+from bt_controller.scripting.ports import Scripted
 
 
 class SetBlackboard(Leaf):
@@ -41,4 +42,16 @@ class UnsetBlackboard(Leaf):
         return Status.SUCCESS
 
 
-FAMILY = Family("entries", {"SetBlackboard": SetBlackboard, "UnsetBlackboard": UnsetBlackboard})
+class Script(Scripted, Leaf):
+    """Runs a script, and succeeds whatever its value."""
+
+    SCRIPTS: ClassVar = ("code",)
+
+    def update(self) -> Status:
+        """Run the script."""
+        self.run("code")
+        return Status.SUCCESS
+
+
+_NODES = (SetBlackboard, UnsetBlackboard, Script)
+FAMILY = Family("entries", {node.__name__: node for node in _NODES})

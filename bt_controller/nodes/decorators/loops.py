@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from py_trees.common import Status
 
 from bt_controller.core.node import EACH_PERIOD, Decoration, PortError, Ticks
-from bt_controller.core.ports import BOOL, DOUBLE, INT, STRING, Kind, input_port, output_port
+from bt_controller.core.ports import BOOL, DOUBLE, INT, STATUS, STRING, Kind, input_port, output_port
 from bt_controller.nodes import Family
-from bt_controller.nodes.decorators._statuses import STATUS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

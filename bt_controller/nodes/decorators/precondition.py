@@ -7,9 +7,8 @@ from typing import ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import EACH_PERIOD, Decoration, Ticks
-from bt_controller.core.ports import input_port
+from bt_controller.core.ports import STATUS, input_port
 from bt_controller.nodes import Family
-from bt_controller.nodes.decorators._statuses import STATUS
 from bt_controller.scripting.ports import Scripted
 
 

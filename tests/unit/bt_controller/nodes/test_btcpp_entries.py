@@ -6,11 +6,9 @@ import pytest
 
 from bt_controller.core.node import PortError
 from bt_controller.nodes import registry
-from bt_controller.nodes.actions.entries import SetBlackboard, UnsetBlackboard
+from bt_controller.nodes.actions.entries import Script, SetBlackboard, UnsetBlackboard
 from bt_controller.nodes.actions.outcomes import AlwaysFailure, AlwaysSuccess
-from bt_controller.nodes.actions.script import Script
-from bt_controller.nodes.conditions.script_condition import ScriptCondition
-from bt_controller.nodes.conditions.was_entry_updated import WasEntryUpdated
+from bt_controller.nodes.conditions.entries import ScriptCondition, WasEntryUpdated
 from bt_controller.nodes.decorators.entry_updates import SkipUnlessUpdated, WaitValueUpdate
 from bt_controller.scripting.parser import ScriptError, parse
 

@@ -14,7 +14,7 @@ from bt_controller.nodes.actions.maneuvers import BackUp, DriveOnHeading, Spin, 
 from bt_controller.nodes.actions.manipulation import Pickup, Place
 from bt_controller.nodes.actions.navigation import NavigateThroughPoses, NavigateToPose
 from bt_controller.nodes.actions.paths import ComputePathToPose, FollowPath
-from bt_controller.nodes.controls.pipeline_sequence import PipelineSequence
+from bt_controller.nodes.controls.nav2_sequences import PipelineSequence
 from bt_controller.world.directory import NotServed
 from hmrsim.actions import registry
 from hmrsim.interfaces.nav_msgs import Path

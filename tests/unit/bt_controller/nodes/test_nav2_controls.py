@@ -6,9 +6,7 @@ import math
 
 from py_trees.common import Status
 
-from bt_controller.nodes.controls.nonblocking_sequence import NonblockingSequence
-from bt_controller.nodes.controls.persistent_sequence import PersistentSequence
-from bt_controller.nodes.controls.pipeline_sequence import PipelineSequence
+from bt_controller.nodes.controls.nav2_sequences import NonblockingSequence, PersistentSequence, PipelineSequence
 from bt_controller.nodes.controls.recovery_node import RecoveryNode
 from bt_controller.nodes.controls.round_robin import RoundRobin
 

@@ -9,15 +9,17 @@ import pytest
 from bt_controller.core.node import PortError
 from bt_controller.core.ports import pose_stamped
 from bt_controller.nodes.controls.fallback import ReactiveFallback
+from bt_controller.nodes.controls.nav2_sequences import PipelineSequence
 from bt_controller.nodes.controls.parallel import Parallel
-from bt_controller.nodes.controls.pipeline_sequence import PipelineSequence
-from bt_controller.nodes.decorators.distance_controller import DistanceController
-from bt_controller.nodes.decorators.goal_updated_controller import GoalUpdatedController
+from bt_controller.nodes.decorators.controllers import (
+    DistanceController,
+    GoalUpdatedController,
+    RateController,
+    SpeedController,
+)
 from bt_controller.nodes.decorators.goal_updater import GoalUpdater
+from bt_controller.nodes.decorators.once import SingleTrigger
 from bt_controller.nodes.decorators.path_longer_on_approach import PathLongerOnApproach
-from bt_controller.nodes.decorators.rate_controller import RateController
-from bt_controller.nodes.decorators.single_trigger import SingleTrigger
-from bt_controller.nodes.decorators.speed_controller import SpeedController
 
 
 class TestRateController:

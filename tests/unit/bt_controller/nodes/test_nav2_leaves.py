@@ -17,7 +17,7 @@ from bt_controller.nodes.actions.poses import (
     GetNextFewGoals,
     RemovePassedGoals,
 )
-from bt_controller.nodes.controls.pipeline_sequence import PipelineSequence
+from bt_controller.nodes.controls.nav2_sequences import PipelineSequence
 from bt_controller.nodes.controls.sequence import ReactiveSequence
 from bt_controller.nodes.paths import point_of, yaw_at
 from bt_controller.world.directory import Directory

@@ -7,8 +7,7 @@ import json
 import pytest
 
 from bt_controller.core.ports import pose_stamped
-from bt_controller.nodes.actions.path_validation import ValidatePath
-from bt_controller.nodes.conditions.path_validity import IsPathValid
+from bt_controller.nodes.conditions.path_validity import IsPathValid, ValidatePath
 from bt_controller.nodes.controls.sequence import ReactiveSequence
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim_zenoh.errors import RequestTimeout

@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's RunOnce: a child that is executed once."""
+"""Decorators whose child is executed once: BehaviorTree.CPP's RunOnce, Nav2's SingleTrigger."""
 
 from __future__ import annotations
 
@@ -32,4 +32,29 @@ class RunOnce(Decoration):
         return status
 
 
-FAMILY = Family("run_once", {"RunOnce": RunOnce})
+class SingleTrigger(Decoration):
+    """Ticks its child until it has ended, and returns its status; after that it fails until it is reset.
+
+    With ``is_global`` a reset has no effect: the node fails until the end of the tree.
+    """
+
+    INPUTS: ClassVar = {"is_global": input_port(BOOL, "Whether a reset has no effect", default=False)}
+
+    _triggered = False
+
+    def initialise(self) -> None:
+        """Reset the trigger, if the node is idle."""
+        if self.status is Status.INVALID and not self.read("is_global"):
+            self._triggered = False
+
+    def advance(self) -> Ticks:
+        """Tick the child unless it has ended before."""
+        if self._triggered:
+            return Status.FAILURE
+        status = yield from self.tick_child()
+        self._triggered = status in (Status.SUCCESS, Status.FAILURE)
+        return status
+
+
+_NODES = (RunOnce, SingleTrigger)
+FAMILY = Family("once", {node.__name__: node for node in _NODES})

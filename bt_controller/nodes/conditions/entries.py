@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's WasEntryUpdated: detects writes to an entry."""
+"""BehaviorTree.CPP's conditions on the blackboard: ScriptCondition, WasEntryUpdated."""
 
 from __future__ import annotations
 
@@ -10,6 +10,17 @@ from bt_controller.core.node import Condition
 from bt_controller.core.ports import ANY, input_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.entry_updates import Watching
+from bt_controller.scripting.ports import Scripted
+
+
+class ScriptCondition(Scripted, Condition):
+    """Runs a script; succeeds if its value is true, and fails otherwise."""
+
+    SCRIPTS: ClassVar = ("code",)
+
+    def update(self) -> Status:
+        """Run the script."""
+        return Status.SUCCESS if self.holds("code") else Status.FAILURE
 
 
 class WasEntryUpdated(Watching, Condition):
@@ -22,4 +33,5 @@ class WasEntryUpdated(Watching, Condition):
         return Status.SUCCESS if self.updated() else Status.FAILURE
 
 
-FAMILY = Family("was_entry_updated", {"WasEntryUpdated": WasEntryUpdated})
+_NODES = (ScriptCondition, WasEntryUpdated)
+FAMILY = Family("entries", {node.__name__: node for node in _NODES})
