@@ -117,8 +117,6 @@ class FleetManager(Leaf):
         waiting = [*self.task_queue.waiting, *(given.waiting for given in self._held())]
         return min([arrival, *(each.since + self._patience for each in waiting)])
 
-    # --- reports of the robots ------------------------------------------------------------------------------------
-
     def finished(self, robot: str) -> None:
         """Note that a robot has done its task."""
         task = self.task_queue.finish(robot)
@@ -152,8 +150,6 @@ class FleetManager(Leaf):
             self._wake()
         else:
             self._broken.add(robot)
-
-    # --- places and robots ----------------------------------------------------------------------------------------
 
     def pose(self, place: str) -> PoseStamped:
         """Return the pose of a place."""

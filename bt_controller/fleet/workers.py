@@ -112,8 +112,6 @@ class Worker(Control):
         else:
             self._fleet_manager.finished(self._robot)
 
-    # --- subtrees -------------------------------------------------------------------------------------------------
-
     def _steps(self, name: str, *steps: Behaviour) -> Behaviour:
         return Sequence(f"{self._robot}: {name}", memory=True, children=list(steps))
 

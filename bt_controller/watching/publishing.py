@@ -10,7 +10,6 @@ import zenoh
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from types import TracebackType
 
     from bt_controller.running.mission import Mission
     from bt_controller.running.snapshot import Snapshot
@@ -51,9 +50,7 @@ class Publisher:
         """Return the publisher."""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         """Close it."""
         self.close()
 

@@ -39,7 +39,6 @@ from hmrsim_zenoh.wire.session import DEFAULT_OPTIONS, open_client
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from types import TracebackType
 
     from hmrsim.actions import Action, F, G, R
     from hmrsim_zenoh.wire.options import SessionOptions
@@ -105,9 +104,7 @@ class Client:
         """Return the client."""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         """Close it."""
         self.close()
 

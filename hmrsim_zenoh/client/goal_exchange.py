@@ -134,8 +134,6 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         if self._fail(error):
             self._on_done(self)
 
-    # --- send_goal ----------------------------------------------------------------------------------------------------
-
     def _send_goal(self) -> None:
         if self._done or self._accepted:
             return
@@ -186,8 +184,6 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             GoalTimeout(f"{self._name}: no answer to goal {self._goal_id} in {seconds:g} s; the goal is given up")
         )
 
-    # --- get_result ---------------------------------------------------------------------------------------------------
-
     def _ask_result(self) -> None:
         with self._changed:
             if self._done or self._result_asked:
@@ -233,8 +229,6 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         if self._fail(error, status=status):
             self._on_done(self)
 
-    # --- cancel_goal --------------------------------------------------------------------------------------------------
-
     def _cancel_payload(self) -> bytes:
         return CancelGoalRequest(goal_info=GoalInfo(goal_id=self._goal_id)).model_dump_json().encode()
 
@@ -272,8 +266,6 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         elif response.goals_canceling:
             self._progress(GoalStatus.CANCELING)
         # Otherwise the goal has ended, is canceling or is unknown: its result will tell.
-
-    # --- waiting and trying again -------------------------------------------------------------------------------------
 
     def _wait(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:
         limit = None if timeout is None else time.monotonic() + timeout

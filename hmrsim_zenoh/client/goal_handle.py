@@ -148,8 +148,6 @@ class GoalHandle(ABC, Generic[R, F]):
         with self._changed:
             return self._changed.wait_for(condition, timeout)
 
-    # --- updates from a subclass; each returns whether it changed anything --------------------------------------------
-
     def _accept(self, status: GoalStatus) -> bool:
         with self._changed:
             if self._done or self._accepted:

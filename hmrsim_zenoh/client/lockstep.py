@@ -106,8 +106,6 @@ class Lockstep:
             self._goals += 1
             return made_goal_id(self._name, self._goals)
 
-    # --- transport ----------------------------------------------------------------------------------------------------
-
     def ask(self, port: Port, payload: bytes, *, timeout: float, then: Callable[[Answer], None]) -> None:
         """Send a request with the next advance; *timeout* does not count, as time stands still."""
         with self._lock:
@@ -152,8 +150,6 @@ class Lockstep:
             Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: Likewise.
         """
         return self._drive(condition, timeout, self.now if at_once else None)
-
-    # --- time ---------------------------------------------------------------------------------------------------------
 
     def sleep(self, seconds: float) -> bool:
         """Advance by simulated seconds; return whether they have passed, since lockstep may end before.

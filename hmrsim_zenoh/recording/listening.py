@@ -140,8 +140,6 @@ class Listener:
             recorder.forget_world()
         self._ask()
 
-    # --- in Zenoh's threads ----------------------------------------------------------------------------------------
-
     def _on_sample(self, sample: zenoh.Sample) -> None:
         if self._waiting.qsize() < _MAX_WAITING:
             self._waiting.put((str(sample.key_expr), sample.payload.to_bytes()))
@@ -154,8 +152,6 @@ class Listener:
     def _on_presence(self, sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.DELETE:
             self.interrupted = True
-
-    # --- queries ---------------------------------------------------------------------------------------------------
 
     def _ask(self) -> None:
         """Query the state; the answers share the queue of the samples, so that their order is kept."""
@@ -189,8 +185,6 @@ class Listener:
             self._recorder.write_state(*now)
         else:
             self._recorder.scene(value)
-
-    # --- samples ---------------------------------------------------------------------------------------------------
 
     def _record(self, key: str, payload: bytes) -> None:
         match self._keys.parse(key):

@@ -189,8 +189,6 @@ class Server:
         except SimulationStopped:
             _log.debug("interest changed after the simulation had ended")
 
-    # --- events to replies and publications -----------------------------------------------------------------------
-
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic has a subscriber."""
         return self._interest[topic] or (topic is Topic.EVENTS and self._interest[_LOG])
