@@ -12,8 +12,7 @@ from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.blackboards import Board
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.imports import described
-from bt_controller.running.json_values import board_values
-from bt_controller.running.snapshot import Snapshot, nodes_of
+from bt_controller.running.snapshot import Snapshot, board_values, nodes_of
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.client.warm_up import for_client
 from hmrsim_zenoh.errors import SimulatorGone, SimulatorNotFound

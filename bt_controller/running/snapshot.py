@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -9,11 +10,12 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from py_trees.common import Status
 from py_trees.composites import Composite, Parallel, Selector, Sequence
 from py_trees.decorators import Decorator
+from pydantic_core import PydanticSerializationError, to_jsonable_python
 
 from bt_controller.core.node import Node as XmlNode
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from py_trees.behaviour import Behaviour
 
@@ -40,6 +42,8 @@ _OF_TAGS: Final = {
 """The symbols of XML trees' controls that correspond to py_trees' composites."""
 
 _OTHER_CONTROL: Final = "{*}"
+_INTERNAL: Final = re.compile(r"__const|[0-9a-f]{8}([-_]?[0-9a-f]{4}){3}[-_]?[0-9a-f]{12}")
+"""A part of the keys that py_trees generates for values in a file and for unconnected ports."""
 
 
 class Node(NamedTuple):
@@ -201,3 +205,18 @@ def _symbols(kind: type[Behaviour]) -> tuple[str, str]:
 def _one_line(text: str) -> str:
     """Return a foreign text as one printable line."""
     return text if text.isprintable() else "".join(letter if letter.isprintable() else " " for letter in text)
+
+
+def board_values(storage: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the user's entries of a blackboard, ordered by key; values without a JSON form are left out."""
+    return dict(_said(storage))
+
+
+def _said(storage: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    for key in sorted(storage):
+        if not _INTERNAL.search(key):
+            try:
+                yield key.removeprefix("/"), to_jsonable_python(storage[key], inf_nan_mode="null")
+            except (PydanticSerializationError, ValueError):
+                # Of a kind that is unknown there, or within itself.
+                continue

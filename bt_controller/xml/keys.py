@@ -41,8 +41,3 @@ def is_key(text: str) -> bool:
     return (
         bool(_KEY.fullmatch(text)) and text not in _TAKEN and CONST_PREFIX not in text and DOT_REPLACEMENT not in text
     )
-
-
-def is_private(key: str) -> bool:
-    """Return whether ``_autoremap`` does not share a key."""
-    return key.startswith("_")

@@ -14,9 +14,8 @@ from inspect import Signature
 from typing import TYPE_CHECKING, Any, Final
 from xml.etree.ElementTree import Element
 
-from bt_controller.xml.keys import is_private
+from bt_controller.core.node import Decoration, Ticks
 from bt_controller.xml.source import MAX_NODES
-from bt_controller.xml.subtree import SubTree
 from hmrsim.safe_xml import MAX_DEPTH
 
 if TYPE_CHECKING:
@@ -32,6 +31,14 @@ _SHOWN_SUBTREE: Final = "#SubTree"
 
 _MAX_KEYS: Final = 1_000
 """The largest number of keys of one tree. py_trees formats all of them into an unused message for each node."""
+
+
+class SubTree(Decoration):
+    """Runs another tree with its own blackboard, and returns its status."""
+
+    def advance(self) -> Ticks:
+        """Tick the tree."""
+        return (yield from self.tick_child())
 
 
 class Part(Element):
@@ -199,7 +206,7 @@ class _Translator:
     def _subtree(self, call: Call) -> Part:
         shared = {port: text for port, text in call.ports.items() if text.startswith("{")}
         for key in self._result.keys[call.tree]:
-            if key.startswith("@") or (call.autoremap and not is_private(key) and key not in call.ports):
+            if key.startswith("@") or (call.autoremap and not key.startswith("_") and key not in call.ports):
                 shared[key] = f"{{{key}}}"
         inner = self._part(SUBTREE, call.origin, self._namespace(call), shared)
         inner.attrib["ID"] = call.tree

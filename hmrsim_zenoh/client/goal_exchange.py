@@ -125,10 +125,6 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         self._cancel_wanted = True
         self._cancel_if_due()
 
-    def take_feedback(self, feedback: F) -> None:
-        """Process feedback for this goal."""
-        self._take_feedback(feedback)
-
     def fail(self, error: Exception) -> None:
         """Fail the goal."""
         if self._fail(error):

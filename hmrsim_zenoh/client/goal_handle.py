@@ -168,10 +168,11 @@ class GoalHandle(ABC, Generic[R, F]):
         self._deliver()
         return True
 
-    def _take_feedback(self, feedback: F) -> bool:
+    def take_feedback(self, feedback: F) -> None:
+        """Process feedback for this goal."""
         with self._changed:
             if self._done or self._on_feedback is None:
-                return False
+                return
             on_feedback = self._on_feedback
             self._feedback = feedback
             self._mail.append(lambda: on_feedback(feedback))
@@ -179,7 +180,6 @@ class GoalHandle(ABC, Generic[R, F]):
             if self._accepted and self._raise_status(GoalStatus.EXECUTING):
                 self._note_change()
         self._deliver()
-        return True
 
     def _end(self, status: GoalStatus, result: R) -> bool:
         with self._changed:

@@ -97,17 +97,6 @@ class Server:
         self._feedback_keys: dict[tuple[str, str], list[zenoh.KeyExpr | str]] = {}
         self._status_keys: dict[tuple[str, str], list[zenoh.KeyExpr | str]] = {}
         self._topic_keys: dict[str, zenoh.KeyExpr | str] = {}
-        self._emitters: dict[type, Callable[[Any], None]] = {
-            Answered: self._emit_answer,
-            GoalChanged: self._emit_change,
-            StatusChanged: self._emit_status,
-            FeedbackSent: self._emit_feedback,
-            Sampled: self._emit_sample,
-            EventStamped: self._emit_event,
-            TimeState: self._emit_time,
-            RosterChanged: lambda _event: on_roster(),
-            PlanWanted: self._emit_plan_wanted,
-        }
         self._fixed = description.latched
         self._read_by = partial(
             Requests, actions=actions, fixed=self._fixed, services=services, max_payload=settings.max_payload
@@ -123,6 +112,17 @@ class Server:
         self.planner = Planner(
             session, keys, self.inbox.put, timeout=settings.planner_timeout, max_payload=settings.max_payload
         )
+        self._emitters: dict[type, Callable[[Any], None]] = {
+            Answered: self._emit_answer,
+            GoalChanged: self._emit_change,
+            StatusChanged: self._emit_status,
+            FeedbackSent: self._emit_feedback,
+            Sampled: self._emit_sample,
+            EventStamped: self._put_event,
+            TimeState: self._emit_time,
+            RosterChanged: lambda _event: on_roster(),
+            PlanWanted: self.planner.ask,
+        }
         self._changes_reported = 0
         self._interest = SubscriberWatch(session, _patterns(keys), keys.everything(), self._interest_changed)
         self._history = session.declare_queryable(
@@ -232,9 +232,6 @@ class Server:
             self._put(self._key_of(self._keys.world(_LOG)), accepted, encoding.EVENT, reliable=True)
         self._put_event(event)
 
-    def _emit_event(self, event: EventStamped) -> None:
-        self._put_event(event)
-
     def _put_event(self, event: GoalChanged | EventStamped) -> None:
         watched, logged = self._interest[Topic.EVENTS], self._interest[_LOG]
         if logged and isinstance(event, EventStamped):
@@ -267,9 +264,6 @@ class Server:
 
     def _emit_time(self, event: TimeState) -> None:
         self._put(self._key_of(self._keys.world(Topic.TIME.value)), encoded(event)[0], TIME_STATE, reliable=True)
-
-    def _emit_plan_wanted(self, event: PlanWanted) -> None:
-        self.planner.ask(event)
 
     def _put(self, key: zenoh.KeyExpr | str, payload: bytes, mime: str, *, reliable: bool = False) -> None:
         """Publish; a best-effort message is dropped when a subscriber is slow."""

@@ -79,8 +79,15 @@ class Publications:
         }
 
     def start(self) -> None:
-        """Declare nodes and endpoints, in the background."""
-        self._begin()
+        """Publish the initial state of new robots, and declare nodes and endpoints in the background."""
+        self._topics.forget()
+        for robot in self._names.serves:
+            if robot not in self._lost and not self._goals.knows(robot):
+                self._goals.begin(robot, self._names)
+                if robot != WORLD:
+                    self._poses[robot] = self._publishers.of(self._endpoints.topic(robot, AMCL_POSE))
+                    self._publish_pose(robot)
+        self._declarations.want(self._parts)
 
     def follow(self, names: Names, lost: Collection[str] = ()) -> bool:
         """Publish for these robots from now on, except for the *lost* ones.
@@ -97,7 +104,7 @@ class Publications:
                 self._goals.end(robot)
                 self._poses.pop(robot, None)
         self._parts = parts(names, gone)
-        self._begin()
+        self.start()
         return True
 
     def close(self) -> None:
@@ -134,17 +141,6 @@ class Publications:
                 emit(output)
             except CdrError as error:
                 _log.warning("not published in ROS: %s", error)
-
-    def _begin(self) -> None:
-        """Publish the initial state of new robots, and declare all robots."""
-        self._topics.forget()
-        for robot in self._names.serves:
-            if robot not in self._lost and not self._goals.knows(robot):
-                self._goals.begin(robot, self._names)
-                if robot != WORLD:
-                    self._poses[robot] = self._publishers.of(self._endpoints.topic(robot, AMCL_POSE))
-                    self._publish_pose(robot)
-        self._declarations.want(self._parts)
 
     def _emit_change(self, event: GoalChanged) -> None:
         if event.status.terminal:

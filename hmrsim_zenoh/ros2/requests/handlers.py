@@ -5,7 +5,8 @@ A service may have several layouts, as types differ between distributions; the k
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
@@ -60,7 +61,8 @@ class ReplyTo(Protocol):
         """Send the answer to the command."""
 
 
-class Handler(Protocol):
+@dataclass(frozen=True)
+class Handler(ABC):
     """The handler of one service.
 
     Attributes:
@@ -68,15 +70,11 @@ class Handler(Protocol):
         lost: Whether it is no longer served: its requests are rejected, as they would get no reply otherwise.
     """
 
-    @property
-    def name(self) -> str: ...  # noqa: D102
+    name: str
+    layouts: Layouts
+    lost: bool = field(default=False, kw_only=True)
 
-    @property
-    def layouts(self) -> Layouts: ...  # noqa: D102
-
-    @property
-    def lost(self) -> bool: ...  # noqa: D102
-
+    @abstractmethod
     def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
         """Return the commands of a request; a request that needs none is answered here.
 
@@ -84,22 +82,21 @@ class Handler(Protocol):
             ValidationError: The request is invalid.
         """
 
+    @abstractmethod
     def answer(self, answer: Any) -> Message | Mapping[str, Any]:
         """Return the response with the answer to the command."""
 
+    @abstractmethod
     def refusal(self, text: str) -> Message | Mapping[str, Any]:
         """Return the response to a rejected request."""
 
 
 @dataclass(frozen=True)
-class ActionHandler:
+class ActionHandler(Handler):
     """The handler of one of an action's services."""
 
-    name: str
-    layouts: Layouts
     robot: str
     action: AnyAction
-    lost: bool = False
 
 
 class SendGoalHandler(ActionHandler):
@@ -162,14 +159,10 @@ class GetResultHandler(ActionHandler):
 
 
 @dataclass(frozen=True)
-class WorldServiceHandler:
+class WorldServiceHandler(Handler):
     """The handler of a service of the world."""
 
-    name: str
-    layouts: Layouts
     service: AnyService
-
-    lost = False
 
     def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
         """Return the command that calls the service."""
@@ -188,17 +181,8 @@ class WorldServiceHandler:
         return response.model_copy(update={"result": failed})
 
 
-@dataclass(frozen=True)
-class GetStateHandler:
-    """The handler of ``get_state``: a node is active as long as it exists.
-
-    Attributes:
-        lost: Whether the node no longer exists.
-    """
-
-    name: str
-    layouts: Layouts
-    lost: bool = False
+class GetStateHandler(Handler):
+    """The handler of ``get_state``: a node is active as long as it exists."""
 
     def commands(self, _request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
         """Answer at once; there are no commands."""

@@ -34,7 +34,7 @@ class FakeGoal(GoalHandle):
 
     def feed(self, seconds):
         """Let the robot say how it is doing."""
-        self._take_feedback(Wait.Feedback(time_left=Duration(sec=seconds)))
+        self.take_feedback(Wait.Feedback(time_left=Duration(sec=seconds)))
 
     def end(self, status=GoalStatus.SUCCEEDED):
         """Let it end."""

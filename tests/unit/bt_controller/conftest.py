@@ -64,7 +64,7 @@ class FakeGoal(GoalHandle[Any, Any]):
 
     def feed(self, **fields: Any) -> None:
         """Let the robot send feedback."""
-        self._take_feedback(self.action.feedback(**fields))
+        self.take_feedback(self.action.feedback(**fields))
 
     def succeed(self) -> None:
         """Let the robot reach the goal."""

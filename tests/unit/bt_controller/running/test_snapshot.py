@@ -14,9 +14,8 @@ from py_trees.display import unicode_tree
 
 from bt_controller.core.node import Control
 from bt_controller.loading.trees import Plan
-from bt_controller.running.json_values import board_values
 from bt_controller.running.mission import Mission
-from bt_controller.running.snapshot import nodes_of, reasons, tip
+from bt_controller.running.snapshot import board_values, nodes_of, reasons, tip
 from hmrsim.interfaces.geometry_msgs import Point
 from hmrsim_zenoh.wire.tree_state import TreeState
 
