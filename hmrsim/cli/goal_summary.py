@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.interfaces.builtin_interfaces import Duration, Time
 from hmrsim.interfaces.geometry_msgs import Pose, PoseStamped
 from hmrsim.interfaces.message import Message
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
 _MAX_PARTS: Final = 3
 
@@ -19,12 +19,6 @@ def summary(goal: Message) -> str:
     words = list(_words(goal))
     rest = [f"and {len(words) - _MAX_PARTS} more"] if len(words) > _MAX_PARTS else []
     return ", ".join([*words[:_MAX_PARTS], *rest])
-
-
-def error_in(result: Mapping[str, Any]) -> str:
-    """Return the error message in a result's plain values, in Nav2's field or in MoveIt's; empty if there is none."""
-    code = result.get("error_code")
-    return str(result.get("error_msg") or (code.get("message", "") if isinstance(code, dict) else ""))
 
 
 def _words(value: object) -> Iterator[str]:

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, warn
-from hmrsim.cli.problems import line_of
 from hmrsim.cli.targets import check_target, write_whole
 from hmrsim.cli.world_options import add_world_options
-from hmrsim.cli.worlds import read_world
+from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.program.command_line import ENVIRONMENT
 from hmrsim.world import World
 from hmrsim.world.formats import choose
@@ -63,8 +62,7 @@ def _convert(args: argparse.Namespace) -> int:
     if args.out != _STDOUT:
         check_target(out, force=args.force)
     loaded = read_world(args, argument="in")
-    for problem in loaded.warnings:
-        warn(line_of(problem))
+    show_warnings(loaded)
     text = _WRITERS[to](loaded.world, out)
     left = _left_out(loaded.world) if to == "geojson" else {}
     for kind, number in left.items():

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli import map_network
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.map_network_text import lines
+from hmrsim.cli.map_network_text import counted, lines
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.worlds import read_world
 from hmrsim.drawing import extent
@@ -102,7 +102,7 @@ def _lines(values: dict[str, Any]) -> Iterator[str]:
     if box:
         kind = "bounds" if values["bounds"] else "no bounds; all entities are within"
         yield f"{kind} ({box[0]:g}, {box[1]:g}) to ({box[2]:g}, {box[3]:g}) {units}"
-    yield ", ".join(_counted(number, key.replace("_", " ")) for key, number in values["counts"].items() if number)
+    yield ", ".join(counted(number, key.replace("_", " ")) for key, number in values["counts"].items() if number)
     if values["counts"]["lanes"]:
         parts = f"in {len(values['parts'])} parts of {', '.join(map(str, values['parts'][:_MAX_LINES]))} waypoints"
         joined = "all connected" if len(values["parts"]) == 1 else parts
@@ -115,11 +115,7 @@ def _lines(values: dict[str, Any]) -> Iterator[str]:
     yield from lines(values["network"], units)
     yield f"seed {values['seed']}, hash {values['hash']}"
     if values["warnings"]:
-        yield f"{_counted(values['warnings'], 'warnings')}; see `hmrsim map validate {values['file']}`"
-
-
-def _counted(number: int, nouns: str) -> str:
-    return f"{number} {nouns.removesuffix('s') if number == 1 else nouns}"
+        yield f"{counted(values['warnings'], 'warnings')}; see `hmrsim map validate {values['file']}`"
 
 
 def _listed(title: str, lines: Iterable[str]) -> Iterator[str]:
@@ -133,7 +129,7 @@ def _listed(title: str, lines: Iterable[str]) -> Iterator[str]:
 
 def _robot_line(robot: dict[str, Any], units: str) -> str:
     parts = [f"{robot['name']} {_at(robot)} {robot['type']}, {robot['speed']:g} {units}/s", *robot["components"]]
-    script = [f"a script of {_counted(robot['script'], 'lines')}"] if robot["script"] else []
+    script = [f"a script of {counted(robot['script'], 'lines')}"] if robot["script"] else []
     return ", ".join([*parts, *script])
 
 

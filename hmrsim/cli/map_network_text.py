@@ -21,10 +21,10 @@ def lines(values: dict[str, Any], units: str) -> Iterator[str]:
 
 
 def _bottleneck_lines(values: dict[str, Any]) -> Iterator[str]:
-    counted = [_counted(values[kind], kind) for kind in ("waypoints", "lanes", "lifts") if values[kind]]
-    if not counted:
+    found = [counted(values[kind], kind) for kind in ("waypoints", "lanes", "lifts") if values[kind]]
+    if not found:
         return
-    yield f"bottlenecks: {', '.join(counted)}; each is the only way between its sides, the worst first"
+    yield f"bottlenecks: {', '.join(found)}; each is the only way between its sides, the worst first"
     yield from _table([_bottleneck(one) for one in values["worst"][:_MAX_ROWS]])
     if sum(values[kind] for kind in ("waypoints", "lanes", "lifts")) > _MAX_ROWS:
         yield f"  and more; --json has {len(values['worst'])}, `hmrsim map render --bottlenecks` draws them"
@@ -37,20 +37,20 @@ def _bottleneck(one: dict[str, Any]) -> tuple[str, ...]:
     places = [place for side in others for place in side["places"]]
     name = " - ".join(one["name"]) + (f" (door {', '.join(one['doors'])})" if one["doors"] else "")
     apart = f" in {len(others)} parts" if len(others) > 1 else ""
-    return one["kind"], name, f"cuts off {cut} of {_counted(total, 'waypoints')}{apart}", _places(places)
+    return one["kind"], name, f"cuts off {cut} of {counted(total, 'waypoints')}{apart}", _places(places)
 
 
 def _places(names: Sequence[str]) -> str:
     if not names:
         return ""
     more = ", …" if len(names) > _MAX_NAMES else ""
-    return f"{_counted(len(names), 'places')}: {', '.join(names[:_MAX_NAMES])}{more}"
+    return f"{counted(len(names), 'places')}: {', '.join(names[:_MAX_NAMES])}{more}"
 
 
 def _reach_lines(values: dict[str, Any]) -> Iterator[str]:
     strong, missed = values["strong_parts"], values["unreachable"]
     if missed["pairs"]:
-        yield f"unreachable: {_counted(missed['pairs'], 'pairs')} of places and docks"
+        yield f"unreachable: {counted(missed['pairs'], 'pairs')} of places and docks"
         rows: dict[tuple[str, str], list[str]] = {}
         for one in missed["listed"]:
             rows.setdefault((one["from"], one["why"]), []).append(one["to"])
@@ -127,5 +127,6 @@ def _table(rows: Sequence[tuple[str, ...]], *, right: int = 99) -> Iterator[str]
         yield f"  {'  '.join(cells)}".rstrip()
 
 
-def _counted(number: int, nouns: str) -> str:
+def counted(number: int, nouns: str) -> str:
+    """Return a number with its noun, which is given in the plural."""
     return f"{number} {nouns.removesuffix('s') if number == 1 else nouns}"

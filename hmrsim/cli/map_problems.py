@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
-from hmrsim.cli.problems import line_of
-from hmrsim.cli.worlds import read_world
+from hmrsim.cli.worlds import line_of, read_world
 from hmrsim.errors import WorldError
 from hmrsim.settings.arguments import read_settings
 from hmrsim.settings.world import WorldSettings

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import Final
 
 from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.output import show, warn
-from hmrsim.cli.problems import line_of
+from hmrsim.cli.output import show
 from hmrsim.cli.targets import check_target, write_whole
 from hmrsim.cli.world_options import add_world_options
-from hmrsim.cli.worlds import read_world
+from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.drawing import THEMES, Drawing
 from hmrsim.program.command_line import ENVIRONMENT
 
@@ -84,8 +83,7 @@ def _render(args: argparse.Namespace) -> int:
     if args.output != _STDOUT:
         check_target(out, force=True)
     loaded = read_world(args)
-    for problem in loaded.warnings:
-        warn(line_of(problem))
+    show_warnings(loaded)
     overlay = None
     if args.bottlenecks:
         # Imports networkx, which takes longer than drawing most worlds.

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from hmrsim import __version__
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, show_json, warn
-from hmrsim.cli.tracing import errors_of
+from hmrsim.cli.tracing import errors_of, lines_of
 from hmrsim.errors import printable
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim.trace.replay import Difference, Outcome, replay
@@ -18,19 +18,15 @@ if TYPE_CHECKING:
     import argparse
     from pathlib import Path
 
-_MAX_BYTES: Final = 64 * 1024 * 1024
-"""Maximum length of a line; a world takes less, and all other lines much less."""
-
 
 def run_again(args: argparse.Namespace) -> int:
     """Run a trace again, and report whether the result is the same; return the exit code."""
     collect_rarely()
     with (
         errors_of(args.trace, no_text="is not a trace: it is not text"),
-        args.trace.open(encoding="utf-8", newline="\n") as lines,
         logging_to_stderr(args),
     ):
-        outcome = replay(iter(lambda: lines.readline(_MAX_BYTES), ""))
+        outcome = replay(lines_of(args.trace))
     if outcome.header.version != __version__:
         warn(f"{args.trace} was written by hmrsim {outcome.header.version}; this is {__version__}")
     if args.json:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, warn
-from hmrsim.cli.tracing import errors_of
+from hmrsim.cli.tracing import errors_of, lines_of
 from hmrsim.errors import printable, reason_of
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim.report import of_recording, of_trace, report_of
@@ -20,13 +20,10 @@ from hmrsim_zenoh.recording import open_recording
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Iterator
 
     from hmrsim.report import Report, ReportInput
 
 _MCAP: Final = b"\x89MCAP"
-_MAX_CHARACTERS: Final = 64 * 1024 * 1024
-"""Maximum length of a line; a world takes less, and all other lines much less."""
 _STDOUT: Final = "-"
 
 
@@ -98,17 +95,8 @@ def _read(path: Path) -> ReportInput:
         with path.open("rb") as file:
             begins = file.read(len(_MCAP))
         if begins == _MCAP:
-            return _recorded(path)
-        return of_trace(lambda: _lines(path))
-
-
-def _lines(path: Path) -> Iterator[str]:
-    with path.open(encoding="utf-8", newline="\n") as file:
-        yield from iter(lambda: file.readline(_MAX_CHARACTERS), "")
-
-
-def _recorded(path: Path) -> ReportInput:
-    return of_recording(open_recording(path))
+            return of_recording(open_recording(path))
+        return of_trace(lambda: lines_of(path))
 
 
 def _write_page(output: str, report: Report, source: ReportInput) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from hmrsim.actions import registry as actions
 from hmrsim.cli.goal_summary import summary
@@ -14,29 +14,11 @@ from hmrsim.events import Severity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
-    from contextlib import AbstractContextManager
 
     from hmrsim.protocol.sinks import Sink
     from hmrsim_zenoh.host import Host
 
 _log = logging.getLogger(__name__)
-
-
-class Display(Protocol):
-    """Shows a run.
-
-    Attributes:
-        sinks: The sinks that feed it.
-        on_wait: Callbacks for the moments when the simulation waits.
-        preparations: Work that is better done in advance.
-    """
-
-    sinks: Sequence[Sink]
-    on_wait: Sequence[Callable[[], None]]
-    preparations: Iterable[object]
-
-    def shown(self, host: Host) -> AbstractContextManager[Callable[[], None]]:
-        """Show a run to the end of the context; yields a function to be called periodically."""
 
 
 class TableDisplay:
@@ -86,6 +68,6 @@ class LogDisplay:
             _log.info("sim %.3f | %s ends", host.simulator.now, self._world)
 
 
-def display(world: str, level: int, *, on_terminal: bool) -> Display:
+def display(world: str, level: int, *, on_terminal: bool) -> TableDisplay | LogDisplay:
     """Return the display of a run."""
     return TableDisplay(world, level) if on_terminal else LogDisplay(world, level)

@@ -22,9 +22,11 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
 
+    Watchers = Callable[[Simulator, Pacing], Sequence[Sink]]
+
 
 @contextmanager
-def recorded(path: Path, settings: RunSettings) -> Iterator[Callable[[Simulator, Pacing], Sequence[Sink]]]:
+def recorded(path: Path, settings: RunSettings) -> Iterator[Watchers]:
     """Return a factory of the sink that records a run to a file, which is complete after the context."""
     made: list[tuple[RecordingFile, Recorder, RecordingSink]] = []
     with ExitStack() as files:

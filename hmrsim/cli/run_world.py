@@ -6,19 +6,18 @@ import math
 import shlex
 import sys
 import traceback
+from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, show_json, warn
-from hmrsim.cli.problems import line_of
-from hmrsim.cli.recording import recording
 from hmrsim.cli.ros2_options import ros2_wires
 from hmrsim.cli.run_display import display
 from hmrsim.cli.tracing import TraceFile
 from hmrsim.cli.view_options import check_port, viewed
-from hmrsim.cli.worlds import read_world
+from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.errors import HmrsimError, printable
 from hmrsim.program.log_options import ServerLogOptions
 from hmrsim.program.signals import on_signals
@@ -34,7 +33,9 @@ from hmrsim_zenoh.wire.options import SessionOptions
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable
+    from pathlib import Path
 
+    from hmrsim.cli.run_recording import Watchers
     from hmrsim.cli.view_options import View
     from hmrsim.world_checks import LoadedWorld
 
@@ -65,13 +66,12 @@ def run(args: argparse.Namespace) -> int:
     if asked.trace and asked.record and asked.trace.resolve() == asked.record.resolve():
         raise WrongUse(f"--trace and --record are both {asked.record}; name two files")
     loaded = read_world(args, below=asked.below)
-    for problem in loaded.warnings:
-        warn(line_of(problem))
+    show_warnings(loaded)
     if run.clock == REALTIME and run.real_time_factor == 0 and run.duration < math.inf:
         warn(f"--duration {run.duration:g}: as fast as possible, {TIME_STANDS}")
     trace = TraceFile(asked.trace, loaded.world, run)
     screen = display(loaded.world.name, asked.log_level, on_terminal=sys.stderr.isatty())
-    with recording(asked.record, run) as watchers:
+    with _recording(asked.record, run) as watchers:
         host = Host(
             loaded,
             asked.session,
@@ -91,6 +91,16 @@ def run(args: argparse.Namespace) -> int:
         traceback.print_exception(host.error)
         return ExitCode.FAILED
     return ExitCode.DONE
+
+
+def _recording(path: Path | None, settings: RunSettings) -> AbstractContextManager[Watchers]:
+    """Return the context of the sink that records a run, if a path is given."""
+    if path is None:
+        return nullcontext(lambda _simulator, _pacing: ())
+    # Loads the MCAP writer, which takes 100 ms and is needed for recorded runs only.
+    from hmrsim.cli.run_recording import recorded  # noqa: PLC0415
+
+    return recorded(path, settings)
 
 
 def _serve(host: Host, refresh: Callable[[], None], tell_ready: Callable[[], None]) -> None:

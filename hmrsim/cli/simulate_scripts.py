@@ -5,15 +5,14 @@ from __future__ import annotations
 import logging
 import time
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show_json, warn
-from hmrsim.cli.problems import line_of
 from hmrsim.cli.run_log import EventLog
 from hmrsim.cli.tracing import TraceFile
-from hmrsim.cli.worlds import read_world
+from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.program.log_options import log_level, logging_to_stderr
 from hmrsim.protocol.outputs import GoalChanged
 from hmrsim.settings.arguments import read_settings
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
 
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
-    from hmrsim.world_checks import LoadedWorld
 
 
 class _Tally:
@@ -49,8 +47,7 @@ class _Tally:
 def simulate(args: argparse.Namespace) -> int:
     """Run the scripts and print how they went; return the exit code."""
     loaded = read_world(args)
-    for problem in loaded.warnings:
-        warn(line_of(problem))
+    show_warnings(loaded)
     settings = read_settings(args, SimulateSettings)
     trace = TraceFile(read_settings(args, TraceSettings).trace, loaded.world, settings)
     tally = _Tally()
@@ -65,7 +62,8 @@ def simulate(args: argparse.Namespace) -> int:
     if not scripts:
         warn(f"{loaded.path}: no robot has a script, so nothing was done; see `script` in a world file")
     summary = {
-        **_header(loaded, simulator),
+        "world": {"name": loaded.world.name, "hash": loaded.hash},
+        "seed": simulator.seed,
         "sim_time": simulator.now,
         "wall_time": wall_time,
         "goals": dict(sorted(tally.statuses.items())),
@@ -79,7 +77,3 @@ def simulate(args: argparse.Namespace) -> int:
 
         show_summary(summary, list(scripts))
     return ExitCode.DONE if all(script.state is ScriptState.DONE for script in scripts) else ExitCode.FAILED
-
-
-def _header(loaded: LoadedWorld, simulator: Simulator) -> dict[str, Any]:
-    return {"world": {"name": loaded.world.name, "hash": loaded.hash}, "seed": simulator.seed}

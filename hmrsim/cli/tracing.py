@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager, suppress
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError, TraceError, reason_of
 from hmrsim.trace.writer import Header, Trace
@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from hmrsim.settings.run import RunSettings
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
+
+
+_MAX_CHARACTERS: Final = 64 * 1024 * 1024
+"""Maximum length of a line; a world takes less, and all other lines much less."""
 
 
 def check_writable(path: Path | None) -> None:
@@ -53,6 +57,12 @@ def errors_of(path: Path, *, no_text: str) -> Iterator[None]:
         raise TraceError(f"{path}: {no_text}") from None
     except TraceError as error:
         raise TraceError(f"{path}: {error}") from None
+
+
+def lines_of(path: Path) -> Iterator[str]:
+    """Yield the lines of a trace."""
+    with path.open(encoding="utf-8", newline="\n") as file:
+        yield from iter(lambda: file.readline(_MAX_CHARACTERS), "")
 
 
 class TraceFile:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
-from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim.program.signals import on_signals
 from hmrsim.settings.arguments import reader_of
@@ -21,19 +20,19 @@ from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:
     import argparse
+    from pathlib import Path
 
+    from hmrsim_zenoh.view.recorded import Recorded
     from hmrsim_zenoh.view.server import Source
 
 port = reader_of(ViewSettings, "view")
 """Reads the value of ``--port``."""
 
-_recording = Later("hmrsim.cli.view_recording", "recording")
-
 
 def serve(args: argparse.Namespace) -> int:
     """Serve the page of a simulator or of a recording; return the exit code."""
     # This may take long; meanwhile a signal ends the process at once.
-    recording = None if args.recording is None else _recording(args.recording)
+    recording = None if args.recording is None else _recorded(args.recording)
     signals: queue.SimpleQueue[int] = queue.SimpleQueue()
     with on_signals(signals.put), logging_to_stderr(args), ExitStack() as stack:
         source = recording or _simulator(args, stack)
@@ -48,6 +47,14 @@ def serve(args: argparse.Namespace) -> int:
                 webbrowser.open(server.url)
         signals.get()
     return ExitCode.DONE
+
+
+def _recorded(path: Path) -> Recorded:
+    # Loads what reads recordings, which a live picture does not need.
+    from hmrsim_zenoh.recording import open_recording  # noqa: PLC0415
+    from hmrsim_zenoh.view.recorded import Recorded  # noqa: PLC0415
+
+    return Recorded(open_recording(path))
 
 
 def _simulator(args: argparse.Namespace, stack: ExitStack) -> Source:

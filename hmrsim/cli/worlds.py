@@ -1,9 +1,11 @@
-"""The world that a command line names."""
+"""The world that a command line names, and its problems."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.cli.output import warn
 from hmrsim.settings.arguments import read_settings
 from hmrsim.settings.world import WorldSettings
 from hmrsim.world import ReadOptions
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Mapping
 
+    from hmrsim.errors import Problem
     from hmrsim.world_checks import LoadedWorld
 
 
@@ -33,3 +36,17 @@ def read_world(
     settings = read_settings(args, WorldSettings, below)
     options = ReadOptions(settings.page, renames(settings.rename), settings.lenient, settings.neighbours)
     return load_world(getattr(args, argument), add_robots=settings.robot, add_items=settings.item, options=options)
+
+
+def show_warnings(loaded: LoadedWorld) -> None:
+    """Print the warnings of a world, one a line."""
+    for problem in loaded.warnings:
+        warn(line_of(problem))
+
+
+def line_of(problem: Problem) -> str:
+    """Return ``file:line: path: message``, with ``warning:`` after the place of a warning."""
+    if problem.severity == "error":
+        return str(problem)
+    place = replace(problem, path="", message="")
+    return f"{place}: {problem.severity}: {replace(problem, file='', line=None)}"

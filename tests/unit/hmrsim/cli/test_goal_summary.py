@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.cli.goal_summary import error_in, summary
+from hmrsim.cli.goal_summary import summary
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
@@ -30,16 +30,3 @@ def pose(x, y):
 def test_summary(goal, words):
     """A goal is told by what was asked for, not by its defaults."""
     assert words == summary(goal)
-
-
-@pytest.mark.parametrize(
-    ("result", "text"),
-    [
-        ({"error_code": 208, "error_msg": "no way"}, "no way"),
-        ({"error_code": {"val": -1, "message": "too far"}}, "too far"),
-        ({"error_code": 0, "error_msg": ""}, ""),
-    ],
-)
-def test_error_in_plain_values(result, text):
-    """Nav2 has a text beside the code, MoveIt inside it."""
-    assert text == error_in(result)
