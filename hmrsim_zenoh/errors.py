@@ -23,13 +23,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.errors import GoalRejected, HmrsimError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.goal import GoalStatus
 

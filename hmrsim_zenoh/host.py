@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
 from itertools import chain
 from typing import TYPE_CHECKING, Self
@@ -28,8 +29,6 @@ from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import open_server
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
     from hmrsim.protocol.sinks import Sink
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.ros2.server import Ros2Server

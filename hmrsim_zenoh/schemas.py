@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,8 +28,6 @@ from hmrsim_zenoh.wire import envelopes
 from hmrsim_zenoh.wire.tree_state import TreeState
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.actions import AnyAction
     from hmrsim.events import Event
     from hmrsim.services import AnyService

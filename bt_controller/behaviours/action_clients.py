@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from bt_controller.core.action_leaf import ActionLeaf
 from hmrsim.actions import F, G, R
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from hmrsim.actions import Action
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Generator, Sequence
 from enum import Enum
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
@@ -18,8 +19,6 @@ from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
-
     from py_trees.behaviour import Behaviour
 
     from bt_controller.core.topics import Topics

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from bt_controller.core.action_leaf import ActionLeaf
@@ -11,8 +12,6 @@ from hmrsim.actions.navigate_to_pose import ACTION
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from bt_controller.core.action_leaf import GoalSource
 
 

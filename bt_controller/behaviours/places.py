@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from py_trees.behaviour import Behaviour
@@ -10,8 +11,6 @@ from py_trees.common import Access, Status
 from bt_controller.world.directory import NotServed
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.interfaces.geometry_msgs import PoseStamped
 
 

@@ -7,6 +7,7 @@ simulated time, such as ``step_simulation``, has no response then, and the leaf 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from py_trees.behaviour import Behaviour
@@ -18,8 +19,6 @@ from hmrsim_zenoh.errors import RequestError, RequestTimeout
 from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from bt_controller.core.topics import Topics
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.client import Client

@@ -8,6 +8,7 @@ accepts only a message that is newer than its initialise or its last success.
 from __future__ import annotations
 
 import operator
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from py_trees.behaviour import Behaviour
@@ -16,8 +17,6 @@ from py_trees.common import Access, ClearingPolicy, Status
 from bt_controller.core.topics import TOPICS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from bt_controller.core.topics import Topics
     from hmrsim.interfaces.message import Message
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
-from typing import TYPE_CHECKING, Final
+from collections.abc import Sequence
+from typing import Final
 
 from bt_controller.cli._codes import EXAMPLES, EXIT_CODES, FAILED
 from hmrsim.program.command_line import LazyParser, add_commands, autocomplete, run_program
-
-if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Sequence
 
 _COMMANDS: Final = {
     "run": "run a tree for each robot",

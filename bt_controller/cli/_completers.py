@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
 from bt_controller.running.selection import completions
@@ -9,9 +11,6 @@ from bt_controller.world.directory import Directory
 from hmrsim_zenoh.client.completion import robots, running
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Mapping
-
     from hmrsim.program.command_line import Completer
 
 

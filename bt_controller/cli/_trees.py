@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 from typing import TYPE_CHECKING
 
@@ -9,8 +10,6 @@ from bt_controller.core.ports import Given
 from bt_controller.loading.trees import load
 
 if TYPE_CHECKING:
-    import argparse
-
     from bt_controller.loading.trees import Plan
 
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import argparse
+from typing import Final
 
 from bt_controller.cli._codes import EXIT_CODES
 from bt_controller.cli._tree_options import add_picture_options, add_tree_options
 from hmrsim.program.command_line import Later
-
-if TYPE_CHECKING:
-    import argparse
 
 _EXAMPLES: Final = """\
 examples:

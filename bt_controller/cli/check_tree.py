@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
-from typing import TYPE_CHECKING
 
 from bt_controller.cli._codes import DONE
 from bt_controller.cli._trees import tree_of
 from bt_controller.cli._watching import draw
 from bt_controller.running.mission import Mission
-
-if TYPE_CHECKING:
-    import argparse
 
 
 def check(args: argparse.Namespace) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import inspect
 import json
 import sys
@@ -15,8 +16,6 @@ from bt_controller.nodes import registry
 from hmrsim.diagnostics import meant
 
 if TYPE_CHECKING:
-    import argparse
-
     from bt_controller.core.node import Node
 
 

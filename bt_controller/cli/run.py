@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import argparse
 import re
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from bt_controller.cli._codes import EXAMPLES, EXIT_CODES
 from bt_controller.cli._tree_options import add_tree_options, add_watching_options
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options
 from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options, seconds
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
 import gc
 import json
 import os
 import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -27,9 +29,6 @@ from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Mapping, Sequence
-
     from bt_controller.loading.trees import Plan
     from bt_controller.running.runner import Outcome
 

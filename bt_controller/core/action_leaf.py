@@ -11,7 +11,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from py_trees.behaviour import Behaviour
@@ -26,8 +26,6 @@ from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import ResultExpired
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.action_client import ActionClient
     from hmrsim_zenoh.client.goal_handle import GoalHandle

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
@@ -17,8 +18,6 @@ from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import ResultExpired
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from bt_controller.core.ports import Port
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.goal_handle import GoalHandle

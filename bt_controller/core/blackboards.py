@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,6 @@ from py_trees.blackboard import Blackboard
 
 if TYPE_CHECKING:
     import uuid
-    from collections.abc import Iterator, Mapping
 
     from py_trees.blackboard import KeyMetaData
 

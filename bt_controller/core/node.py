@@ -11,6 +11,7 @@ The differences to py_trees:
 from __future__ import annotations
 
 import math
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
@@ -23,8 +24,6 @@ from py_trees.ports import PortsMixin
 from hmrsim.errors import HmrsimError
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator, Mapping, Sequence
-
     from bt_controller.core.ports import Places, Port
 
 EACH_PERIOD = -math.inf

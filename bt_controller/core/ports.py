@@ -7,8 +7,9 @@ kind. The output of another node is a value already.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, Self, TypeVar
+from typing import Any, Final, Generic, Protocol, Self, TypeVar
 
 from py_trees.common import Status
 from py_trees.ports import PortInformation
@@ -17,9 +18,6 @@ from hmrsim.diagnostics import shortened, shown
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.interfaces.std_msgs import Header
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 T = TypeVar("T")
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from py_trees import decorators, timers
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 _TELLING: Final[tuple[Any, ...]] = (timers, decorators)
 """The modules of py_trees that use ``time``."""

@@ -7,6 +7,7 @@ topic is subscribed to, and each message wakes the trees that watch it.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -21,8 +22,6 @@ from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.wire.envelopes import plain, read
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.subscription import Subscription

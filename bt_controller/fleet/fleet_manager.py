@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from py_trees.blackboard import Blackboard
@@ -17,8 +18,6 @@ from bt_controller.fleet.tasks import arrivals
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from bt_controller.core.topics import Topics
     from bt_controller.fleet.allocation import Assignment
     from bt_controller.fleet.task_queue import Given

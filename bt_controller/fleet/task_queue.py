@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from bt_controller.fleet.allocation import PendingTask, nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
     from bt_controller.fleet.allocation import Assignment, Policy, Robot
     from bt_controller.fleet.tasks import Task
 

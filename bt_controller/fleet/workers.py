@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,8 +18,6 @@ from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import DockRobot, NavigateToPose, Wait
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
-
     from py_trees.behaviour import Behaviour
 
     from bt_controller.fleet.fleet_manager import FleetManager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -16,7 +17,6 @@ from bt_controller.imports import described, imported
 from hmrsim.diagnostics import instead, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
     from types import ModuleType
 
 B = TypeVar("B", bound="Callable[..., Behaviour]")

@@ -6,6 +6,7 @@ points of the group ``bt_controller.nodes.actions``, and so on.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -16,8 +17,6 @@ from hmrsim.errors import PluginError
 from hmrsim.plugins import discover
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from bt_controller.core.node import Node
 
 

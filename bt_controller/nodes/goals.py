@@ -5,14 +5,13 @@ By default they are connected to the keys of the same names.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.core.ports import POSE, POSES, input_port
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from bt_controller.core.node import Node
     from bt_controller.core.ports import Port
 

@@ -7,6 +7,7 @@ A segment that has never been a lane counts as open: the planner has considered 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +15,6 @@ from bt_controller.nodes.paths import point_of
 from hmrsim.geometry import SAME_PLACE, Point, distance, foot
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.interfaces.nav_msgs import Path
     from hmrsim_zenoh.client.client import Client
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Protocol
 
@@ -13,8 +14,6 @@ from hmrsim_zenoh.client.sim_clock import SimClock
 from hmrsim_zenoh.errors import SimulatorGone
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from bt_controller.running.mailbox import Mailbox
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.lockstep import Lockstep

@@ -7,13 +7,11 @@ import select
 import signal
 import socket
 import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from hmrsim.program.signals import SIGNALS, exit_code_of, on_signals
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 _PATIENCE: Final = 4.0
 """Wall seconds for a regular stop: longer than the grace period of canceled goals."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from py_trees.common import Status
@@ -18,8 +19,6 @@ from hmrsim_zenoh.client.warm_up import for_client
 from hmrsim_zenoh.errors import SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
     from bt_controller.loading.trees import Plan
     from hmrsim.actions import AnyAction
     from hmrsim_zenoh.client.client import Client

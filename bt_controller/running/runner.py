@@ -11,6 +11,7 @@ their goals are sent again.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -27,8 +28,6 @@ from bt_controller.world.places import NamedPlaces
 from hmrsim_zenoh.errors import Idle, SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
     from bt_controller.running.clocks import Clock
     from bt_controller.running.mailbox import Mailbox
     from bt_controller.running.mission import Mission

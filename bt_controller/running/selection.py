@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Iterable, Mapping
+from typing import Final
 
 from bt_controller.world.directory import Directory, NotServed
 from hmrsim.diagnostics import instead, meant
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
 
 ALL: Final = "all"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -15,8 +16,6 @@ from pydantic_core import PydanticSerializationError, to_jsonable_python
 from bt_controller.core.node import Node as XmlNode
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from py_trees.behaviour import Behaviour
 
 _INDENT: Final = 4

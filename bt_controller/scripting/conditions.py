@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Final
 
@@ -11,8 +12,6 @@ from bt_controller.core.node import EACH_PERIOD, Decoration, Ticks
 from bt_controller.scripting.ports import Scripted
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from bt_controller.core.node import Node
     from bt_controller.scripting.parser import Script
 

@@ -16,6 +16,7 @@ There are no enumerations: a name that is no entry is an error when the script r
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn
@@ -24,8 +25,6 @@ from bt_controller.scripting.terms import Term, assignment, binary, choice, comp
 from hmrsim.errors import HmrsimError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
     from bt_controller.scripting.terms import Environment
 
 _TOKEN: Final = re.compile(

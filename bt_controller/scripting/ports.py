@@ -6,6 +6,7 @@ node connects both to the same key.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -17,8 +18,6 @@ from bt_controller.scripting.parser import ScriptError
 from bt_controller.scripting.values import truth
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from bt_controller.scripting.parser import Script
 
 

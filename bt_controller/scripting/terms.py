@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, Protocol
 
 from bt_controller.scripting.values import OPERATIONS, complement, inverted, negated, truth
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
 
 
 class Environment(Protocol):

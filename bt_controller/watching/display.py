@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import IO, TYPE_CHECKING, Final, Protocol
 
 from bt_controller.running.snapshot import ASCII, UNICODE, Snapshot
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from py_trees.common import Status
 
     from bt_controller.running.mission import Mission

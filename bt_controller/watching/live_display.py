@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
@@ -19,8 +20,6 @@ from bt_controller.running.snapshot import UNICODE, tip
 from bt_controller.watching.display import symbols_for
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
     from rich.console import ConsoleOptions, RenderResult
 
     from bt_controller.running.mission import Mission

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import logging
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final, Self
 
 import zenoh
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from bt_controller.running.mission import Mission
     from bt_controller.running.snapshot import Snapshot
     from hmrsim_zenoh.wire.keys import Keys

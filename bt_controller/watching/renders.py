@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
 from py_trees.common import Status
@@ -11,8 +12,6 @@ from py_trees.common import Status
 from hmrsim_zenoh.errors import BadOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
     from bt_controller.running.snapshot import Node
 
 _SHAPES: Final = {

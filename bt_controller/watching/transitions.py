@@ -8,13 +8,12 @@ from __future__ import annotations
 import json
 import logging
 from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 from typing import IO, TYPE_CHECKING, Any
 
 from py_trees.common import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-
     from py_trees.behaviour import Behaviour
 
     from bt_controller.running.mission import Mission

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hmrsim.diagnostics import instead
 from hmrsim.errors import HmrsimError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
 
 
 class NotServed(HmrsimError):

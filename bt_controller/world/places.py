@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import instead, shown
@@ -11,8 +12,6 @@ from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 from hmrsim_zenoh.wire.envelopes import plain, read
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.interfaces.geometry_msgs import Pose
     from hmrsim_zenoh.client.client import Client
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +14,6 @@ from bt_controller.xml.keys import is_key, reference
 from hmrsim.diagnostics import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from bt_controller.scripting.parser import Script
     from bt_controller.xml.faults import Origin
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -14,8 +15,6 @@ from bt_controller.xml.keys import is_key, reference
 from hmrsim.diagnostics import instead, meant, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
     from bt_controller.scripting.parser import Script
     from bt_controller.xml.document import Document
     from bt_controller.xml.faults import Faults, Origin

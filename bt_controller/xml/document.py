@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.diagnostics import instead, meant, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from bt_controller.xml.faults import Faults
     from bt_controller.xml.source import Element
 

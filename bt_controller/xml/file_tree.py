@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +21,6 @@ from bt_controller.xml.translation import SUBTREE, in_order, translate
 from bt_controller.xml.wiring import examine, unread
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from py_trees.behaviour import Behaviour
 
     from bt_controller.xml.faults import Origin

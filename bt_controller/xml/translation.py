@@ -7,6 +7,7 @@ them. It wants a name for each element, one tag for each class, and every key th
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
@@ -19,8 +20,6 @@ from bt_controller.xml.source import MAX_NODES
 from hmrsim.safe_xml import MAX_DEPTH
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from bt_controller.scripting.parser import Script
     from bt_controller.xml.call import Call
     from bt_controller.xml.faults import Faults, Origin

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.ports import PortsMixin
@@ -11,9 +12,6 @@ from py_trees.ports import PortsMixin
 from bt_controller.errors import TreeError
 from bt_controller.imports import imported
 from bt_controller.nodes import registry
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 
 def vocabulary(modules: Iterable[str] = ()) -> dict[str, type[Any]]:

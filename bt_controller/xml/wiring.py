@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,8 +12,6 @@ from py_trees.ports import PortsMixin
 from hmrsim.diagnostics import meant
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
     from py_trees.behaviour import Behaviour
 
     from bt_controller.core.ports import Kind

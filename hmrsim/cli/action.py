@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, get_args
 
 from hmrsim.cli import listing, names, send_goal
@@ -13,9 +15,6 @@ from hmrsim.interfaces.message import Primitive
 from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Iterator
-
     from pydantic.fields import FieldInfo
 
     from hmrsim.actions import AnyAction

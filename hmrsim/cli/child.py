@@ -11,10 +11,8 @@ import importlib
 import os
 import signal
 import sys
-from typing import TYPE_CHECKING, Final
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from collections.abc import Sequence
+from typing import Final
 
 _PR_SET_PDEATHSIG: Final = 1
 _ORPHANED: Final = 1

@@ -9,10 +9,8 @@ import subprocess
 import sys
 import threading
 from collections import deque
-from typing import TYPE_CHECKING, Final, Self
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence
+from typing import Final, Self
 
 _PATIENCE: Final = 3.0
 _DRAIN_TIMEOUT: Final = 1.0

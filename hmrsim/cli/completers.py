@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Final
 
 from argcomplete.completers import FilesCompleter
@@ -18,9 +20,6 @@ from hmrsim.world.shipped import shipped_maps
 from hmrsim_zenoh.client.completion import running
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Iterable, Mapping
-
     from hmrsim.program.command_line import Completer
 
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import argparse
+from typing import Final
 
 from argcomplete.shell_integration import shellcode
 
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show
-
-if TYPE_CHECKING:
-    import argparse
 
 _PROGRAMS: Final = ("hmrsim", "bt-controller")
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import argparse
 import logging
 import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Final
 
@@ -13,9 +15,6 @@ from hmrsim_zenoh.errors import SimulatorGone
 from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Callable, Iterator
-
     from hmrsim.cli.names import Info
 
 _MIN_WAIT: Final = 0.1

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import argparse
 
 from hmrsim.program.log_options import add_log_options
 from hmrsim_zenoh.wire.options import add_session_options
-
-if TYPE_CHECKING:
-    import argparse
 
 
 def add_connection_options(parser: argparse.ArgumentParser) -> None:

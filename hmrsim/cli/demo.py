@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import argparse
+from typing import Final
 
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options
@@ -10,9 +11,6 @@ from hmrsim.settings.arguments import add_settings
 from hmrsim.settings.run import DemoSettings
 from hmrsim.settings.trace import TraceSettings
 from hmrsim_zenoh.settings import ViewSettings
-
-if TYPE_CHECKING:
-    import argparse
 
 _EXAMPLES: Final = """\
 examples:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
 import queue
@@ -32,7 +33,6 @@ from hmrsim_zenoh.settings import ViewSettings
 from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
-    import argparse
     from pathlib import Path
 
     from hmrsim.cli.demo_screen import Audience

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import IO, TYPE_CHECKING, Final, Protocol
 
@@ -14,8 +15,6 @@ from hmrsim.cli.output import show_json, warn
 from hmrsim.cli.robot_table import Column, RobotTable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from hmrsim.cli.demo_story import Line, Story
 
 _STYLES: Final = {"world": "cyan", "tree": "yellow"}

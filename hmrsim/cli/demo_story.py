@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -13,8 +14,6 @@ from hmrsim.events.robots import MotionBegan, Stopped
 from hmrsim.protocol.goal import GoalStatus
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from hmrsim.events import Event
 
 _MARKS: Final = {"SUCCESS": "done", "FAILURE": "failed", "RUNNING": "begun"}

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.cli.demo_story import Line
 
 _OTHER: Final = {"tree": "world", "world": "tree"}

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import argparse
+from typing import Final
 
 from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.program.command_line import Later
 from hmrsim_zenoh.wire.options import ENVIRONMENT
-
-if TYPE_CHECKING:
-    import argparse
 
 _EXAMPLES: Final = f"""\
 exit codes:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import os
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 from hmrsim.cli.doctor_text import as_json, as_text
 from hmrsim.cli.exits import ExitCode
@@ -14,10 +15,6 @@ from hmrsim_zenoh.doctor import Problem, asked_for, gather, problems
 from hmrsim_zenoh.errors import SimulatorNotFound
 from hmrsim_zenoh.settings import ROS_DOMAIN_ID, Ros2Settings, domain_id
 from hmrsim_zenoh.wire.options import session_options
-
-if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Mapping
 
 ros_domain_id = reader_of(Ros2Settings, "ros_domain_id")
 """Reads the value of ``--ros-domain-id``."""

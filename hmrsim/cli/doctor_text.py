@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,8 +16,6 @@ from hmrsim_zenoh.ros2.type_compat import distros_of, ros_name
 from hmrsim_zenoh.server.liveliness import MAX_TOKENS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
     from hmrsim_zenoh.doctor import Problem, Simulator, Snapshot
     from hmrsim_zenoh.doctor.snapshot import Domain
     from hmrsim_zenoh.ros2.keys import Token

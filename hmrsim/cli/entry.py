@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
-from typing import TYPE_CHECKING, Final
+from collections.abc import Sequence
+from typing import Final
 
 from hmrsim import __version__
 from hmrsim.cli.garbage import raise_thresholds
 from hmrsim.errors import HmrsimError
 from hmrsim.program.command_line import ENVIRONMENT, LazyParser, add_commands, autocomplete, run_program
-
-if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Sequence
 
 _COMMANDS: Final = {
     "run": "serve a world over Zenoh until Ctrl-C",

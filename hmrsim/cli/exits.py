@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntEnum
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from hmrsim.errors import HmrsimError, RecordingError, SettingsError, TraceError, WorldError
 from hmrsim_zenoh.errors import (
@@ -15,9 +16,6 @@ from hmrsim_zenoh.errors import (
     SimulatorNotFound,
     Unreachable,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 
 class ExitCode(IntEnum):

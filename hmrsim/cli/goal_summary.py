@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterator
+from typing import Final
 
 from hmrsim.interfaces.builtin_interfaces import Duration, Time
 from hmrsim.interfaces.geometry_msgs import Pose, PoseStamped
 from hmrsim.interfaces.message import Message
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 _MAX_PARTS: Final = 3
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.cli.connection import connected
@@ -10,9 +12,6 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Callable, Iterable, Mapping
-
     from hmrsim.cli.names import Info
 
 

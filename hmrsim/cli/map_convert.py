@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, warn
@@ -17,10 +19,6 @@ from hmrsim.world import World
 from hmrsim.world.formats import choose
 from hmrsim.world.route_graph import to_geojson
 from hmrsim.world.writing import to_json, to_yaml
-
-if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Callable, Mapping
 
 _EXAMPLES: Final = f"""\
 OUT's suffix chooses the format: .yaml or .json is a native world, which holds everything; .geojson is the route graph

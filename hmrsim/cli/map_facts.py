@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import math
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli import map_network
@@ -17,9 +19,6 @@ from hmrsim.world.files import read_text
 from hmrsim.world.formats import choose
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Iterable, Iterator
-
     from hmrsim.world import World
     from hmrsim.world_checks import LoadedWorld
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import argparse
+from typing import Final
 
 from hmrsim.cli.world_options import add_world_options
 from hmrsim.program.command_line import ENVIRONMENT, Later
-
-if TYPE_CHECKING:
-    import argparse
 
 _EXAMPLES: Final = f"""\
 examples:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
@@ -11,8 +12,6 @@ from hmrsim.topology import bottlenecks, concentration, parts, reach, seconds_at
 from hmrsim.topology.concentration import MAX_STEPS, MIN_STARTS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
     from hmrsim.topology import Trip, Trips
     from hmrsim.world import World
 

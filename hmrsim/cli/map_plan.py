@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import argparse
+from typing import Final
 
 from hmrsim.cli import numbers
 from hmrsim.cli.world_options import add_world_options
 from hmrsim.program.command_line import ENVIRONMENT, Later
-
-if TYPE_CHECKING:
-    import argparse
 
 _EXAMPLES: Final = f"""\
 exit codes: 0 there is a route; 1 there is none, or no such name; 2 the file can't be read

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -16,9 +18,6 @@ from hmrsim.world.includes import read_document
 from hmrsim.world.options import ReadOptions
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Sequence
-
     from hmrsim.errors import Problem
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,9 +20,6 @@ from hmrsim.navigation.motion import drive
 from hmrsim.world.model import Base
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Sequence
-
     from hmrsim.geometry import Point
     from hmrsim.navigation.route import Leg, Route
     from hmrsim.world import World

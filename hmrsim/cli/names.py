@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +11,6 @@ from hmrsim.cli.exits import UnknownName, WrongUse
 from hmrsim.protocol.goal import WORLD
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from hmrsim.actions import AnyAction
 
 Info = dict[str, Any]

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from hmrsim.cli import numbers
 from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.program.command_line import Later
 from hmrsim_zenoh.wire.options import ENVIRONMENT
-
-if TYPE_CHECKING:
-    import argparse
 
 _EXAMPLES: Final = f"""\
 examples:

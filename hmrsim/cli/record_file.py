@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import queue
 import time
 from contextlib import suppress
@@ -20,8 +21,6 @@ from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.writing import RecordingFile
 
 if TYPE_CHECKING:
-    import argparse
-
     from hmrsim_zenoh.client.client import Client
 
 _LOOK: Final = 0.2

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options
-
-if TYPE_CHECKING:
-    import argparse
 
 _EXAMPLES: Final = """\
 exit codes: 0 the replay is identical, byte for byte; 1 it is not; 2 the file is not a trace

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,6 @@ from hmrsim.program.log_options import logging_to_stderr
 from hmrsim.trace.replay import Difference, Outcome, replay
 
 if TYPE_CHECKING:
-    import argparse
     from pathlib import Path
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import errno
 import os
 from pathlib import Path
@@ -19,8 +20,6 @@ from hmrsim.report.tables import tables_of
 from hmrsim_zenoh.recording import open_recording
 
 if TYPE_CHECKING:
-    import argparse
-
     from hmrsim.report import Report, ReportInput
 
 _MCAP: Final = b"\x89MCAP"

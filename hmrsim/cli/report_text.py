@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from rich.console import Console
@@ -13,8 +14,6 @@ from hmrsim.errors import printable
 from hmrsim.report.wording import UNKNOWN, amount, seconds, share, times
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.report import Report
 
 _MAX_ROBOTS: Final = 40

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.telling import text_of
@@ -11,8 +12,6 @@ from hmrsim.interfaces.rcl_interfaces import Log
 from hmrsim_zenoh.recording.recorder import Told
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.events import Event
 
 _WORLD: Final = "world"

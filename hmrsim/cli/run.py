@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from hmrsim.cli.world_options import add_world_argument
 from hmrsim.program.command_line import Later
 from hmrsim.settings.arguments import add_settings
 from hmrsim_zenoh.settings import SERVED
 from hmrsim_zenoh.wire.options import ENVIRONMENT
-
-if TYPE_CHECKING:
-    import argparse
 
 _EXAMPLES: Final = f"""\
 examples:

@@ -7,6 +7,7 @@ import os
 import queue
 import sys
 import threading
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Final, Self
 
 from hmrsim.actions import error_of
@@ -20,8 +21,6 @@ from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Sink
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,6 @@ from hmrsim_zenoh.recording.sink import RecordingSink
 from hmrsim_zenoh.recording.writing import RecordingFile
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
     from hmrsim.protocol.sinks import Sink

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from rich.console import Console
@@ -16,8 +17,6 @@ from hmrsim.protocol.topics import Topic
 from hmrsim.robots.robot import Robot
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.protocol.outputs import Output
     from hmrsim_zenoh.host import Host
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import shlex
 import sys
 import traceback
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -31,8 +33,6 @@ from hmrsim_zenoh.settings import SERVED, RecordSettings, Ros2Settings, ViewSett
 from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Callable
     from pathlib import Path
 
     from hmrsim.cli.run_recording import Watchers

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import queue
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
@@ -22,8 +23,6 @@ from hmrsim_zenoh.errors import GoalRejectedError, RequestError
 from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
-    import argparse
-
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.goal_handle import GoalHandle

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import queue
 import re
 import threading
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import registry
@@ -24,9 +26,6 @@ from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Iterable, Iterator
-
     from pydantic import BaseModel
 
     from hmrsim.cli.names import Info

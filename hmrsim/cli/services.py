@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -10,8 +11,6 @@ from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.wire.keys import Verb
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.cli.names import Info
 
 _ALWAYS: Final = {"info": "hmrsim/WorldInfo", "route_graph": "hmrsim/RouteGraph"}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import argparse
+from typing import Final
 
 from hmrsim.cli.world_options import add_world_options
 from hmrsim.program.command_line import Later
@@ -10,9 +11,6 @@ from hmrsim.program.log_options import add_log_options
 from hmrsim.settings.arguments import add_settings
 from hmrsim.settings.run import SimulateSettings
 from hmrsim.settings.trace import TraceSettings
-
-if TYPE_CHECKING:
-    import argparse
 
 _EXAMPLES: Final = """\
 exit codes: 0 every script was finished; 1 one failed, or was not finished by --duration; 2 the world can't be read;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import logging
 import time
 from collections import Counter
@@ -22,8 +23,6 @@ from hmrsim.simulation.scripts import ScriptState
 from hmrsim.simulation.simulator import Simulator
 
 if TYPE_CHECKING:
-    import argparse
-
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
 

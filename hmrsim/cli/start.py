@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 from contextlib import nullcontext
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from hmrsim.program.signals import INTERRUPTED, leave, on_signals
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 _SERVING: Final = ("run", "view", "record")
 """Commands that a signal ends successfully, whenever it arrives."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import queue
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,9 +20,6 @@ from hmrsim_zenoh.errors import Unreachable
 from hmrsim_zenoh.wire.options import ENVIRONMENT, session_options
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Iterator
-
     from hmrsim.cli.names import Info
     from hmrsim.cli.topics import Topic
     from hmrsim_zenoh.client.client import Client

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 import queue
 import statistics
 import time
 from collections import deque
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from hmrsim.cli import numbers
 from hmrsim.cli.connection import connected, look_for_simulator
@@ -17,10 +19,6 @@ from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.topics import find_topic
 from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.wire.options import ENVIRONMENT
-
-if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Sequence
 
 _EXAMPLES: Final = f"""\
 examples:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -11,8 +12,6 @@ from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.wire.keys import TREE, Verb
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.cli.names import Info
     from hmrsim_zenoh.wire.keys import Keys
 

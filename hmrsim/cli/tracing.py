@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import IO, TYPE_CHECKING, Final
 
@@ -9,7 +10,6 @@ from hmrsim.errors import HmrsimError, TraceError, reason_of
 from hmrsim.trace.writer import Header, Trace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
     from hmrsim.settings.run import RunSettings

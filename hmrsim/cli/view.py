@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options
 from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
 from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options
-
-if TYPE_CHECKING:
-    import argparse
 
 _EXAMPLES: Final = f"""\
 examples:

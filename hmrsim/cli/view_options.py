@@ -7,15 +7,13 @@ import json
 import logging
 import queue
 import socket
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from hmrsim.cli.children import Child
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.view import DEFAULT_HOST
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
 
 _START_SECONDS: Final = 30.0
 _EXIT_TIMEOUT: Final = 1.0

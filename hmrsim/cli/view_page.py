@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import queue
 import webbrowser
 from contextlib import ExitStack
@@ -19,7 +20,6 @@ from hmrsim_zenoh.view.server import ViewServer
 from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:
-    import argparse
     from pathlib import Path
 
     from hmrsim_zenoh.view.recorded import Recorded

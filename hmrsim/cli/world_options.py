@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import argparse
 
 from hmrsim.settings.arguments import add_settings
 from hmrsim.settings.world import WorldSettings
-
-if TYPE_CHECKING:
-    import argparse
 
 
 def add_world_options(parser: argparse.ArgumentParser, *, argument: str = "world") -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +15,6 @@ from hmrsim.world.options import renames
 from hmrsim.world_checks import load_world
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Mapping
-
     from hmrsim.errors import Problem
     from hmrsim.world_checks import LoadedWorld
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Generic
 
 from hmrsim.actions import F, G, R
@@ -14,8 +15,6 @@ from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, FeedbackMessage, Unre
 from hmrsim_zenoh.wire.keys import Verb
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.actions import Action
     from hmrsim_zenoh.client.goal_handle import GoalHandle
     from hmrsim_zenoh.client.link import Answer, Link, Wire

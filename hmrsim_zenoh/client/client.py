@@ -14,6 +14,7 @@ import json
 import re
 import threading
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, Literal, Self
 
 import zenoh
@@ -38,8 +39,6 @@ from hmrsim_zenoh.wire.keys import Keys
 from hmrsim_zenoh.wire.session import DEFAULT_OPTIONS, open_client
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.actions import Action, F, G, R
     from hmrsim_zenoh.wire.options import SessionOptions
 

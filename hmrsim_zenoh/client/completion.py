@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
+import argparse
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.wire.options import session_options
-
-if TYPE_CHECKING:
-    import argparse
 
 _PATIENCE: Final = 0.3
 """Wall seconds that a shell completion may take."""

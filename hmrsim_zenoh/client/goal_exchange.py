@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic
@@ -34,8 +35,6 @@ from hmrsim_zenoh.wire.envelopes import (
 from hmrsim_zenoh.wire.keys import Verb
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.actions import Action
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.wire.keys import Keys

@@ -6,14 +6,12 @@ import logging
 import threading
 from abc import ABC, abstractmethod
 from collections import deque
-from typing import TYPE_CHECKING, Generic, TypeVar
+from collections.abc import Callable
+from typing import Generic, TypeVar
 
 from hmrsim.interfaces.message import Message
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import GoalTimeout
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 R = TypeVar("R", bound=Message)
 F = TypeVar("F", bound=Message)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from queue import Empty, SimpleQueue
@@ -16,8 +17,6 @@ from hmrsim_zenoh.client.worker import Worker
 from hmrsim_zenoh.errors import ClientClosed, RequestError, SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.errors import HmrsimError
     from hmrsim_zenoh.wire.keys import Keys
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -12,8 +13,6 @@ import zenoh
 from hmrsim_zenoh.errors import ClientClosed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim_zenoh.client.worker import Worker
 
 

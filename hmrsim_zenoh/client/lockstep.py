@@ -11,6 +11,7 @@ import math
 import threading
 import time
 from collections import deque
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -26,8 +27,6 @@ from hmrsim_zenoh.wire.envelopes import dump
 from hmrsim_zenoh.wire.keys import ActionKey, Verb
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from hmrsim_zenoh.client.link import Answer, Link, Port
     from hmrsim_zenoh.client.participant import Grant, Happening, Kind
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 import re
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
+from typing import Any, Final, Literal, TypeVar
 
 import zenoh
 from pydantic import BaseModel, ValidationError
@@ -18,9 +19,6 @@ from pydantic import BaseModel, ValidationError
 from hmrsim_zenoh.client.link import Call, Link, Port
 from hmrsim_zenoh.errors import ClientClosed, Dropped, NameTaken, RequestError
 from hmrsim_zenoh.wire.envelopes import dump, unreadable
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 Kind = Literal["result", "feedback", "status"]
 """Kinds of events that can wake a participant or be reported to it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
@@ -10,8 +11,6 @@ from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim_zenoh.client.subscription import Subscription
     from hmrsim_zenoh.wire.keys import Keys
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Final
 
 from hmrsim_zenoh.doctor.problem import Problem, some
@@ -12,8 +13,6 @@ from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.type_compat import difference
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-
     from hmrsim_zenoh.doctor.snapshot import Domain, Snapshot
 
 _CLOSE: Final = 0.8

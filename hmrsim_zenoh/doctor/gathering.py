@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
@@ -18,8 +19,6 @@ from hmrsim_zenoh.ros2.keys import DOMAINS, read_token
 from hmrsim_zenoh.wire.envelopes import UnreadableError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim_zenoh.ros2.keys import Token
     from hmrsim_zenoh.wire.options import SessionOptions
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
 from hmrsim_zenoh.doctor import client_checks, network_checks, ros2_checks, simulator_checks
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from hmrsim_zenoh.doctor.problem import Problem
     from hmrsim_zenoh.doctor.snapshot import Snapshot
 

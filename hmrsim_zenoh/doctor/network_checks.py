@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -11,8 +12,6 @@ from hmrsim_zenoh.ros2.codec.distros import DISTROS
 from hmrsim_zenoh.ros2.keys import DOMAINS, MAX_DOMAIN
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator
-
     from hmrsim_zenoh.doctor.snapshot import Snapshot
 
 _RMW: Final = "rmw_zenoh_cpp"

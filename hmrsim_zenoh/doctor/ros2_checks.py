@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Final
 
 from hmrsim_zenoh.doctor.problem import Problem, some
@@ -11,8 +12,6 @@ from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.type_compat import known
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from hmrsim_zenoh.doctor.snapshot import Snapshot
 
 _PARTS: Final = {

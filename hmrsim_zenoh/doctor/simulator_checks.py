@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Final
 
 import hmrsim
 from hmrsim_zenoh.doctor.problem import Problem, some
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
 
 _PLANNER: Final = "_planner"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
@@ -14,8 +15,6 @@ from hmrsim_zenoh.server.liveliness import MAX_TOKENS
 from hmrsim_zenoh.wire.endpoints import DEFAULT_ENDPOINT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
     from hmrsim_zenoh.ros2.keys import Endpoint, Token, TypeHash
 
 OFFER: Final = (Kind.SERVICE, Kind.PUBLISHER)

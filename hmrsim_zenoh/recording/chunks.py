@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from collections.abc import Iterator
 from io import BytesIO
 from typing import IO, TYPE_CHECKING, Final, NamedTuple
 
@@ -17,8 +18,6 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from mcap.records import McapRecord
 
 MAX_UNPACKED: Final = 64 << 20

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import struct
+from collections.abc import Mapping
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -28,7 +29,6 @@ from hmrsim_zenoh.wire.envelopes import dump
 from hmrsim_zenoh.wire.keys import TREE, ActionKey, Keys, TopicKey, Verb
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from typing import Self
 
     from hmrsim.interfaces.message import Message

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from itertools import pairwise
@@ -12,8 +13,6 @@ from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.visualization_msgs import Marker
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
     Point = Sequence[float]
 
 MAP: Final = "map"

@@ -6,6 +6,7 @@ points down; ``map`` is then upside down in a further frame ``world``, which sho
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.events.doors import DoorClosed, DoorOpened, DoorOpening
@@ -17,8 +18,6 @@ from hmrsim.world_checks.resolved import type_order
 from hmrsim_zenoh.recording.marking import MAP, Marking, colour_of_type
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.events import Event
 
 _WORLD: Final = "world"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from mcap.records import Channel, Chunk, Footer, Message, Metadata, Schema
@@ -17,7 +18,6 @@ from hmrsim_zenoh.ros2.codec.types import message_type
 from hmrsim_zenoh.wire.keys import TREE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
     from pathlib import Path
 
 _OURS: Final = (EVENTS, SCENE, INFO, WORLD_TOPIC)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim import CONTRACT, __version__
@@ -25,8 +26,6 @@ from hmrsim_zenoh.ros2.publishing.statuses import Statuses
 from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from hmrsim.events import Event
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.outputs import FeedbackSent, Sampled, StatusChanged

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.engine.sim_time import stamp
@@ -15,8 +16,6 @@ from hmrsim_zenoh.server.world_info import Description
 from hmrsim_zenoh.wire import encoding
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.time import TimeState
     from hmrsim.simulation.simulator import Simulator

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.engine.sim_time import JITTER
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time, values_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.interfaces.message import Message
 
 

@@ -12,14 +12,12 @@ Inside a token every ``/`` of a name is a ``%``, and an empty part is a ``%``, t
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import xxhash
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 MAX_DOMAIN: Final = 232
 """The highest domain id of ROS, given by the ports of DDS."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from types import MappingProxyType
@@ -12,8 +13,6 @@ from hmrsim.simulation.detections import sensors_of
 from hmrsim_zenoh.ros2.keys import Node
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.services import AnyService
     from hmrsim.simulation.simulator import Simulator
 

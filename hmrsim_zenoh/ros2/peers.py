@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
@@ -18,8 +19,6 @@ from hmrsim_zenoh.ros2.keys import Address, Kind
 from hmrsim_zenoh.ros2.type_compat import difference
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from hmrsim_zenoh.ros2.keys import Endpoint, Token, TypeHash
     from hmrsim_zenoh.ros2.requests.rejection_log import RejectionLog
 

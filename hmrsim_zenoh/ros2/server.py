@@ -7,6 +7,7 @@ runs in the simulation thread.
 from __future__ import annotations
 
 import logging
+from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -28,8 +29,6 @@ from hmrsim_zenoh.ros2.requests.waiting import PendingResults
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping
-
     import zenoh
 
     from hmrsim.actions import AnyAction

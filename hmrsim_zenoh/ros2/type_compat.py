@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -25,8 +26,6 @@ from hmrsim_zenoh.ros2.publishing.endpoints import (
 from hmrsim_zenoh.ros2.wires import RmwZenoh
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping
-
     from hmrsim_zenoh.ros2.keys import TypeHash
 
 _TOPICS: Final = (CLOCK, TF, ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE)

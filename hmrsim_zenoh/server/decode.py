@@ -7,6 +7,7 @@ when the command has been processed.
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
@@ -34,8 +35,6 @@ from hmrsim_zenoh.wire.envelopes import (
 from hmrsim_zenoh.wire.keys import ActionKey, TopicKey, Verb
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import AnyCommand

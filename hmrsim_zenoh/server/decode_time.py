@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
@@ -19,8 +20,6 @@ from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import Envelope, UnreadableError, dump, plain, read, unreadable_at
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.answers import Refused

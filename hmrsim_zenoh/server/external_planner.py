@@ -6,6 +6,7 @@ The planner is a plain Zenoh queryable of another program. Each of its answers b
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -18,8 +19,6 @@ from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim.protocol.outputs import PlanWanted
     from hmrsim_zenoh.wire.keys import Keys

@@ -13,6 +13,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections import deque
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -21,8 +22,6 @@ import zenoh
 from hmrsim.protocol.inbox import Inbox
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.protocol.commands import AnyCommand
 
     Channel = zenoh.handlers.Handler[zenoh.Query]

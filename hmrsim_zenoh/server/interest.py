@@ -6,12 +6,10 @@ A publisher for each robot would take minutes to declare in large worlds; Zenoh 
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, Final, Generic, TypeVar
+from collections.abc import Callable, Hashable, Mapping
+from typing import Final, Generic, TypeVar
 
 import zenoh
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Mapping
 
 K = TypeVar("K", bound="Hashable")
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import zenoh
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-
     from hmrsim_zenoh.wire.keys import Keys
 
 MAX_TOKENS = 1000

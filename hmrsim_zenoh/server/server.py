@@ -7,6 +7,7 @@ except `interest` runs in the simulation thread.
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -42,8 +43,6 @@ from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.keys import Verb
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from hmrsim.actions import AnyAction
     from hmrsim.protocol.commands import AnyCommand, Command
     from hmrsim.protocol.outputs import Output

@@ -5,6 +5,7 @@ pydantic builds a message's validator and serializer upon first use, which takes
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -15,8 +16,6 @@ from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import plain, read
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
     from hmrsim.simulation.simulator import Simulator

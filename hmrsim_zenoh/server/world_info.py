@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pydantic_core import to_json
@@ -19,8 +20,6 @@ from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from hmrsim.protocol.time import TimeState
     from hmrsim.simulation.simulator import Simulator
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Final
@@ -17,8 +18,6 @@ from hmrsim_zenoh.view import frames
 from hmrsim_zenoh.view.outbox import Outbox
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from starlette.websockets import WebSocket
 
     from hmrsim_zenoh.view.feeds import Feeds

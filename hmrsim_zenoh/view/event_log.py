@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterator
+from typing import Final
 
 import zenoh
 
 from hmrsim_zenoh.view.frames import is_json
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 MAX_EVENTS: Final = 500
 

@@ -7,6 +7,7 @@ blocks a publisher. All functions are for the event loop's thread.
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final, Protocol
 
 import zenoh
@@ -15,7 +16,6 @@ from hmrsim_zenoh.view.frames import embedded
 
 if TYPE_CHECKING:
     import asyncio
-    from collections.abc import Sequence
 
 _RING: Final = 8_192
 """The largest number of samples of a subscription between two frames."""

@@ -7,13 +7,11 @@ payload would make the whole frame unreadable. The validation takes a few micros
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from collections.abc import Iterable, Sequence
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from pydantic_core import from_json
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
 
 MIN_PERIOD: Final = 0.05
 """The default and smallest number of wall seconds between two frames of a subscription."""

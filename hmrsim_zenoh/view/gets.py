@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import zenoh
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _MAX_REPLIED: Final = 64 * 2**20
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
 from operator import attrgetter
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from hmrsim_zenoh.view import frames
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 MAX_WAITING: Final = 4 * 2**20
 """The largest number of characters of waiting samples; a slower page loses samples and is notified."""

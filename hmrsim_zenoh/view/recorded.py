@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import zlib
+from collections.abc import AsyncIterator, Iterable, Iterator
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -17,8 +18,6 @@ from hmrsim.world.model import World
 from hmrsim.world_checks.resolved import shown
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Iterable, Iterator
-
     from starlette.requests import Request
     from starlette.responses import Response
     from starlette.routing import BaseRoute

@@ -7,6 +7,7 @@ import errno
 import logging
 import socket
 import threading
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from importlib.resources import files
 from pathlib import Path
@@ -24,7 +25,6 @@ from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
 from hmrsim_zenoh.view.security import Gate, is_loopback
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
     from contextlib import AbstractAsyncContextManager
 
     from starlette.requests import Request

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +17,6 @@ from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.actions import AnyAction
     from hmrsim.protocol.answers import CancelResponse, GoalEntry, GoalResponse, ResultResponse
     from hmrsim.protocol.outputs import StatusChanged

@@ -6,6 +6,7 @@ They have the fields of the corresponding ROS types, with a goal's id as 32 hex 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -16,8 +17,6 @@ from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.settings.payload import MAX_PAYLOAD
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.interfaces.message import Message
 
 G = TypeVar("G")

@@ -14,15 +14,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from hmrsim.protocol.goal import WORLD
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 DEFAULT_PREFIX = "hmrsim"
 TREE = "_tree"

@@ -5,6 +5,7 @@ Lengths and speeds are in the world's unit of length; times are simulated second
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Final
 
@@ -16,8 +17,6 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from bt_controller.core.ports import Port
 
 _MANEUVER_INPUTS: Final[Mapping[str, Port]] = MappingProxyType(

@@ -6,6 +6,7 @@ topic to select others: selectors write their defaults.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
@@ -15,8 +16,6 @@ from bt_controller.core.ports import BOOL, CONTROLLER, DOUBLE, PLANNER, POSE, ST
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from bt_controller.core.ports import Port
 
 _NOT_NEEDED = "Ignored"

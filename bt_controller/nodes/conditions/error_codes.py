@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Collection
+from typing import ClassVar
 
 from py_trees.common import Status
 
@@ -10,9 +11,6 @@ from bt_controller.core.node import Condition
 from bt_controller.core.ports import INT, INTS, input_port
 from bt_controller.nodes import Family
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
 
 _ERROR_CODE = input_port(INT, "The error code; none before one is written", required=False)
 

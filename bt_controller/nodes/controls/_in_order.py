@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.common import Status
@@ -9,8 +10,6 @@ from py_trees.common import Status
 from bt_controller.core.node import Control, Ticks
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from py_trees.behaviour import Behaviour
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from py_trees.common import Status
@@ -10,8 +11,6 @@ from bt_controller.core.node import Control, Ticks
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from py_trees.behaviour import Behaviour
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.blackboard import Blackboard
@@ -12,8 +13,6 @@ from bt_controller.core.ports import INT, input_port
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from py_trees.behaviour import Behaviour
 
 

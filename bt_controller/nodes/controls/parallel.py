@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar, Final
 
 from py_trees.common import Status
@@ -11,8 +12,6 @@ from bt_controller.core.ports import CHILDREN, input_port
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from py_trees.behaviour import Behaviour
 
 _OPEN: Final = (Status.RUNNING, Status.INVALID)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
@@ -12,8 +13,6 @@ from bt_controller.core.ports import BOOL, DOUBLE, INT, STATUS, STRING, Kind, in
 from bt_controller.nodes import Family
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from bt_controller.core.ports import Places
 
 

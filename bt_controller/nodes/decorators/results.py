@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from py_trees.common import Status
 
 from bt_controller.core.node import Decoration, Ticks
 from bt_controller.nodes import Family
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 
 class _Changed(Decoration):

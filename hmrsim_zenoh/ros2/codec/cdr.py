@@ -7,6 +7,7 @@ Messages are written in little-endian, as in all common ROS systems, and read in
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim_zenoh.ros2.codec import checked, decoders, encoders
@@ -14,8 +15,6 @@ from hmrsim_zenoh.ros2.codec.checked import CdrError
 from hmrsim_zenoh.ros2.codec.layout import HEADER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.ros2.codec.rihs01 import Structure
 

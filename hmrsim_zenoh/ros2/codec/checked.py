@@ -6,8 +6,8 @@ It is the fallback of `encoders` and `decoders` for invalid and for unusual mess
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
 
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.ros2.codec.layout import (
@@ -22,9 +22,6 @@ from hmrsim_zenoh.ros2.codec.layout import (
     weight,
 )
 from hmrsim_zenoh.ros2.codec.rihs01 import PADDING, Field, Kind, Structure
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _NOTHING: Final = object()
 """The value of a field that our message lacks: zero, or empty."""

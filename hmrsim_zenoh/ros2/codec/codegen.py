@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hmrsim_zenoh.ros2.codec.layout import Run
 
 if TYPE_CHECKING:
     import struct
-    from collections.abc import Callable, Mapping, Sequence
 
 
 class Code:

@@ -6,14 +6,12 @@ Constants come from our models; defaults, comments and the padding of empty type
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
-from typing import TYPE_CHECKING, Final, get_args
+from typing import Final, get_args
 
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.ros2.codec.rihs01 import PADDING, Field, Kind, Structure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 _SEPARATOR: Final = "=" * 80
 _WORDS: Final = {"float": "float32", "double": "float64", "boolean": "bool"}

@@ -7,18 +7,16 @@ A field that our message lacks is zero or empty when sent, and is ignored when r
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.simulation_interfaces import Resource
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure, structure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
 
 DISTROS: Final = ("jazzy", "kilted", "lyrical")
 """The supported distributions, oldest first."""

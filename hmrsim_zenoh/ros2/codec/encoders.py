@@ -6,15 +6,13 @@ They accept messages and dicts only, and their exceptions say little; `checked` 
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hmrsim_zenoh.ros2.codec.codegen import Code
 from hmrsim_zenoh.ros2.codec.layout import FORMATS, HEADER, LITTLE_ENDIAN, Leaf, leaves, size_of
 from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _PRELUDE = {
     "pack": struct.pack,

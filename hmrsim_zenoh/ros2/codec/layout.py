@@ -7,14 +7,12 @@ Adjacent numbers form a run, which is packed at once; its padding depends on its
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
 
 HEADER: Final = 4
 """Bytes of the encapsulation before a message; alignment counts from there."""

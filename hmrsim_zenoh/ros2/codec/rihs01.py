@@ -9,16 +9,14 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, Final, get_args, get_origin
+from typing import Annotated, Any, Final, get_args, get_origin
 
 from hmrsim.interfaces.message import Array, Message, Primitive
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 _TYPE_IDS: Final = MappingProxyType(
     {

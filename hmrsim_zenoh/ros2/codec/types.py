@@ -6,6 +6,7 @@ Distributions with the same type share one object.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
@@ -17,8 +18,6 @@ from hmrsim_zenoh.ros2.codec.distros import OURS, structure_in
 from hmrsim_zenoh.ros2.codec.rihs01 import Structure, structure
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
-
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import logging
 import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -17,8 +18,6 @@ from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.wires import RmwZenoh
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
-
     from hmrsim_zenoh.ros2.keys import Endpoint, Node
     from hmrsim_zenoh.ros2.publishing.endpoints import Owned, Part
     from hmrsim_zenoh.ros2.publishing.publishers import Publishers

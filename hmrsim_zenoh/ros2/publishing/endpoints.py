@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache, cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
@@ -20,8 +21,6 @@ from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, TF_QOS, Endpoint, K
 from hmrsim_zenoh.ros2.names import LOCALIZATION, OTHER_NODE, WORLD_NODE, node_of, ros_services
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping
-
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
     from hmrsim.services import AnyService

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.protocol.goal import WORLD
@@ -11,8 +12,6 @@ from hmrsim_zenoh.ros2.publishing.statuses import Statuses
 from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
     from hmrsim.protocol.outputs import FeedbackSent, StatusChanged
     from hmrsim_zenoh.ros2.codec.types import MessageType
     from hmrsim_zenoh.ros2.names import Names

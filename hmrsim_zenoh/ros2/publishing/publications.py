@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import zenoh
@@ -20,8 +21,6 @@ from hmrsim_zenoh.ros2.publishing.topics import Topics
 from hmrsim_zenoh.server.interest import SubscriberWatch
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping, Sequence
-
     from hmrsim.actions import AnyAction
     from hmrsim.protocol.outputs import Output
     from hmrsim.services import AnyService

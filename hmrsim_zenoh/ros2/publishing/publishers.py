@@ -6,6 +6,7 @@ import logging
 import threading
 import time
 import weakref
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
@@ -15,8 +16,6 @@ from hmrsim_zenoh.ros2.attachment import Attachment
 from hmrsim_zenoh.ros2.keys import LATCHED_QOS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim_zenoh.ros2.keys import Endpoint
     from hmrsim_zenoh.ros2.wires import Wire
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import compress, count
 from operator import is_not
 from typing import TYPE_CHECKING, Final
@@ -9,8 +10,6 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.interfaces.builtin_interfaces import values_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.protocol.answers import GoalEntry
     from hmrsim_zenoh.ros2.codec.types import MessageType
 

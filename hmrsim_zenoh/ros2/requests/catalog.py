@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeVar
@@ -19,8 +20,6 @@ from hmrsim_zenoh.ros2.requests.handlers import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.actions import AnyAction
     from hmrsim.services import AnyService
     from hmrsim_zenoh.ros2.keys import Node

@@ -6,6 +6,7 @@ A service may have several layouts, as types differ between distributions; the k
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -18,8 +19,6 @@ from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, SendGoa
 from hmrsim_zenoh.ros2.keys import NO_HASH
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.answers import CancelResponse, GoalResponse, ResultResponse

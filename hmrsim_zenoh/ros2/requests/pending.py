@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,8 +14,6 @@ from hmrsim_zenoh.ros2.attachment import Attachment, read_attachment
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.ros2.codec.types import ServiceType
     from hmrsim_zenoh.ros2.requests.handlers import Handler

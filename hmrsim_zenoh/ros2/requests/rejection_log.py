@@ -6,12 +6,10 @@ import logging
 import threading
 import time
 from collections import OrderedDict
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Hashable
+from typing import Final
 
 from hmrsim.errors import printable
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable
 
 _log = logging.getLogger(__name__)
 

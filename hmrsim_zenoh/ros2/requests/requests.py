@@ -7,6 +7,7 @@ other query travels with its command as ``reply_to`` and is answered when the co
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
@@ -17,8 +18,6 @@ from hmrsim_zenoh.ros2.requests.pending import NO_ATTACHMENT, PendingRosReply, a
 from hmrsim_zenoh.wire.envelopes import unreadable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import zenoh
 
     from hmrsim.protocol.commands import AnyCommand

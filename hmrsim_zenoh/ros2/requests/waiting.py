@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.protocol.commands import GetResult, StopWaiting
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim_zenoh.ros2.requests.pending import PendingRosReply
 
 MAX_WAITING: Final = 16_384
