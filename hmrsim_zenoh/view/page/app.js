@@ -121,8 +121,6 @@ export class App {
     for (const part of [this.summary, this.time, this.inspector, this.panels]) guarded(part.element, () => part.render());
   }
 
-  // --- what is looked at ----------------------------------------------------------------------------------------
-
   /** @param {string|null} name Of a robot. @param {{center?: boolean}} [options] */
   select(name, { center = false } = {}) {
     const robot = name === null ? undefined : this.model.robots.get(name);
@@ -198,8 +196,6 @@ export class App {
     else this.panels.show(null);
   }
 
-  // --- what is asked for ----------------------------------------------------------------------------------------
-
   /** Choose a goal for a robot with the next click; null: no more. @param {string|null} name */
   aim(name) {
     if (name !== null && (!this.live || this.live.state !== 'live')) return;
@@ -222,8 +218,6 @@ export class App {
       this.select(null);
     }
   }
-
-  // --- how it looks ---------------------------------------------------------------------------------------------
 
   /** Tell the camera what of the map is covered. */
   layout() {

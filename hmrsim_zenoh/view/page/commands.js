@@ -30,8 +30,6 @@ export class Commands {
     this.clock = clock;
   }
 
-  // --- goals ----------------------------------------------------------------------------------------------------
-
   /**
    * Send a goal; its id is made here, so that an answer that gets lost leads to no second one.
    *
@@ -86,8 +84,6 @@ export class Commands {
     await Promise.all(goals.map((goal) => this.cancel(goal)));
   }
 
-  // --- the world ------------------------------------------------------------------------------------------------
-
   /**
    * Have something go wrong.
    * @param {object} fault Keys as in a world file: `{type: 'breakdown', robot: 'eve', duration: 20}`.
@@ -111,8 +107,6 @@ export class Commands {
   callLift(name, stop) {
     return this.#service('call_lift', { name, stop });
   }
-
-  // --- time -----------------------------------------------------------------------------------------------------
 
   pause() {
     return this.#service('set_simulation_state', { state: { state: PAUSED } });

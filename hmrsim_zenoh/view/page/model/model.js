@@ -17,8 +17,6 @@ export class Model extends State {
   /** How much was received that is not as it should be. */
   unreadable = 0;
 
-  // --- being fed ------------------------------------------------------------------------------------------------
-
   /**
    * Take what came on a key; what can't be read is left out and counted.
    * @param {string} key Below the prefix.

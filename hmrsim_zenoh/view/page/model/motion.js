@@ -69,9 +69,7 @@ export class Motion {
     this.to = [to[0], to[1], to[2] ?? this.from[2]];
     /** @type {number} Seconds. */
     this.duration = said.duration ?? 0;
-    /** @type {number} */
     this.began = began;
-    /** @type {number} */
     this.ends = began + this.duration;
     /** @type {string[]|null} The waypoints of the lane that is driven. */
     this.lane = said.lane ?? null;

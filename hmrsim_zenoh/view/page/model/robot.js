@@ -26,13 +26,10 @@ export class Robot {
    * @param {string} [type]
    */
   constructor(name, type = '') {
-    /** @type {string} */
     this.name = name;
-    /** @type {string} */
     this.type = type;
     /** @type {number} Of the footprint; 0 if it has none. */
     this.radius = 0;
-    /** @type {boolean} */
     this.flies = false;
     /** @type {number|null} The greatest speed that it can go now. */
     this.speed = null;
@@ -85,8 +82,6 @@ export class Robot {
     this._driven = new Tail(DRIVEN);
   }
 
-  // --- at a time ------------------------------------------------------------------------------------------------
-
   /**
    * Return where it is at a time, or was a short while before the last thing that is known.
    * @param {number} time In simulated seconds.
@@ -130,8 +125,6 @@ export class Robot {
     return this._way.remaining(this.poseAt(time, scratch));
   }
 
-  // --- what is known now ----------------------------------------------------------------------------------------
-
   /** @returns {readonly Point[]} The points that it still drives to; none when it stands. */
   get route() {
     return this._way.ahead;
@@ -149,8 +142,6 @@ export class Robot {
     }
     return null;
   }
-
-  // --- what happens to it ---------------------------------------------------------------------------------------
 
   /**
    * Begin a motion.
@@ -270,8 +261,6 @@ export class Robot {
   setAilments(ailments) {
     this.ailments = Object.keys(ailments).length ? ailments : WELL;
   }
-
-  // --- saving ---------------------------------------------------------------------------------------------------
 
   /** @returns {object} What `restore` takes. */
   saved() {

@@ -80,8 +80,6 @@ export class State extends EventTarget {
     return this.history.batteries;
   }
 
-  // --- saving ---------------------------------------------------------------------------------------------------
-
   /** @returns {object} What `restore` takes, in this model or another. */
   snapshot() {
     const { world, forms, texts, info, time, deadlocks, plannerPresent, simulationState } = this;
@@ -116,8 +114,6 @@ export class State extends EventTarget {
     if (!sameWorld) this.touch('world');
     this.touch('scene', 'robots', 'goals', 'events', 'trees', 'faults');
   }
-
-  // --- changes, for changes.js ----------------------------------------------------------------------------------
 
   /** @param {...string} what */
   touch(...what) {

@@ -39,7 +39,6 @@ export class World {
     const all = { ...EMPTY, ...given };
     /** @type {object|undefined} */
     this.given = given;
-    /** @type {string} */
     this.name = all.name;
     /** @type {'m'|'px'} In pixels y points down. */
     this.units = all.units;

@@ -41,18 +41,13 @@ export class Playback extends EventTarget {
     this._model = model;
     model.unreadable += recording.samples.length - this._samples.length;
     this._clock = clock;
-    /** @type {string} */
     this.name = recording.name;
     /** @type {boolean} Whether the recording's end is missing. */
     this.truncated = recording.truncated;
     const count = this._times.length;
-    /** @type {number} */
     this.begin = count ? this._times[0] : 0;
-    /** @type {number} */
     this.end = count ? this._times[count - 1] : 0;
-    /** @type {number} */
     this.time = this.begin;
-    /** @type {boolean} */
     this.playing = false;
     /** @type {readonly Mark[]} What is worth to be looked at, in order of time. */
     this.marks = marksOf(this._samples, this._times);
