@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,7 +11,7 @@ from py_trees.composites import Sequence
 from py_trees.timers import Timer
 
 from bt_controller.core.action_leaf import ActionLeaf
-from bt_controller.core.node import Control, Leaf
+from bt_controller.core.node import Control, Leaf, Ticks
 from bt_controller.core.sim_time import now
 from bt_controller.world.directory import NotServed
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
@@ -52,7 +52,7 @@ class Worker(Control):
         """Start at home, without failures."""
         self._failed = self._out = False
 
-    def advance(self) -> Generator[Behaviour, None, Status]:
+    def advance(self) -> Ticks:
         """Tick the current step, and further steps while they take no time."""
         while (turn := self._turn()) is not None:
             for child in self.children:

@@ -31,6 +31,11 @@ class Family:
     name: str
     nodes: Mapping[str, type[Node]]
 
+    @classmethod
+    def of(cls, name: str, *nodes: type[Node]) -> Family:
+        """Return a family of classes whose names are their tags."""
+        return cls(name, {node.__name__: node for node in nodes})
+
 
 UNSUPPORTED: Final[Mapping[str, str]] = MappingProxyType(
     {

@@ -77,6 +77,4 @@ class CancelWait(_Cancel):
     ACTION = "wait"
 
 
-_NODES = (CancelBackUp, CancelControl, CancelDriveOnHeading, CancelSpin, CancelWait)
-
-FAMILY = Family("cancels", {node.__name__: node for node in _NODES})
+FAMILY = Family.of("cancels", CancelBackUp, CancelControl, CancelDriveOnHeading, CancelSpin, CancelWait)

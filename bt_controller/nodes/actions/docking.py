@@ -79,4 +79,4 @@ class UndockRobot(ActionNode):
         self.write("success", value=False)
 
 
-FAMILY = Family("docking", {"DockRobot": DockRobot, "UndockRobot": UndockRobot})
+FAMILY = Family.of("docking", DockRobot, UndockRobot)

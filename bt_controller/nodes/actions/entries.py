@@ -53,5 +53,4 @@ class Script(Scripted, Leaf):
         return Status.SUCCESS
 
 
-_NODES = (SetBlackboard, UnsetBlackboard, Script)
-FAMILY = Family("entries", {node.__name__: node for node in _NODES})
+FAMILY = Family.of("entries", SetBlackboard, UnsetBlackboard, Script)

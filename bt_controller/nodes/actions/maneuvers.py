@@ -95,4 +95,4 @@ class DriveOnHeading(ActionNode):
         )
 
 
-FAMILY = Family("maneuvers", {"BackUp": BackUp, "DriveOnHeading": DriveOnHeading, "Spin": Spin, "Wait": Wait})
+FAMILY = Family.of("maneuvers", BackUp, DriveOnHeading, Spin, Wait)

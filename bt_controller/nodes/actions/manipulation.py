@@ -51,4 +51,4 @@ class Place(_MoveItNode):
         )
 
 
-FAMILY = Family("manipulation", {"Pickup": Pickup, "Place": Place})
+FAMILY = Family.of("manipulation", Pickup, Place)

@@ -36,4 +36,4 @@ class NavigateThroughPoses(ActionNode):
         return ThroughPoses.Goal(poses=Goals(goals=self.read("goals")), behavior_tree=self.read("behavior_tree"))
 
 
-FAMILY = Family("navigation", {"NavigateThroughPoses": NavigateThroughPoses, "NavigateToPose": NavigateToPose})
+FAMILY = Family.of("navigation", NavigateThroughPoses, NavigateToPose)

@@ -105,7 +105,8 @@ def _selector(tag: str, chosen: str) -> type[_Selector]:
     )
 
 
-_NODES = (
+FAMILY = Family.of(
+    "no_ops",
     ClearCostmapAroundPose,
     ClearCostmapAroundRobot,
     ClearCostmapExceptRegion,
@@ -119,5 +120,3 @@ _NODES = (
     _selector("ProgressCheckerSelector", "progress_checker"),
     _selector("SmootherSelector", "smoother"),
 )
-
-FAMILY = Family("no_ops", {node.__name__: node for node in _NODES})

@@ -24,4 +24,4 @@ class AlwaysFailure(Leaf):
         return Status.FAILURE
 
 
-FAMILY = Family("outcomes", {"AlwaysSuccess": AlwaysSuccess, "AlwaysFailure": AlwaysFailure})
+FAMILY = Family.of("outcomes", AlwaysSuccess, AlwaysFailure)

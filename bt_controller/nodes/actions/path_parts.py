@@ -125,6 +125,4 @@ class GetPoseFromPath(Leaf):
         return Status.SUCCESS
 
 
-_NODES = (ConcatenatePaths, GetPoseFromPath, TruncatePath, TruncatePathLocal)
-
-FAMILY = Family("path_parts", {node.__name__: node for node in _NODES})
+FAMILY = Family.of("path_parts", ConcatenatePaths, GetPoseFromPath, TruncatePath, TruncatePathLocal)

@@ -83,4 +83,4 @@ class FollowPath(ActionNode):
         return bool(goal.path.poses) and goal != self._sent
 
 
-FAMILY = Family("paths", {"ComputePathToPose": ComputePathToPose, "FollowPath": FollowPath})
+FAMILY = Family.of("paths", ComputePathToPose, FollowPath)

@@ -96,6 +96,4 @@ class GetNextFewGoals(Leaf):
         return Status.SUCCESS
 
 
-_NODES = (AppendGoalPoseToGoals, GetCurrentPose, GetNextFewGoals, RemovePassedGoals)
-
-FAMILY = Family("poses", {node.__name__: node for node in _NODES})
+FAMILY = Family.of("poses", AppendGoalPoseToGoals, GetCurrentPose, GetNextFewGoals, RemovePassedGoals)

@@ -32,4 +32,4 @@ class Sleep(Leaf):
         return Status.SUCCESS if reached(self._ends) else Status.RUNNING
 
 
-FAMILY = Family("sleep", {"Sleep": Sleep})
+FAMILY = Family.of("sleep", Sleep)

@@ -70,4 +70,4 @@ class IsBatteryCharging(_Battery):
         return Status.SUCCESS if charging else Status.FAILURE
 
 
-FAMILY = Family("battery", {"IsBatteryCharging": IsBatteryCharging, "IsBatteryLow": IsBatteryLow})
+FAMILY = Family.of("battery", IsBatteryCharging, IsBatteryLow)

@@ -33,5 +33,4 @@ class WasEntryUpdated(Watching, Condition):
         return Status.SUCCESS if self.updated() else Status.FAILURE
 
 
-_NODES = (ScriptCondition, WasEntryUpdated)
-FAMILY = Family("entries", {node.__name__: node for node in _NODES})
+FAMILY = Family.of("entries", ScriptCondition, WasEntryUpdated)

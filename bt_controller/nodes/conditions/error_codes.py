@@ -68,6 +68,10 @@ class WouldASmootherRecoveryHelp(_WouldARecoveryHelp):
     CODES = (500, 502, 503, 504)
 
 
-_NODES = (AreErrorCodesPresent, WouldAControllerRecoveryHelp, WouldAPlannerRecoveryHelp, WouldASmootherRecoveryHelp)
-
-FAMILY = Family("error_codes", {node.__name__: node for node in _NODES})
+FAMILY = Family.of(
+    "error_codes",
+    AreErrorCodesPresent,
+    WouldAControllerRecoveryHelp,
+    WouldAPlannerRecoveryHelp,
+    WouldASmootherRecoveryHelp,
+)

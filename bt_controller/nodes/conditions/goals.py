@@ -108,6 +108,4 @@ class ArePosesNear(Condition):
         return _if(apart(self.read("ref_pose"), self.read("target_pose")) <= self.read("tolerance"))
 
 
-_NODES = (ArePosesNear, GlobalUpdatedGoal, GoalReached, GoalUpdated, IsGoalNearby)
-
-FAMILY = Family("goals", {node.__name__: node for node in _NODES})
+FAMILY = Family.of("goals", ArePosesNear, GlobalUpdatedGoal, GoalReached, GoalUpdated, IsGoalNearby)

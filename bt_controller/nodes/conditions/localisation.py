@@ -37,4 +37,4 @@ class TransformAvailable(Leaf):
         return Status.SUCCESS
 
 
-FAMILY = Family("localisation", {"InitialPoseReceived": InitialPoseReceived, "TransformAvailable": TransformAvailable})
+FAMILY = Family.of("localisation", InitialPoseReceived, TransformAvailable)

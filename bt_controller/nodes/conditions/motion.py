@@ -99,6 +99,4 @@ class IsStuck(Located, Condition):
         return Status.SUCCESS if gained / (ended - began) < self.MIN_ACCELERATION else Status.FAILURE
 
 
-_NODES = (CheckStopStatus, DistanceTraveled, IsStopped, IsStuck)
-
-FAMILY = Family("motion", {node.__name__: node for node in _NODES})
+FAMILY = Family.of("motion", CheckStopStatus, DistanceTraveled, IsStopped, IsStuck)

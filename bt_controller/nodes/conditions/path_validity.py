@@ -71,4 +71,4 @@ class ValidatePath(IsPathValid):
     """Succeeds if a path is open: same as ``IsPathValid``, under its name in newer trees."""
 
 
-FAMILY = Family("path_validity", {"IsPathValid": IsPathValid, "ValidatePath": ValidatePath})
+FAMILY = Family.of("path_validity", IsPathValid, ValidatePath)

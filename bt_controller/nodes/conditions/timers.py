@@ -62,4 +62,4 @@ class PathExpiringTimer(Condition):
         return Status.SUCCESS
 
 
-FAMILY = Family("timers", {"PathExpiringTimer": PathExpiringTimer, "TimeExpired": TimeExpired})
+FAMILY = Family.of("timers", PathExpiringTimer, TimeExpired)

@@ -5,4 +5,4 @@ from __future__ import annotations
 from bt_controller.behaviours.charging import BatteryGuard
 from bt_controller.nodes import Family
 
-FAMILY = Family("battery_guard", {"BatteryGuard": BatteryGuard})
+FAMILY = Family.of("battery_guard", BatteryGuard)

@@ -73,4 +73,4 @@ class WhileDoElse(Control):
         return branches[meant].status
 
 
-FAMILY = Family("branches", {"IfThenElse": IfThenElse, "WhileDoElse": WhileDoElse})
+FAMILY = Family.of("branches", IfThenElse, WhileDoElse)

@@ -34,4 +34,4 @@ class ReactiveFallback(Reactive):
     passes: ClassVar = Status.FAILURE
 
 
-FAMILY = Family("fallback", {node.__name__: node for node in (Fallback, AsyncFallback, ReactiveFallback)})
+FAMILY = Family.of("fallback", Fallback, AsyncFallback, ReactiveFallback)

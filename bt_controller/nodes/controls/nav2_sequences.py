@@ -102,5 +102,4 @@ class PipelineSequence(Control):
         return Status.INVALID if skipped == len(self.children) else Status.SUCCESS
 
 
-_NODES = (NonblockingSequence, PersistentSequence, PipelineSequence)
-FAMILY = Family("nav2_sequences", {node.__name__: node for node in _NODES})
+FAMILY = Family.of("nav2_sequences", NonblockingSequence, PersistentSequence, PipelineSequence)

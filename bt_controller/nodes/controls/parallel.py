@@ -98,4 +98,4 @@ class ParallelAll(_SideBySide):
         return Status.FAILURE if self._count(Status.FAILURE) >= fatal else Status.SUCCESS
 
 
-FAMILY = Family("parallel", {"Parallel": Parallel, "ParallelAll": ParallelAll})
+FAMILY = Family.of("parallel", Parallel, ParallelAll)

@@ -57,4 +57,4 @@ class RecoveryNode(Control):
                     self.reset(second)
 
 
-FAMILY = Family("recovery_node", {"RecoveryNode": RecoveryNode})
+FAMILY = Family.of("recovery_node", RecoveryNode)

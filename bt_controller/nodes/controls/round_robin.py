@@ -56,4 +56,4 @@ class RoundRobin(Control):
             self._next = self._failed = 0
 
 
-FAMILY = Family("round_robin", {"RoundRobin": RoundRobin})
+FAMILY = Family.of("round_robin", RoundRobin)

@@ -59,7 +59,4 @@ class ReactiveSequence(Reactive):
     passes: ClassVar = Status.SUCCESS
 
 
-FAMILY = Family(
-    "sequence",
-    {node.__name__: node for node in (Sequence, AsyncSequence, SequenceWithMemory, ReactiveSequence)},
-)
+FAMILY = Family.of("sequence", Sequence, AsyncSequence, SequenceWithMemory, ReactiveSequence)

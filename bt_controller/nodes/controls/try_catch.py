@@ -53,4 +53,4 @@ class TryCatch(Control):
             self.reset(catch)
 
 
-FAMILY = Family("try_catch", {"TryCatch": TryCatch})
+FAMILY = Family.of("try_catch", TryCatch)

@@ -170,5 +170,4 @@ class SpeedController(_Controller, Located):
         return 1.0 / (1.0 / longest + min(max(share, 0.0), 1.0) * (1.0 / shortest - 1.0 / longest))
 
 
-_NODES = (DistanceController, GoalUpdatedController, RateController, SpeedController)
-FAMILY = Family("controllers", {node.__name__: node for node in _NODES})
+FAMILY = Family.of("controllers", DistanceController, GoalUpdatedController, RateController, SpeedController)

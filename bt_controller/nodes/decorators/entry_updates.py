@@ -41,4 +41,4 @@ class WaitValueUpdate(SkipUnlessUpdated):
     otherwise = Status.RUNNING
 
 
-FAMILY = Family("entry_updates", {"SkipUnlessUpdated": SkipUnlessUpdated, "WaitValueUpdate": WaitValueUpdate})
+FAMILY = Family.of("entry_updates", SkipUnlessUpdated, WaitValueUpdate)

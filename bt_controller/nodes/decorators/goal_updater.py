@@ -30,4 +30,4 @@ class GoalUpdater(Decoration):
         return (yield from self.tick_child())
 
 
-FAMILY = Family("goal_updater", {"GoalUpdater": GoalUpdater})
+FAMILY = Family.of("goal_updater", GoalUpdater)

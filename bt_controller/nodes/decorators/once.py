@@ -56,5 +56,4 @@ class SingleTrigger(Decoration):
         return status
 
 
-_NODES = (RunOnce, SingleTrigger)
-FAMILY = Family("once", {node.__name__: node for node in _NODES})
+FAMILY = Family.of("once", RunOnce, SingleTrigger)

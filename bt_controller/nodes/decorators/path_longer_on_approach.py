@@ -48,4 +48,4 @@ class PathLongerOnApproach(Decoration):
         return detour
 
 
-FAMILY = Family("path_longer_on_approach", {"PathLongerOnApproach": PathLongerOnApproach})
+FAMILY = Family.of("path_longer_on_approach", PathLongerOnApproach)

@@ -33,4 +33,4 @@ class Precondition(Scripted, Decoration):
         return (yield from self.tick_child())
 
 
-FAMILY = Family("precondition", {"Precondition": Precondition})
+FAMILY = Family.of("precondition", Precondition)

@@ -117,7 +117,4 @@ class KeepRunningUntilFailure(_Again):
         return Status.FAILURE if status is Status.FAILURE else Status.RUNNING
 
 
-FAMILY = Family(
-    "repetition",
-    {node.__name__: node for node in (Repeat, RetryUntilSuccessful, KeepRunningUntilFailure)},
-)
+FAMILY = Family.of("repetition", Repeat, RetryUntilSuccessful, KeepRunningUntilFailure)

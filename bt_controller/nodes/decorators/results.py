@@ -41,4 +41,4 @@ class ForceFailure(_Changed):
     becomes = MappingProxyType({Status.SUCCESS: Status.FAILURE})
 
 
-FAMILY = Family("results", {node.__name__: node for node in (Inverter, ForceSuccess, ForceFailure)})
+FAMILY = Family.of("results", Inverter, ForceSuccess, ForceFailure)

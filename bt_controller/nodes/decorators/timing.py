@@ -64,4 +64,4 @@ class Timeout(Decoration):
         return status
 
 
-FAMILY = Family("timing", {"Delay": Delay, "Timeout": Timeout})
+FAMILY = Family.of("timing", Delay, Timeout)
