@@ -39,17 +39,13 @@ class Recording(Protocol):
         truncated: Whether the end is missing, as after a crash.
     """
 
-    @property
-    def name(self) -> str: ...  # noqa: D102 - said above
+    begin: int
+    end: int
+    truncated: bool
 
     @property
-    def begin(self) -> int: ...  # noqa: D102
-
-    @property
-    def end(self) -> int: ...  # noqa: D102
-
-    @property
-    def truncated(self) -> bool: ...  # noqa: D102
+    def name(self) -> str:
+        """The name of the file."""
 
     def samples(self) -> Iterable[tuple[int, str, Any]]:
         """Return nanoseconds, key and payload of each sample, in order."""

@@ -29,10 +29,10 @@ def definition(described: Structure, *models: type[Message]) -> str:
     constants: dict[str, dict[str, int]] = {}
     for model in models:
         _collect_constants(model, constants)
-    nested: dict[str, Structure] = {}
-    _collect(described, nested)
     parts = [_own(described, constants)]
-    parts += [f"{_SEPARATOR}\nMSG: {_short(one.name)}\n{_own(one, constants)}" for one in nested.values()]
+    parts += [
+        f"{_SEPARATOR}\nMSG: {_short(one.name)}\n{_own(one, constants)}" for one in described.all_nested().values()
+    ]
     return "".join(parts)
 
 
@@ -70,13 +70,6 @@ def _short(name: str) -> str:
     """Return a type's name as fields spell it, without ``msg``, ``srv`` or ``action``."""
     package, _, short = name.split("/")
     return f"{package}/{short}"
-
-
-def _collect(outer: Structure, found: dict[str, Structure]) -> None:
-    for field in outer.fields:
-        if field.nested is not None and field.nested.name not in found:
-            found[field.nested.name] = field.nested
-            _collect(field.nested, found)
 
 
 def _collect_constants(model: type[Message], found: dict[str, dict[str, int]]) -> None:

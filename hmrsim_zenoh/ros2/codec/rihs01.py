@@ -84,10 +84,21 @@ class Structure:
     name: str
     fields: tuple[Field, ...]
 
+    def all_nested(self) -> dict[str, Structure]:
+        """Return all types that this one nests by name, each before those that it nests itself."""
+        found: dict[str, Structure] = {}
+        self._collect(found)
+        return found
+
+    def _collect(self, found: dict[str, Structure]) -> None:
+        for field in self.fields:
+            if field.nested is not None and field.nested.name not in found:
+                found[field.nested.name] = field.nested
+                field.nested._collect(found)  # noqa: SLF001 - of the same class
+
     def describe(self) -> dict[str, Any]:
         """Return the description of this type and of all types that it nests, in the order of the hash."""
-        nested: dict[str, Structure] = {}
-        _collect(self, nested)
+        nested = self.all_nested()
         return {
             "type_description": _individual(self),
             "referenced_type_descriptions": [_individual(nested[name]) for name in sorted(nested)],
@@ -118,13 +129,6 @@ def structure(cls: type[Message]) -> Structure:
         except TypeError as error:
             raise TypeError(f"{cls.ros_type}: field {name!r}: {error}") from None
     return Structure(cls.ros_type, tuple(fields) or (PADDING,))
-
-
-def _collect(outer: Structure, found: dict[str, Structure]) -> None:
-    for field in outer.fields:
-        if field.nested is not None and field.nested.name not in found:
-            found[field.nested.name] = field.nested
-            _collect(field.nested, found)
 
 
 def _individual(described: Structure) -> dict[str, Any]:
