@@ -1,24 +1,4 @@
-"""The errors between a client and a simulator, as one tree.
-
-::
-
-    HmrsimError
-    ├── BadOptions              an endpoint, a prefix or a Zenoh configuration is invalid
-    ├── PortTaken               another process listens there already
-    ├── PrefixTaken             another simulator serves this prefix
-    ├── SimulatorNotFound       no simulator answers, and none did before
-    ├── SimulatorGone           it died, or was restarted and does not know the goal
-    ├── Unreachable             it is there, but nothing answers on that key
-    ├── RequestError            the simulator can't read or serve the request; carries the details
-    │   └── NameTaken           ... as another participant has that name
-    ├── GoalRejectedError       the simulator rejects the goal; carries the reason (a GoalRejected)
-    ├── RequestTimeout          no answer in time (also a TimeoutError)
-    │   └── GoalTimeout         ... to a goal; it may go on, as the text says
-    ├── ClientClosed            the client was closed while the goal was active
-    ├── Dropped                 in lockstep: the simulator goes on without the client, which took too long
-    ├── Idle                    in lockstep: the awaited event can't happen, as nothing is scheduled
-    └── GoalFailed              a blocking call's goal was aborted or canceled; carries the result
-"""
+"""The errors between a client and a simulator; all are `HmrsimError`."""
 
 from __future__ import annotations
 
