@@ -169,12 +169,7 @@ class Mission:
                 node.shutdown()
 
     def snapshot(self, sim_time: float | None, *, blackboard: bool = False) -> Snapshot:
-        """Return the tree's state after its last tick; another thread waits for a tick in progress.
-
-        Args:
-            sim_time: When that was.
-            blackboard: Whether to tell what is on the blackboard.
-        """
+        """Return the tree's state after its last tick; another thread waits for a tick in progress."""
         with self._ticking:
             known = board_values(self._board.storage) if blackboard else None
             return self._seen(sim_time, known)

@@ -27,7 +27,6 @@ class _End:
     """A port with its key.
 
     Attributes:
-        port: The port's name.
         key: The key that it is connected to.
         kind: The kind of its values; None if unknown.
         written: Whether it is an output.

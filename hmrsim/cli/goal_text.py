@@ -39,10 +39,6 @@ _UNKNOWN: Final = "Extra inputs are not permitted"
 def read_yaml(text: str, noun: str = "goal") -> object:
     """Return the plain values that a goal's text stands for, in the YAML of world files: ``1e3`` is a number.
 
-    Args:
-        text: As typed.
-        noun: Its name in errors.
-
     Raises:
         WrongUse: It is not YAML, or has a key twice.
     """
@@ -69,15 +65,7 @@ def read_goal(data: object, kind: type[Message]) -> Message:
 
 
 def mistake(noun: str, path: Path, message: str, value: object, kind: type[BaseModel] | None = None) -> str:
-    """Return one line about an error that pydantic found, here or in the simulator.
-
-    Args:
-        noun: The part with the error, such as ``goal``.
-        path: Where.
-        message: Pydantic's text.
-        value: The value there.
-        kind: The expected type, for the list of its fields.
-    """
+    """Return one line about an error that pydantic found, here or in the simulator."""
     where = ": ".join(part for part in (noun, dotted(path)) if part)
     if message == _UNKNOWN:
         there = "remove it" if kind is None else f"known fields: {', '.join(_fields(kind, path[:-1])) or 'none'}"

@@ -35,11 +35,7 @@ _COLUMNS: Final = (
 
 
 class LastGoals:
-    """A sink that remembers how the last goal of each robot ended; it wants the clock, so that the shown time advances.
-
-    Attributes:
-        verdicts: By robot.
-    """
+    """A sink that remembers how each robot's last goal ended; it wants the clock, so that the shown time advances."""
 
     def __init__(self) -> None:
         self.verdicts: dict[str, Text] = {}
@@ -58,7 +54,6 @@ class HostTable(RobotTable[Robot]):
     """Shows the robots of a host on stderr.
 
     Args:
-        goals: The ends of the robots' last goals.
         console: The console; stderr if None.
     """
 

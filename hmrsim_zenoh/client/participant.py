@@ -98,7 +98,6 @@ class Participant:
     """A participant for which a simulator's time waits. For one thread at a time, except for `fail`.
 
     Attributes:
-        epoch: The epoch of the next request.
         now: Simulated seconds of the last grant.
     """
 

@@ -16,8 +16,6 @@ class Problem:
 
     Attributes:
         kind: A machine-readable word, such as ``no_router``.
-        text: The problem, in one line.
-        remedy: The remedy, in one line.
         severity: A ``warning`` may be intended.
     """
 

@@ -44,9 +44,6 @@ class RecordingFile:
         path: The file; an existing one is overwritten.
         reproducible: Whether the same messages have to produce the same file: chunks then end by simulated time.
 
-    Attributes:
-        messages: The number of written messages.
-
     Raises:
         RecordingError: The file can't be opened.
     """

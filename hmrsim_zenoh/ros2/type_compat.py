@@ -32,12 +32,7 @@ _TOPICS: Final = (CLOCK, TF, ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE)
 
 
 class Difference(NamedTuple):
-    """A difference between the types of a client and a server.
-
-    Attributes:
-        what: The types or hashes of both sides.
-        remedy: What to do.
-    """
+    """A difference between the types of a client and a server."""
 
     what: str
     remedy: str
@@ -64,13 +59,7 @@ def distros_of(served: Collection[TypeHash]) -> tuple[str, ...]:
 
 
 def difference(theirs: TypeHash, ours: Collection[TypeHash], *, simulator: bool = True) -> Difference:
-    """Return the difference between the types of a client and a server, and a remedy.
-
-    Args:
-        theirs: The client's type.
-        ours: The server's types on the same name.
-        simulator: Whether the server is a simulator.
-    """
+    """Return the difference between the types of a client and a server, and a remedy."""
     type_, hash_ = theirs
     by_hash = known().get(type_, {})
     # In order of the distributions.

@@ -121,11 +121,6 @@ class TimeRequests:
     def read(self, topic: str, payload: bytes, reply_to: Any) -> TimeCommand:
         """Return the command of a request.
 
-        Args:
-            topic: One of `names`.
-            payload: The request.
-            reply_to: The command's ``reply_to``.
-
         Raises:
             UnreadableError: The request is invalid.
         """

@@ -83,14 +83,7 @@ class QueryInbox(Inbox):
         refuse: Callable[[zenoh.Query], None],
         complete: bool = False,
     ) -> None:
-        """Serve a further key expression, too, until `leave`.
-
-        Args:
-            key_expr: The key expression to serve.
-            decode: As above.
-            refuse: As above; also answers queries after `close`.
-            complete: Whether the queryable is declared complete.
-        """
+        """Serve a further key expression, too, until `leave`; *refuse* also answers queries after `close`."""
         queryable = self._session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=complete)
         self._further.append((queryable, self._start_forwarder(queryable.handler, _Reader(decode, refuse))))
 

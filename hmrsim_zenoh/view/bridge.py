@@ -30,12 +30,7 @@ _TIMED_OUT: Final = b"Timeout"
 
 
 class Bridge:
-    """Serves one page, in the event loop's thread.
-
-    Args:
-        feeds: The subscriptions of all pages.
-        alive: Whether the simulator is alive.
-    """
+    """Serves one page, in the event loop's thread."""
 
     def __init__(self, gets: Gets, feeds: Feeds, *, alive: bool) -> None:
         self._gets = gets

@@ -31,12 +31,7 @@ _JOIN_SECONDS: Final = 1.0
 
 @dataclass
 class _Declared:
-    """A declared liveliness token.
-
-    Attributes:
-        id: Its number in the session.
-        used: The number of endpoints that need it.
-    """
+    """A declared liveliness token."""
 
     id: int
     token: Any

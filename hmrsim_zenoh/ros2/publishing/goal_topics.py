@@ -48,12 +48,7 @@ def patterns(wire: Wire) -> dict[str, str]:
 
 
 class GoalTopics:
-    """Publishes statuses always, as they are latched, and feedback where there are subscribers.
-
-    Args:
-        endpoints: The types of the publishers.
-        interest: The watch for subscribers.
-    """
+    """Publishes statuses always, as they are latched, and feedback where there are subscribers."""
 
     def __init__(
         self, wire: Wire, endpoints: Endpoints, publishers: Publishers, interest: SubscriberWatch[str]

@@ -68,12 +68,7 @@ def _base(odom: Odometry, child: str) -> TransformStamped:
 
 
 class Topics:
-    """Publishes samples to topics that have subscribers.
-
-    Args:
-        endpoints: The types of the publishers.
-        interest: The watch for subscribers.
-    """
+    """Publishes samples to topics that have subscribers."""
 
     def __init__(self, endpoints: Endpoints, publishers: Publishers, interest: SubscriberWatch[str]) -> None:
         self._endpoints = endpoints
