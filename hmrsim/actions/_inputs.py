@@ -21,11 +21,8 @@ class Input:
     """One field of a form.
 
     Attributes:
-        title: Its label.
         unit: ``m`` and ``m/s`` become the world's unit of length.
         default: Its initial value; None for the message's default, or empty where it is required.
-        minimum: The minimum value.
-        required: Whether it is required.
         choices: Which entities are proposed: ``items``, ``held`` (items that the robot holds) or ``docks``.
         advanced: Whether most users keep its default.
     """
@@ -45,9 +42,7 @@ def goal_schema(goal: type[BaseModel], inputs: Mapping[str, Input] | None) -> di
     Beside JSON Schema's own words there are ``unit``, ``choices`` and ``advanced``, and the formats ``pose``
     (geometry_msgs/msg/PoseStamped) and ``duration`` (builtin_interfaces/msg/Duration).
 
-    Args:
-        goal: The goal's message type.
-        inputs: The fields to show, by their dotted path in the message; None for all that can be shown.
+    *inputs* are the fields to show, by their dotted path in the message; None for all that can be shown.
     """
     if inputs is None:
         inputs = {name: Input(title_of(name)) for name, field in goal.model_fields.items() if _typed(field)}

@@ -53,11 +53,7 @@ def drive_straight(
 ) -> Generator[Any, Any, None]:
     """Let a robot drive straight ahead, or back if *how_far* is negative, at the goal's speed or its own maximum.
 
-    Args:
-        robot: The robot; its yaw does not change.
-        goal: The goal.
-        how_far: In the world's unit.
-        codes: The action's result type, which has its codes.
+    *how_far* is in the world's unit; *codes* is the action's result type, which has its codes.
 
     Raises:
         GoalAborted: Something blocks the way, and the robot stands before it; or the time is over.

@@ -92,9 +92,7 @@ def _nothing() -> tuple[float, float]:
 def navigation_of(robot: Robot, ahead: Callable[[], tuple[float, float]] = _nothing) -> Callable[[], dict[str, Any]]:
     """Return the source of the feedback of a robot that sets out now, in plain values, as it is the most frequent.
 
-    Args:
-        robot: The robot.
-        ahead: Returns length and seconds of the routes after the current one.
+    *ahead* returns length and seconds of the routes after the current one.
     """
     began, recoveries = robot.now, robot.recoveries
 

@@ -27,12 +27,7 @@ _RESULT, _STAGE = DockRobot.Result, DockRobot.Feedback
 
 
 class _Docking:
-    """The progress of docking.
-
-    Args:
-        robot: The robot.
-        report: Publishes its feedback.
-    """
+    """The progress of docking."""
 
     def __init__(self, robot: Robot, report: Report[DockRobot.Feedback]) -> None:
         self._robot, self._report = robot, report

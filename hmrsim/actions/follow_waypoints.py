@@ -19,13 +19,7 @@ if TYPE_CHECKING:
 
 
 class _Round:
-    """The progress of a robot through its poses, and those that it has missed.
-
-    Args:
-        robot: The robot.
-        goal: The goal.
-        report: Publishes its feedback.
-    """
+    """The progress of a robot through its poses, and those that it has missed."""
 
     def __init__(self, robot: Robot, goal: FollowWaypoints.Goal, report: Report[FollowWaypoints.Feedback]) -> None:
         self._robot = robot

@@ -22,12 +22,7 @@ if TYPE_CHECKING:
 
 
 class _Tour:
-    """The progress of a robot through some poses.
-
-    Args:
-        robot: The robot.
-        poses: Those of the goal.
-    """
+    """The progress of a robot through some poses."""
 
     def __init__(self, robot: Robot, poses: Sequence[PoseStamped]) -> None:
         self._robot = robot

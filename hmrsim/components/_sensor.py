@@ -32,12 +32,7 @@ class SensorSettings(Settings):
 
 @dataclass(eq=False)
 class Sensor:
-    """One robot's sensor.
-
-    Attributes:
-        settings: What the world file says of it.
-        blind: Whether it sees nothing at all.
-    """
+    """One robot's sensor."""
 
     settings: Any
     blind: bool = False

@@ -90,9 +90,6 @@ class BatterySettings(Settings):
 class Battery:
     """One robot's battery; the caller that changes its load passes the time of the change.
 
-    Args:
-        settings: What it is.
-
     Attributes:
         settings: Likewise.
         drain: Units of energy a second that go out.

@@ -37,8 +37,6 @@ class Claw:
     """One robot's claw.
 
     Attributes:
-        settings: What the world file says of it.
-        item: The item that it holds; None for none.
         misses: The causes that make it miss; each returns whether it does, this time.
     """
 

@@ -21,9 +21,7 @@ class Canvas:
     """A world, and how it is drawn.
 
     Attributes:
-        world: The world.
         colours: Of the theme, by what they are for.
-        types: The look of each type of robot.
         frame: Where the world's points are.
         width: Of the picture, in pixels.
         details: Whether speed limits and capacities are written beside lanes.

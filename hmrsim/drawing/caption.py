@@ -28,9 +28,7 @@ _BAR: Final = 0.15
 def caption(drawing: Canvas, more: Iterable[tuple[str, str]] = ()) -> tuple[str, float]:
     """Return title, scale bar and legend, and how much room there is to be below the map.
 
-    Args:
-        drawing: The picture.
-        more: Marks, around (9, 0), and their meanings for the end of the legend.
+    *more* are marks, around (9, 0), and their meanings for the end of the legend.
     """
     left, right = 16.0, drawing.width - 16.0
     below = drawing.frame.top + drawing.frame.size[1]

@@ -39,11 +39,7 @@ class _Sampler:
 
 
 class Telemetry:
-    """All samplers, and when the next one is due.
-
-    Args:
-        interest: The topics that have subscribers.
-    """
+    """All samplers, and when the next one is due."""
 
     def __init__(self, interest: Interest) -> None:
         self._interest = interest

@@ -68,11 +68,6 @@ class Interest:
 class EventPublisher:
     """Publishes the events of the world, if a sink wants them.
 
-    Args:
-        env: The simulation's clock.
-        interest: The topics with subscribers.
-        emit: Where events go.
-
     Attributes:
         interest: Likewise; check it before publishing frequent events.
     """

@@ -114,15 +114,8 @@ class Event(tuple[Any, ...], metaclass=_EventType):
     ) -> None:
         """Declare a kind of event.
 
-        Args:
-            kind: See the attribute.
-            severity: See `Presentation`, as of the next two.
-            subject: The fields, as in JSON.
-            text: The template.
-            changes: The part of a picture that it changes, one of `Part`; empty for none.
-            sets: See `Change`.
-            traced: See the attribute.
-            rest: See the attribute.
+        Most arguments are the attributes of these names; *severity*, *subject* and *text* are its `Presentation`,
+        *changes*, one of `Part`, and *sets* its `Change`.
         """
         if kind:
             cls.kind = kind
@@ -207,12 +200,7 @@ class Event(tuple[Any, ...], metaclass=_EventType):
 
 
 class EventGroup(NamedTuple):
-    """The events of one subject: what a module of this package, or of a plug-in, offers as ``EVENTS``.
-
-    Attributes:
-        name: That of the module.
-        events: All of its kinds.
-    """
+    """The events of one subject: what a module of this package, or of a plug-in, offers as ``EVENTS``."""
 
     name: str
     events: tuple[type[Event], ...]

@@ -28,10 +28,7 @@ _FIELD: Final = re.compile(r"\{(\w+)(?:([:=])([^}]*))?\}")
 def render(template: str, fields: Mapping[str, Any], formats: Mapping[str, Format] | None = None) -> str:
     """Return a template filled in.
 
-    Args:
-        template: The template.
-        fields: An event's fields, as in JSON.
-        formats: Further formats, or others for the same names.
+    *fields* are as in JSON; *formats* are further ones, or others for the same names.
     """
     known = FORMATS if formats is None else {**FORMATS, **formats}
     texts = []

@@ -152,8 +152,6 @@ class Case(Generic[S]):
     """One occurrence of a fault.
 
     Attributes:
-        name: The fault's name.
-        settings: Its settings.
         roster: The robots, items, doors and lanes of the world.
         random: Its own stream of random numbers.
         concurrent: Returns the settings of other faults of this kind that are active on the same subject, in order of

@@ -60,10 +60,6 @@ class Dispatcher:
     """Serves the actions of all robots.
 
     Args:
-        env: The simulation's clock and events.
-        actions: All actions, by name.
-        telemetry: Takes feedback samples.
-        emit: Where events go.
         publisher: Publishes rejected goals, and knows the topics that have subscribers.
         seed: The seed for the ids of goals without one.
         keep_results: Maximum number of ended goals kept per robot.

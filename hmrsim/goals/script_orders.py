@@ -15,13 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Order:
-    """One line of a script.
-
-    Attributes:
-        text: As it is written.
-        action: The action that it asks for.
-        goal: The goal of that action.
-    """
+    """One line of a script."""
 
     text: str
     action: AnyAction

@@ -51,11 +51,9 @@ class ServedGoal:
     """An accepted goal; many are kept after their end, so they hold little.
 
     Attributes:
-        server: The server that accepted it.
         goal_id: 32 hex digits.
         stamp: When it was accepted.
         from_client: Whether the client made the id, and so may send it again.
-        status: Its status.
         ended: When it ended, in simulated nanoseconds; None while it is active.
         message: The goal message; None after the end.
         result: Its result; None while it is active.
@@ -104,8 +102,6 @@ class ActionServer:
     """One action of one robot, and its goals in order of acceptance.
 
     Attributes:
-        robot: The robot.
-        action: The action.
         goals: The goals that are kept, by id.
         forgotten: The statuses of goals whose results are no longer kept, by id, so that none is executed twice.
     """
@@ -120,7 +116,6 @@ class ActionServers:
     """The actions of all robots, and of the world.
 
     Args:
-        actions: All actions, by name.
         seed: From which the ids of goals that have none are made.
     """
 

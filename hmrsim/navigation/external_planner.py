@@ -21,11 +21,6 @@ if TYPE_CHECKING:
 class Plans:
     """The requests to an external planner that have no answer yet.
 
-    Args:
-        env: The simulation's clock and events.
-        emit: Where events go.
-        publisher: Publishes when a planner comes or goes, and the requests to it.
-
     Attributes:
         present: Whether one has announced itself.
     """

@@ -42,7 +42,6 @@ class Planner:
     """Plans routes.
 
     Args:
-        lanes: Where to drive.
         closed: The numbers of the edges that no robot may enter; a robot on one may leave it.
     """
 

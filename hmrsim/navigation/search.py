@@ -54,7 +54,6 @@ class Trees:
     """The trees of the destinations that were asked for last.
 
     Args:
-        lanes: Where to search.
         closed: The numbers of the edges that are not to be taken.
     """
 

@@ -128,12 +128,7 @@ def variable_of(action: argparse.Action) -> str:
 
 @dataclass(frozen=True)
 class Later:
-    """A function that is imported when it is called: no ``--help`` waits for what a command needs to do its work.
-
-    Attributes:
-        module: Has the function.
-        name: Of the function.
-    """
+    """A function that is imported when it is called: no ``--help`` waits for what a command needs to do its work."""
 
     module: str
     name: str
@@ -155,7 +150,6 @@ class LazyParser(CommandParser):
 
     Args:
         module: Has a function *configure*, which adds arguments to the parser; empty for none.
-        **options: As of every parser.
     """
 
     def __init__(self, *, module: str = "", **options: Any) -> None:

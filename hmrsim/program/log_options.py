@@ -21,11 +21,7 @@ _FORMAT: Final = "[%(levelname)s] %(message)s"
 
 @dataclass(frozen=True)
 class LogOptions:
-    """How much a command logs.
-
-    Attributes:
-        log_level: The lowest severity that is logged.
-    """
+    """How much a command logs."""
 
     log_level: Annotated[
         Literal["debug", "info", "warning", "error"], Option("log to stderr at this level and above")
@@ -47,12 +43,7 @@ class ServerLogOptions(LogOptions):
 
 
 def add_log_options(parser: argparse.ArgumentParser, *, default: str = "warning") -> None:
-    """Give a command the option that says how much it logs.
-
-    Args:
-        parser: Of the command.
-        default: One of the levels.
-    """
+    """Give a command the option that says how much it logs."""
     add_settings(parser, LogOptions, defaults={"log_level": default})
 
 

@@ -13,7 +13,6 @@ class GoalResponse(NamedTuple):
     """The answer to a `SendGoal`.
 
     Attributes:
-        accepted: Whether the goal is accepted.
         goal_id: The goal's id, as given or made; the text that was sent if it is not an id.
         stamp: When it was accepted; of a duplicate, when the first one was.
         reason: Why not, as an identifier.

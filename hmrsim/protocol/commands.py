@@ -24,8 +24,6 @@ class SendGoal(NamedTuple):
     """Ask a robot to pursue a goal; answered by `GoalResponse`.
 
     Attributes:
-        robot: Its name.
-        action: The action's name.
         goal: The goal message; None when the action is not known, so that the message could not be decoded.
         goal_id: 32 hex digits; None lets the simulation make one; any other text is rejected.
         reply_to: Handed back with the answer.
@@ -42,11 +40,8 @@ class CancelGoal(NamedTuple):
     """Cancel one goal, those accepted up to a time, or all; answered by `CancelResponse`.
 
     Attributes:
-        robot: Its name.
-        action: The action's name.
         goal_id: 32 hex digits; all zero for no goal in particular.
         stamp: Cancel goals accepted at or before this time; 0 for goals of any time.
-        reply_to: Handed back with the answer.
     """
 
     robot: str
@@ -69,9 +64,6 @@ class StopWaiting(NamedTuple):
     """Stop waiting for a result that was asked for with `GetResult`; ignored for requests that were answered already.
 
     Attributes:
-        robot: Its name.
-        action: The action's name.
-        goal_id: Whose result was asked for.
         reply_tos: The *reply_to* of the requests.
         tell: Whether they are answered with the goal's current status; clients that have gone need no answer.
     """
@@ -95,10 +87,8 @@ class Read(NamedTuple):
     """Ask for the latest message of a topic; answered by the event that would be published now.
 
     Attributes:
-        topic: Which.
         robot: Of which robot; empty for the world's topics.
         action: Of which action, for `Topic.STATUS`.
-        reply_to: Handed back with the answer.
     """
 
     topic: Topic
@@ -117,8 +107,6 @@ class CallService(NamedTuple):
 
     Attributes:
         service: Its name, such as ``spawn_entity``.
-        request: Its request.
-        reply_to: Handed back with the answer.
     """
 
     service: str
@@ -130,7 +118,6 @@ class Participation(NamedTuple):
     """A controller takes part in lockstep, or no longer does; published as the event ``participant_<change>``.
 
     Attributes:
-        participant: Its name.
         change: ``joined``, ``left`` or ``dropped``.
         why: Why it was dropped, or had to leave; empty if it left by itself.
     """
@@ -184,13 +171,11 @@ class Advance(NamedTuple):
     """Ask for time to advance; answered by `Granted` when it has.
 
     Attributes:
-        participant: The participant's name.
         epoch: The epoch for which this is.
         until: How far time may advance; infinite for as far as anything is scheduled.
         wake: The kinds of events that end the grant, of `hmrsim.protocol.time.KINDS`.
         report: Further kinds to include in the grant; feedback once per goal.
         commands: To be applied first, in this order.
-        reply_to: Handed back with the answer.
     """
 
     participant: str

@@ -61,9 +61,6 @@ class FeedbackSent(NamedTuple):
     """Feedback of a goal.
 
     Attributes:
-        robot: Its name.
-        action: The action's name.
-        goal_id: Whose feedback it is.
         feedback: The action's feedback message, or the same in plain values.
         last: Whether the goal ends right after it, so that rate limits must not drop it.
     """
@@ -93,7 +90,6 @@ class PlanWanted(NamedTuple):
 
     Attributes:
         request: Its unique number.
-        robot: The robot's name.
         goal: The start and the goal of the path.
     """
 
@@ -103,12 +99,7 @@ class PlanWanted(NamedTuple):
 
 
 class EventStamped(NamedTuple):
-    """An event of the world, with its time.
-
-    Attributes:
-        stamp: When.
-        event: What.
-    """
+    """An event of the world, with its time."""
 
     stamp: int
     event: Event

@@ -44,7 +44,6 @@ class SetClock(NamedTuple):
     Attributes:
         clock: One of `CLOCKS`; None to keep it.
         real_time_factor: Simulated seconds per wall second, 0 for as fast as possible; None to keep it.
-        reply_to: Handed back with the answer.
     """
 
     clock: str | None = None
@@ -66,7 +65,6 @@ class Joined(NamedTuple):
     """A participant may ask to advance.
 
     Attributes:
-        participant: Its name.
         epoch: The epoch to begin with.
         now: The simulated time.
         goals: How many goals were sent under this name before.
@@ -91,7 +89,6 @@ class TimeState(NamedTuple):
         now: The simulated time.
         clock: One of `CLOCKS`.
         real_time_factor: Simulated seconds a wall second that are aimed at; 0 for as fast as possible.
-        paused: Whether the simulation is paused.
         epoch: In lockstep, which grant is next.
         participants: The names of the participants.
         waiting_for: The participants that have yet to ask to advance, or to join for the first time; a number in

@@ -54,7 +54,6 @@ class Occurrence(NamedTuple):
 
     Attributes:
         at: In nanoseconds of simulated time.
-        event: The event.
     """
 
     at: int

@@ -32,9 +32,7 @@ _MAX_ROWS: Final = 500
 def page_of(report: Report, definition: Mapping[str, Any]) -> str:
     """Return the page.
 
-    Args:
-        report: The report.
-        definition: The world of the run, as in a native file.
+    *definition* is the world of the run, as in a native file.
     """
     script, style = (_part(name) for name in ("page.js", "page.css"))
     chart, most = throughput_chart(report.throughput)

@@ -40,7 +40,6 @@ class ReportInput(NamedTuple):
     """The content of a trace or a recording.
 
     Attributes:
-        story: The story of the run.
         source: The kind and the quality of the source.
         header: The trace's first line, or a recording's world information.
         definition: The world, as in a native file.

@@ -17,7 +17,6 @@ class RobotLog:
     """Keeps an account of each robot.
 
     Attributes:
-        tracks: The accounts, by name.
         began: When the run began; None before the first occurrence.
     """
 

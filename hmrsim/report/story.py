@@ -52,13 +52,6 @@ class Story:
     """Processes occurrences in order of time, and collects the content of a report.
 
     Time continues after a reset, so all times are nanoseconds since the run began.
-
-    Attributes:
-        robot_log: The robots.
-        goal_log: The goals.
-        facility_log: Doors, lifts, docks and closed lanes.
-        waiting: The waits.
-        now: The time of the last occurrence.
     """
 
     robot_log: RobotLog = field(default_factory=RobotLog)

@@ -18,7 +18,6 @@ class Waiting:
     """Records robots that wait on their way, or in the queue of a dock.
 
     Attributes:
-        robot_log: The robots.
         deadlocks: Their times, robots and lanes.
     """
 

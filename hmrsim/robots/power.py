@@ -98,10 +98,7 @@ class Energy:
     """Keeps the account of one robot's battery.
 
     Args:
-        env: The simulation's clock and events.
         robot: The robot, which calls a method here whenever it does something else.
-        battery: Its battery.
-        publisher: Publishes levels and charging.
 
     Attributes:
         battery: Likewise.

@@ -43,16 +43,9 @@ class Robot(MobileBase):
     """One robot of a world.
 
     Args:
-        env: The simulation's clock and events.
         name: Its name, which is a ROS name.
-        spec: What the world file states of it.
-        world: The world that it is in.
-        graph: The lanes that it may use.
         items: All items of the world, by name.
         docks: All docks of the world, by name.
-        admission: Admits it to each lane.
-        plans: Asks an external planner.
-        publisher: Publishes what it does.
         abort: Aborts the goal that holds the base of the robot of a name, with a reason.
 
     Attributes:

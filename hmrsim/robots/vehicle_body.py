@@ -32,15 +32,10 @@ class VehicleBody:
     What it does is one `VehicleState`, which the events of `hmrsim.robots.vehicle_state` change.
 
     Args:
-        env: The simulation's clock and events.
-        name: Its name.
         robot_type: The name of its robot type.
         base: Its settings.
         speed: Its maximum speed, in the world's unit a second.
         home: Its pose at the start.
-        graph: The lanes that it may use.
-        admission: Admits it to each lane.
-        publisher: Publishes what it does.
         changed: Called whenever it begins or ceases to move, or begins a lane or a turn; None for no call.
 
     Attributes:

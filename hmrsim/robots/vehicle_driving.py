@@ -241,11 +241,8 @@ class DrivingVehicle(VehicleBody):
     def yield_along(self, leg: Leg, *, rerouted: bool = False) -> None:
         """Yield to another vehicle by driving a leg from where it stands, to which it is admitted already.
 
-        Then it goes on to where it was going, if anywhere, when the traffic policy lets it.
-
-        Args:
-            leg: The leg.
-            rerouted: Whether this counts as another route.
+        Then it goes on to where it was going, if anywhere, when the traffic policy lets it. *rerouted* says whether
+        this counts as another route.
         """
         here, stood = self.pose().point, self._state.stands
         self._enter(VehicleEvent.YIELD)

@@ -22,8 +22,6 @@ class Kind:
     """A spawnable.
 
     Attributes:
-        uri: Its URI.
-        description: Its description.
         stem: The prefix of generated names.
         robot_type: Its type, if it is a robot.
         weight: If it is an item; in kg.

@@ -22,11 +22,7 @@ _Response = SpawnEntity.Response
 
 
 class _CanNotSpawn(ValueError):
-    """The requested entity can't be spawned.
-
-    Attributes:
-        code: Why not, for programs.
-    """
+    """The requested entity can't be spawned."""
 
     def __init__(self, message: str, code: int) -> None:
         self.code = code

@@ -23,9 +23,7 @@ if TYPE_CHECKING:
 def read_file(path: Path, models: tuple[type, ...]) -> dict[str, Any]:
     """Return the settings of a file, by name.
 
-    Args:
-        path: The file.
-        models: All settings that it may have.
+    *models* have all settings that it may have.
 
     Raises:
         SettingsError: It can't be read, or a setting is invalid; it has all problems.

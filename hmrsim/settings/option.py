@@ -65,9 +65,7 @@ class Option:
     def checked(self, value: Any, text: str = "") -> Any:
         """Return the value to use for one of the right type.
 
-        Args:
-            value: The value.
-            text: How it was written, for errors; as `repr` writes it if empty.
+        *text* is how it was written, for errors; as `repr` writes it if empty.
 
         Raises:
             ValueError: It is invalid.
@@ -155,9 +153,6 @@ class Setting:
 
     Attributes:
         name: The field's, and the key in a file.
-        kind: Of its values.
-        default: Its default.
-        option: Its annotation.
     """
 
     name: str

@@ -26,8 +26,6 @@ class Thing(NamedTuple):
     """A robot or an item that may be seen.
 
     Attributes:
-        pose: Where it is.
-        name: Its name.
         kind: The robot's type, or ``item``.
         size: Its footprint's diameter; 0 if it has none.
         carrier: The name of the robot that it is, or that carries it; that one does not see it.
@@ -44,7 +42,6 @@ class Seen(NamedTuple):
     """A thing that is seen.
 
     Attributes:
-        thing: Which.
         by: The names of the sensors that see it.
     """
 
@@ -53,11 +50,7 @@ class Seen(NamedTuple):
 
 
 class Surroundings:
-    """The detectable entities at one instant, in order of x, so that a sensor checks a few of them only.
-
-    Args:
-        roster: The robots and the items.
-    """
+    """The detectable entities at one instant, in order of x, so that a sensor checks a few of them only."""
 
     def __init__(self, roster: Roster) -> None:
         things = [_thing(robot) for robot in roster.robots.values()]
@@ -71,11 +64,7 @@ class Surroundings:
 
 
 class Detections:
-    """Looks with the robots' sensors.
-
-    Args:
-        roster: The robots, what they may see, and what hides it.
-    """
+    """Looks with the robots' sensors."""
 
     def __init__(self, roster: Roster) -> None:
         self._roster = roster

@@ -32,12 +32,7 @@ class Roster:
     """The robots and items of a world, by name. The goals of a robot that is removed or moved are aborted first.
 
     Args:
-        env: The simulation's clock and events.
-        dispatcher: Serves the actions of the robots.
         gate: Serves the actions of the world itself.
-        plans: Asks an external planner.
-        publisher: Publishes which entities come and go.
-        emit: Takes events.
         leaving: Called with the name of a robot that is about to be removed.
 
     Attributes:

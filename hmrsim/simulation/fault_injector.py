@@ -37,8 +37,6 @@ class InjectedFault:
     """One fault that is scheduled, active, or over.
 
     Attributes:
-        name: Its name.
-        fault: Its kind.
         settings: Its subject, times and effects.
         when: Random numbers for its times.
         what: Random numbers for its effects.
@@ -77,11 +75,6 @@ class InjectedFault:
 
 class FaultInjector:
     """All faults of a simulation.
-
-    Args:
-        env: Its clock and events.
-        roster: The robots, items, doors and lanes that they affect.
-        publisher: Publishes their beginnings and ends.
 
     Attributes:
         known: Those that are active or scheduled, by name.

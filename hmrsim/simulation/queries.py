@@ -27,14 +27,7 @@ if TYPE_CHECKING:
 
 
 class Readings:
-    """Reads the world.
-
-    Args:
-        env: Its clock.
-        roster: Its robots.
-        dispatcher: Their goals.
-        detections: What their sensors see.
-    """
+    """Reads the world."""
 
     def __init__(self, env: simpy.Environment, roster: Roster, dispatcher: Dispatcher, detections: Detections) -> None:
         self._env = env

@@ -27,7 +27,6 @@ class Gate:
     """Limits how far time may advance.
 
     Args:
-        env: The environment whose time it controls.
         step_size: Simulated seconds of one step; whole nanoseconds, at least one.
         hindrance: Returns why time does not move although the gate is open; empty if it moves.
 

@@ -44,10 +44,8 @@ class Script:
     """One robot's script and how it goes.
 
     Attributes:
-        robot: The robot's name.
         orders: What it does, in order.
         done: How many orders have succeeded.
-        state: Whether it goes on.
         error: Why it failed; empty if it did not.
         ended: When it ended, in simulated seconds; None while it runs.
     """
@@ -70,8 +68,6 @@ class Scripts:
     Args:
         env: The simulation's clock and events; the scripts begin at its first instant.
         world: Its robots' scripts must have been checked.
-        submit: Takes commands.
-        publisher: Publishes which scripts end.
 
     Attributes:
         all: By robot, in the order of names: that of the file must not matter.

@@ -207,9 +207,7 @@ class Simulator:
     def submit(self, command: Command, by: str = "") -> None:
         """Apply a command from outside at this instant; its outputs go to the sinks, now or later.
 
-        Args:
-            command: What to do.
-            by: The participant that sent it, if it takes part in lockstep.
+        *by* is the participant that sent it, if it takes part in lockstep.
         """
         if isinstance(command, CallService):
             service = self._service(command.service)

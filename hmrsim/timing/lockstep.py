@@ -42,7 +42,6 @@ class LockstepCoordinator:
     """Grants time to participants; a sink of the simulation, so that it receives the events that they wait for.
 
     Args:
-        simulator: Whose time.
         awaited: How many participants have to join before time moves for the first time, or their names.
         until: When the run ends, in simulated seconds.
 

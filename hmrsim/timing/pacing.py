@@ -62,9 +62,6 @@ class Pacing:
     """Advances a simulator's time until its inbox is closed.
 
     Args:
-        simulator: What to run.
-        inbox: Where commands come from.
-        retention: Drops old results.
         settings: How time moves, at first.
         on_lag: Called with the total lag in wall seconds when it grows; at most every 5 s.
         on_wait: Callbacks for the moments before the thread waits.

@@ -32,7 +32,6 @@ class Participant:
     """A participant.
 
     Attributes:
-        name: Its name.
         since: When it last got an answer, by the watchdog's clock.
         open: Its open request to advance; None while it thinks.
         askers: The senders to answer: more than one if the request was repeated.
@@ -95,11 +94,8 @@ class Participants:
     def remove(self, name: str, change: str, why: str = "", *, error: str = "") -> None:
         """Remove a participant.
 
-        Args:
-            name: Its name.
-            change: How it left, as in `Participation`.
-            why: The reason.
-            error: The error for its later requests; empty for the one that says to join first.
+        *change* says how it left, as in `Participation`; *error* is the error for its later requests, empty for the
+        one that says to join first.
         """
         del self._here[name]
         if error:

@@ -132,12 +132,7 @@ def replay(lines: Iterable[str], watchers: Callable[[Simulator], Sequence[Sink]]
 
 
 class _Replay:
-    """One run of a trace.
-
-    Args:
-        lines: Its lines, without their ends.
-        watchers: Makes sinks for the simulation before it begins.
-    """
+    """One run of a trace."""
 
     def __init__(self, lines: Iterator[str], watchers: Callable[[Simulator], Sequence[Sink]]) -> None:
         first = next(lines, "")

@@ -98,7 +98,6 @@ class Trace:
     """A sink that writes the events of the world and the commands from outside.
 
     Args:
-        header: The first line.
         write: Takes text: whole lines, some at a time.
 
     Writing raises `HmrsimError` when *write* raises OSError.

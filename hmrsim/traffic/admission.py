@@ -36,10 +36,7 @@ class Admission:
     """The lanes of one world, and the vehicles and obstructions on them.
 
     Args:
-        env: The simulation's clock and events.
         world: The world, whose traffic settings must have been checked.
-        graph: Its lanes.
-        publisher: Publishes which vehicles wait.
         ways_changed: Called when lanes have been closed or opened; see `LaneClosures.publish`.
 
     Attributes:

@@ -22,7 +22,6 @@ class LaneClosures:
 
     Args:
         graph: Its lanes, which routes use unless they are closed.
-        publisher: Publishes which lanes are closed and opened.
         follow: Called when some have been.
         changed: Likewise, once changes are published.
 

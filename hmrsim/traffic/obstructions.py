@@ -18,11 +18,7 @@ if TYPE_CHECKING:
 
 
 class Obstructions:
-    """The places of obstructions, by the cause for which their lanes are closed.
-
-    Args:
-        lanes: The lanes of the world.
-    """
+    """The places of obstructions, by the cause for which their lanes are closed."""
 
     def __init__(self, lanes: Lanes) -> None:
         self._lanes = lanes

@@ -19,7 +19,6 @@ class WaitTimeout:
     """Reports waits that last too long; the limit is the same for all, so that one timeout serves them.
 
     Args:
-        env: The simulation's clock and events.
         seconds: The limit; None for no limit.
         waits: Returns whether a wait still goes on.
         expired: Called with a wait that has reached the limit.

@@ -40,9 +40,7 @@ def find(source: str | Path) -> Path:
 def read_text(path: Path, file: str) -> str:
     """Return the text of a file.
 
-    Args:
-        path: The file.
-        file: Its name as the user knows it, for errors.
+    *file* is its name as the user knows it, for errors.
 
     Raises:
         WorldError: It can't be read, is too large, or is not text.

@@ -32,10 +32,7 @@ _PICTURES = (".png", ".jpg", ".jpeg", ".pdf", ".webp")
 def read_document(path: Path, file: str, options: ReadOptions = AS_IT_IS) -> Document:
     """Return the document of a file of any format.
 
-    Args:
-        path: The file.
-        file: Its name as the user knows it, for errors.
-        options: How to read it.
+    *file* is its name as the user knows it, for errors.
 
     Raises:
         WorldError: It can't be read, or is of no known format.

@@ -22,7 +22,6 @@ class Source:
 
     Attributes:
         file: Its name as the user knows it.
-        document: What it brings.
     """
 
     file: str

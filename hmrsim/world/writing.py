@@ -45,9 +45,7 @@ def native_data(world: World) -> dict[str, Any]:
 def to_yaml(world: World, *, schema: str | None = None) -> str:
     """Return a world as YAML.
 
-    Args:
-        world: The world.
-        schema: Where an editor finds the schema, seen from the file; None to leave it out.
+    *schema* is where an editor finds the schema, seen from the file; None to leave it out.
     """
     lines = [f"# yaml-language-server: $schema={schema}"] if schema else []
     for key, value in native_data(world).items():

@@ -36,9 +36,7 @@ _CHUNKS = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]*/[A-Za-z0-9_]+")
 def check_world(world: World, file: str = "") -> list[Problem]:
     """Return the errors and warnings of a world whose fields are valid individually.
 
-    Args:
-        world: The world, includes merged.
-        file: The name of its file, for the problems.
+    The world has its includes merged; *file* is the name of its file, for the problems.
     """
     return [
         Problem(file, dotted(finding.path), finding.message, finding.line, finding.value, finding.severity)
@@ -49,9 +47,7 @@ def check_world(world: World, file: str = "") -> list[Problem]:
 def check(world: World, lost: Lost | None = None) -> list[Finding]:
     """Return the errors and warnings of a world, of each kind at most so many as are reported.
 
-    Args:
-        world: The world, includes merged.
-        lost: The parts that were left out of it; errors that only follow from these are not reported.
+    Errors that only follow from the parts that are *lost* from it are not reported. Its includes are merged.
     """
     lost = lost or Lost()
     checks = (

@@ -30,7 +30,6 @@ class LoadedWorld:
 
     Attributes:
         world: All files made into one.
-        path: The file that it was read from.
         warnings: What can be run but is unlikely to be meant.
         hash: SHA-256 of the world in canonical JSON, 64 hex digits; files that say the same have the same.
     """
@@ -83,9 +82,7 @@ def load_world(
 def world_of(data: dict[str, Any], source: str) -> World:
     """Return the world that plain values describe, checked; includes are not looked for.
 
-    Args:
-        data: As in a native file.
-        source: What they come from, for errors.
+    The *data* are as in a native file; *source* is what they come from, for errors.
 
     Raises:
         WorldError: Something is wrong; it has all errors.

@@ -71,7 +71,6 @@ class _Rooms:
 
     Args:
         world: Where; names that make no sense are left out.
-        settings: What traffic says of it.
     """
 
     def __init__(self, world: World, settings: ReserveSettings) -> None:

@@ -36,7 +36,6 @@ class Resolution:
     Attributes:
         first: The vehicle for which the others move.
         moves: The moves that are left, in order.
-        robots: The vehicles that move.
     """
 
     first: Vehicle
@@ -52,7 +51,6 @@ class DeadlockResolver:
     """Searches for moves that let a vehicle go on.
 
     Args:
-        admission: The lanes.
         slots: The places of the vehicles.
         movable: Returns whether the first vehicle may be moved for the second.
     """
@@ -67,10 +65,7 @@ class DeadlockResolver:
 
         The vehicles in its way enter the search one after the other, the nearest first.
 
-        Args:
-            robot: The vehicle.
-            target: The waypoint.
-            max_states: How many combinations of places are searched in all.
+        *max_states* is how many combinations of places are searched in all.
         """
         if self._slots.held(robot)[-1] >= len(self._admission.graph.lanes.out):
             # It stands in the middle of a lane, which only the vehicles before and behind it can leave.

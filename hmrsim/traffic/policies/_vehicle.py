@@ -112,7 +112,6 @@ class Wait:
     """A vehicle that waits for the right of way.
 
     Attributes:
-        robot: The vehicle.
         leg: The leg that it is to drive.
         since: When it began to wait, in simulated seconds.
         why: What blocks it, in words; empty where that is other vehicles.

@@ -49,12 +49,7 @@ class PrioritySettings(ReserveSettings):
 
 
 class Priority(Reserve):
-    """Priorities at work in one world.
-
-    Args:
-        admission: The lanes of the world.
-        settings: Default capacities, and the limit of a search.
-    """
+    """Priorities at work in one world."""
 
     def __init__(self, admission: AdmissionControl, settings: PrioritySettings) -> None:
         super().__init__(admission, settings)

@@ -49,12 +49,7 @@ class ReserveSettings(Settings):
 
 
 class Reserve:
-    """Reservations at work in one world.
-
-    Args:
-        admission: The lanes of the world.
-        settings: Default capacities.
-    """
+    """Reservations at work in one world."""
 
     def __init__(self, admission: AdmissionControl, settings: ReserveSettings) -> None:
         self.admission = admission
@@ -165,7 +160,6 @@ class Exit(NamedTuple):
     """A lane by which a vehicle can leave the place where it stands.
 
     Attributes:
-        leg: The leg to be driven.
         end: The slot of the waypoint at its end.
     """
 

@@ -22,10 +22,6 @@ _Value = TypeVar("_Value")
 class Drawing:
     """What the readers of the cells share.
 
-    Args:
-        model: The page.
-        options: How to read it.
-
     Attributes:
         cells: All cells, in the order of the page.
         by_id: Those that have an id.

@@ -28,13 +28,7 @@ _SAYS_NOTHING: tuple[object, ...] = (None, "", [], {}, "BOTH", 0, True)
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """A layout.
-
-    Attributes:
-        name: Its name.
-        level: The level that it is on.
-        part: Its values.
-    """
+    """A layout."""
 
     name: str
     level: str
@@ -51,10 +45,6 @@ class _Node:
 
 class Things:
     """Converts the layouts.
-
-    Args:
-        reading: The file.
-        chosen: The layouts that are read.
 
     Attributes:
         data: The keys of a world.

@@ -27,7 +27,6 @@ class Page:
     """A page of a drawing.
 
     Attributes:
-        name: Its name.
         model: Its ``mxGraphModel``.
         all: The names of all pages of the file.
     """
@@ -40,9 +39,7 @@ class Page:
 def read_page(text: str, wanted: str | None) -> Page:
     """Return a page of a file.
 
-    Args:
-        text: The file.
-        wanted: The page's name, or its number from 1; None for the first.
+    *wanted* is the page's name, or its number from 1; None for the first.
 
     Raises:
         XmlError: There is no such page, or it can't be unpacked.

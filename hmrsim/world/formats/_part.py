@@ -18,11 +18,7 @@ _MAX_NUMBER = 1e15
 
 
 class BadPart(Exception):
-    """A value is invalid.
-
-    Attributes:
-        part: The value.
-    """
+    """A value is invalid."""
 
     def __init__(self, part: Part, message: str) -> None:
         super().__init__(message)

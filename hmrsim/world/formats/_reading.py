@@ -26,7 +26,6 @@ class Reading:
     """The state that the readers of the parts of a file share.
 
     Args:
-        value: The content of the file.
         lines: Returns the lines of the values, if it can; called once, and only when a line is asked for.
 
     Attributes:

@@ -23,12 +23,7 @@ _DIGITS = 9
 
 @dataclass(frozen=True)
 class _Described:
-    """A part with parameters.
-
-    Attributes:
-        part: What it is from.
-        parameters: Its parameters.
-    """
+    """A part with parameters."""
 
     part: Part
     parameters: Mapping[str, Part]
@@ -71,8 +66,6 @@ class Level:
     """A level.
 
     Attributes:
-        name: Its name.
-        part: What it is from.
         elevation: Metres above the ground.
         vertices: Its vertices by their indices, without those that can't be read.
         fiducials: Named points that other levels have, too.
@@ -114,11 +107,7 @@ class Level:
 def read_level(reading: Reading, name: str, part: Part, *, down: bool) -> Level:
     """Return a level, without what can't be read.
 
-    Args:
-        reading: The file.
-        name: Its name.
-        part: Its values.
-        down: Whether y points down.
+    *down* says whether y points down.
     """
     if not isinstance(part.value, dict):
         reading.complain(part, str(part.expected("a mapping")))

@@ -34,11 +34,6 @@ _BUILT_IN = ("carrier", "fetcher")
 class Things:
     """Converts the levels.
 
-    Args:
-        reading: The file.
-        levels: Its levels.
-        options: How to read it.
-
     Attributes:
         data: The keys of a world.
         robots: What the robots are called there.

@@ -19,11 +19,7 @@ class _Way:
 
 
 class Ways:
-    """Ways in one direction each.
-
-    Args:
-        reading: The file that they are from.
-    """
+    """Ways in one direction each."""
 
     def __init__(self, reading: Reading) -> None:
         self._reading = reading

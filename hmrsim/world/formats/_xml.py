@@ -49,9 +49,7 @@ class Element:
 def parse(text: str, *, line: int | None = None) -> Element:
     """Return the root element.
 
-    Args:
-        text: The XML.
-        line: The line of all elements, for XML that is packed into one; None to count.
+    *line* is that of all elements, for XML that is packed into one; None to count.
 
     Raises:
         Refused: It is not valid XML, has a document type, or exceeds a bound.
