@@ -91,7 +91,6 @@ class Battery:
     """One robot's battery; the caller that changes its load passes the time of the change.
 
     Attributes:
-        settings: Likewise.
         drain: Units of energy a second that go out.
         charging: Those that go in at full power; 0 while it is not being charged.
         drained: Energy drawn since the start.

@@ -25,15 +25,7 @@ class Interest:
     Args:
         sinks: All sinks; sinks that are added take effect with the next `refresh`.
 
-    Attributes:
-        status: Whether a sink wants `Topic.STATUS`.
-        feedback: Likewise.
-        odom: Likewise.
-        battery_state: Likewise.
-        detections: Likewise.
-        clock: Likewise.
-        events: Likewise.
-        motion: Likewise.
+    Each attribute says whether a sink wants the `Topic` of its name.
     """
 
     status: bool
@@ -69,7 +61,7 @@ class EventPublisher:
     """Publishes the events of the world, if a sink wants them.
 
     Attributes:
-        interest: Likewise; check it before publishing frequent events.
+        interest: To be checked before frequent events are published.
     """
 
     def __init__(self, env: simpy.Environment, interest: Interest, emit: Callable[[Output], None]) -> None:

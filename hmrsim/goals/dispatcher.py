@@ -66,7 +66,6 @@ class Dispatcher:
         feedback_rate: Samples of feedback a second of simulated time.
 
     Attributes:
-        servers: The action servers.
         cut_off: The robots that clients can't reach: requests are rejected, results are withheld.
     """
 

@@ -35,10 +35,6 @@ class WaypointGraph:
 
     Args:
         world: Where they are. Its names must have been checked.
-
-    Attributes:
-        waypoints: Their points, by name.
-        lanes: The same as lists.
     """
 
     def __init__(self, world: World) -> None:

@@ -101,7 +101,6 @@ class Energy:
         robot: The robot, which calls a method here whenever it does something else.
 
     Attributes:
-        battery: Likewise.
         level: How much is left, as it was published last; an empty battery stays EMPTY until it is of use again.
     """
 

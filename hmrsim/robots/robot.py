@@ -49,14 +49,8 @@ class Robot(MobileBase):
         abort: Aborts the goal that holds the base of the robot of a name, with a reason.
 
     Attributes:
-        planner: Which planner plans its routes.
-        plans: Asks an external planner.
-        components: Its components, by name.
         localization_error: The error of its estimated pose; it changes only what the robot reports.
-        docks: All docks of the world, by name.
-        dock: The dock that it is in; None if it is in none.
         doing: The actions of its goals that run.
-        energy: The account of its battery; None if it has none.
     """
 
     __slots__ = (

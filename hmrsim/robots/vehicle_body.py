@@ -32,19 +32,13 @@ class VehicleBody:
     What it does is one `VehicleState`, which the events of `hmrsim.robots.vehicle_state` change.
 
     Args:
-        robot_type: The name of its robot type.
-        base: Its settings.
         speed: Its maximum speed, in the world's unit a second.
         home: Its pose at the start.
         changed: Called whenever it begins or ceases to move, or begins a lane or a turn; None for no call.
 
     Attributes:
-        name: Its name.
-        type: The name of its robot type.
-        base: Its settings.
         radius: Of its footprint; 0 if it has none.
         flies: Whether nothing on the ground is in its way.
-        home: Its pose at the start.
         recoveries: How often it had to wait or to take another route, since the start.
         rerouted: How often it has taken another route on this trip.
         set_out: When it began this trip, in simulated seconds.

@@ -39,8 +39,6 @@ class Roster:
         robots: In order; replaced when robots come or go, so that other threads may read it.
         items: In order.
         spawned: The names of those that are not of the world file.
-        admission: Admits robots to lanes.
-        fixtures: Docks, doors and lifts, by name.
     """
 
     fixtures: dict[str, Fixture]

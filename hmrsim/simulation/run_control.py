@@ -33,12 +33,10 @@ class Gate:
     Attributes:
         limit: Up to this time; infinite while the simulation plays.
         state: Whether it plays, is paused or stopped, by the numbers of SimulationState. It is paused during steps.
-        step_size: Simulated seconds of one step.
         stepping: Whether steps are being made.
         name: The world's, where a robot has its name.
         components: None; likewise.
         disabled: Always empty; likewise.
-        hindrance: Returns why time does not move although the gate is open; empty if it moves.
     """
 
     name: Final = WORLD

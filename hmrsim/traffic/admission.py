@@ -40,9 +40,6 @@ class Admission:
         ways_changed: Called when lanes have been closed or opened; see `LaneClosures.publish`.
 
     Attributes:
-        world: Likewise.
-        graph: Likewise.
-        publisher: Likewise.
         closures: The lanes that are closed now.
         needed: Whether a lane, a barrier or another vehicle can block a vehicle.
         waits: The vehicles that wait, in the order in which they began to.

@@ -22,7 +22,7 @@ class LaneClosures:
 
     Args:
         graph: Its lanes, which routes use unless they are closed.
-        follow: Called when some have been.
+        follow: Called when lanes have been closed or opened.
         changed: Likewise, once changes are published.
 
     Attributes:

@@ -29,7 +29,6 @@ class Reading:
         lines: Returns the lines of the values, if it can; called once, and only when a line is asked for.
 
     Attributes:
-        root: The content of the file.
         failed: Whether a part could not be read.
     """
 
