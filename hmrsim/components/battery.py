@@ -106,8 +106,6 @@ class Battery:
         self._charge = settings.capacity if settings.initial_charge is None else settings.initial_charge
         self._since = 0.0
 
-    # --- charge ---------------------------------------------------------------------------------------------------
-
     @property
     def usable(self) -> float:
         """Units of energy that it holds when full, by the cells that work."""
@@ -168,8 +166,6 @@ class Battery:
         # Without a taper, which is never asked for then, nothing is left of it.
         return limit, max(limit - begins, 1e-300) / self.charging
 
-    # --- what changes it ------------------------------------------------------------------------------------------
-
     def settle(self, now: float, charge: float | None = None) -> None:
         """Update the charge by the formula, or to *charge* where the exact value is known."""
         charge = self.charge(now) if charge is None else charge
@@ -202,8 +198,6 @@ class Battery:
         self.settle(now)
         self.failed = failed
         self.settle(now, share * self.usable)
-
-    # --- what a meter shows ---------------------------------------------------------------------------------------
 
     def ampere_hours(self, energy: float) -> float:
         """Return energy as the charge that it is at the nominal voltage."""

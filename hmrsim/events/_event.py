@@ -137,8 +137,6 @@ class Event(tuple[Any, ...], metaclass=_EventType):
         """Return the hash, which equal events share."""
         return tuple.__hash__(self)
 
-    # --- JSON -----------------------------------------------------------------------------------------------------
-
     def as_dict(self) -> dict[str, Any]:
         """Return the fields by their names in JSON, without kind and time; arrays may be tuples."""
         fields = dict(zip(self._names, self, strict=False))
@@ -174,8 +172,6 @@ class Event(tuple[Any, ...], metaclass=_EventType):
         for name, value in fields.items():
             spread |= value if name == self.rest else {name: value}
         return spread
-
-    # --- text -----------------------------------------------------------------------------------------------------
 
     @property
     def severity(self) -> Severity:

@@ -63,9 +63,6 @@ def _filled(alternative: str, fields: Mapping[str, Any], formats: Mapping[str, F
     return text if given else None
 
 
-# --- formats ---------------------------------------------------------------------------------------------------------
-
-
 def plain(value: Any) -> str:
     """Return text as it is, a number with two decimals at most, true or false, and what is in a list, by commas."""
     if isinstance(value, bool):

@@ -99,8 +99,6 @@ class Dispatcher:
         goal = self._holders.get(robot)
         return (goal.server.action.name, goal.goal_id) if goal else None
 
-    # --- sending --------------------------------------------------------------------------------------------------
-
     def send_goal(self, command: SendGoal) -> None:
         """Accept or reject a goal, and answer; an accepted one begins at this instant."""
         try:
@@ -142,8 +140,6 @@ class Dispatcher:
             status=status,
         )
         self._answer(command.reply_to, answer)
-
-    # --- running --------------------------------------------------------------------------------------------------
 
     def _start(self, goal: ServedGoal, message: Message) -> None:
         """Execute an accepted goal; it preempts the goal that holds the base, or finds the base busy."""
@@ -236,8 +232,6 @@ class Dispatcher:
         if self._interest.status:
             self._emit(self._status(server))
 
-    # --- feedback -------------------------------------------------------------------------------------------------
-
     def send_feedback(self, goal: ServedGoal, feedback: Message | Mapping[str, Any], *, last: bool = False) -> None:
         """Publish the feedback of an executing goal, if there is a subscriber."""
         if not goal.status.terminal and self._interest.feedback:
@@ -270,8 +264,6 @@ class Dispatcher:
             self.send_feedback(goal, source())
 
         self._telemetry.start(goal, Topic.FEEDBACK, goal.sampled_from, self._feedback_rate, take, now=self._env.now)
-
-    # --- cancel and results ---------------------------------------------------------------------------------------
 
     def cancel_goal(self, command: CancelGoal) -> None:
         """Cancel what the command selects (rcl's rules), and answer; the goals end at this instant."""
@@ -374,8 +366,6 @@ class Dispatcher:
         if now != self._instant:
             self._instant, self._instant_stamp = now, stamp(now)
         return self._instant_stamp
-
-    # --- helpers --------------------------------------------------------------------------------------------------
 
     def _find(self, command: CancelGoal | GetResult) -> ActionServer | None:
         """Return the server that a command names; answer that there is none."""

@@ -130,8 +130,6 @@ class Planner:
             return False
         return (not self._lanes.driven or not lanes.isdisjoint(goal_lanes)) and self._lanes.clear(start, goal)
 
-    # --- legs -----------------------------------------------------------------------------------------------------
-
     def _enter(self, start: Point, goal: Point, speed: float) -> list[Leg] | None:
         """Return the legs from a point that is no waypoint; None when no way leads to the destination."""
         tree = self._trees.to(goal, speed)

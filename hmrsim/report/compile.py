@@ -103,9 +103,6 @@ def _summary(story: Story, robots: list[model.Robot], waits: list[model.Wait], *
     )
 
 
-# --- robots ----------------------------------------------------------------------------------------------------------
-
-
 def _robots(story: Story, *, exact: bool) -> list[model.Robot]:
     goals = defaultdict[str, list["GoalRecord"]](list)
     for goal in story.goal_log.goals:
@@ -172,9 +169,6 @@ def _thinned(curve: list[tuple[int, float]]) -> tuple[tuple[float, float], ...]:
             kept |= {part[-1], min(part, key=lambda each: each[1]), max(part, key=lambda each: each[1])}
         curve = sorted(kept, key=lambda each: each[0])
     return tuple((in_seconds(at), rounded(share)) for at, share in curve)
-
-
-# --- waits and faults -----------------------------------------------------------------------------------------------
 
 
 def _wait(wait: WaitRecord) -> model.Wait:

@@ -123,8 +123,6 @@ class Story:
         """Whether the charge of any battery is known."""
         return any(track.charge is not None for track in self.robot_log.tracks.values())
 
-    # --- taking ---------------------------------------------------------------------------------------------------
-
     def _take(self, occurrence: Occurrence) -> None:
         # A stamp of one nanosecond is that of time 0, which ROS reads as unset.
         at = (0 if occurrence.at == 1 else occurrence.at) + self._offset
@@ -225,8 +223,6 @@ class Story:
 
     def _rejected(self, at: int, event: SendGoalRejected) -> None:
         self.goal_log.rejected.append((at, event, self.fault_log.at(event.robot)))
-
-    # --- energy and faults ----------------------------------------------------------------------------------------
 
     def _battery(self, at: int, battery: BatterySeen) -> None:
         track = self.robot_log.track(battery.robot, at)

@@ -117,8 +117,6 @@ class Energy:
         self.level = self._level()
         self.switch()
 
-    # --- what the robot does --------------------------------------------------------------------------------------
-
     def look(self) -> None:
         """Take note of whether the robot moves, and how fast; this is called with each lane."""
         moves = self._robot.moves
@@ -190,8 +188,6 @@ class Energy:
         """Go on at another time after it was stopped."""
         self.battery.rebase(self._env.now)
         self._expect()
-
-    # --- levels ---------------------------------------------------------------------------------------------------
 
     def _level(self) -> Level:
         """Return the level of the present charge, which may differ from the last published one."""
@@ -269,8 +265,6 @@ class Energy:
         """Why an empty battery disables its robot, in words."""
         x, y = self._robot.pose().point
         return f"battery empty at ({x:g}, {y:g})"
-
-    # --- publishing -----------------------------------------------------------------------------------------------
 
     @property
     def tags(self) -> list[str]:

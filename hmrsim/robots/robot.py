@@ -145,8 +145,6 @@ class Robot(MobileBase):
                 return component
         raise LookupError(f"{self.name} has no {kind.__name__}")
 
-    # --- estimated poses ------------------------------------------------------------------------------------------
-
     def set_localization_error(self, error: Pose) -> None:
         """Estimate its own pose with this error from now on."""
         self.localization_error = error
@@ -174,8 +172,6 @@ class Robot(MobileBase):
                 "orientation": {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)},
             },
         }
-
-    # --- reset and faults -----------------------------------------------------------------------------------------
 
     def reset(self) -> None:
         """Be as at the start, when the docks have been reset; no goal may be running."""
@@ -247,8 +243,6 @@ class Robot(MobileBase):
         if self.energy is not None:
             self.energy.switch()
 
-    # --- items ----------------------------------------------------------------------------------------------------
-
     def release_all(self) -> None:
         """Put down all items that its components hold where it is."""
         for item in self.held:
@@ -273,8 +267,6 @@ class Robot(MobileBase):
         item.detach()
         if self.energy is not None:
             self.energy.carry(handled=False)
-
-    # --- actions --------------------------------------------------------------------------------------------------
 
     def hold(self, seconds: float) -> Generator[Any, Any, None]:
         """Stand still for a while."""

@@ -28,8 +28,6 @@ class MobileBase(DrivingVehicle):
 
     __slots__ = ()
 
-    # --- planning -------------------------------------------------------------------------------------------------
-
     def plan_to(self, goal: Point, start: Point | None = None) -> Route:
         """Return the quickest route from where it is, or from *start*.
 
@@ -49,8 +47,6 @@ class MobileBase(DrivingVehicle):
     def reach(self, point: Point) -> tuple[Point, str]:
         """Return how far it gets straight towards *point*, and what stops it before; or ""."""
         return self._graph.reach(self.pose().point, point, flies=self.flies)
-
-    # --- commands -------------------------------------------------------------------------------------------------
 
     def drive(self, route: Route, final_yaw: float | None) -> Generator[Any, Any, None]:
         """Drive a route that begins here, then face *final_yaw*, if any; an interrupt stops it where it is.

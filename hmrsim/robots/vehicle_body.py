@@ -130,8 +130,6 @@ class VehicleBody:
         """The simulated time, in seconds."""
         return self._env.now
 
-    # --- state ----------------------------------------------------------------------------------------------------
-
     @property
     def state(self) -> VehicleState:
         """What it does."""
@@ -179,8 +177,6 @@ class VehicleBody:
 
     def _enter(self, event: VehicleEvent) -> None:
         self._state = next_state(self._state, event)
-
-    # --- pose -----------------------------------------------------------------------------------------------------
 
     def progress(self) -> Progress:
         """Return where it is now, and how far it still has to go; nothing is left when it stands."""

@@ -58,8 +58,6 @@ class DrivingVehicle(VehicleBody):
         self.halt()
         _fail(arrived, why)
 
-    # --- driving --------------------------------------------------------------------------------------------------
-
     def _driven(self, legs: Sequence[Leg]) -> Drive:
         """Return how it drives legs from where it is, and then turns to the final yaw of its trip, if any.
 
@@ -189,8 +187,6 @@ class DrivingVehicle(VehicleBody):
                 if self._arrived is not None:
                     self._arrived.succeed()
         self._admission.yielded(self)
-
-    # --- traffic --------------------------------------------------------------------------------------------------
 
     def go_on(self) -> None:
         """Drive the leg for which it waits, or begin its maneuver: it is admitted now."""

@@ -100,8 +100,6 @@ class Option:
         ]
         return " and ".join(parts) + (f", or {FOR_EVER} for ever" if self.for_ever is not None else "")
 
-    # --- what pydantic asks for -----------------------------------------------------------------------------------
-
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Let models check the bounds, and accept a file's values in place of tuples and paths."""
         # Imported here, as tools without models must not wait for pydantic; see the module's docstring.

@@ -80,8 +80,6 @@ class Roster:
         """Return the entity of a name; None if there is none."""
         return self.robots.get(name) or self.items.get(name) or self.fixtures.get(name)
 
-    # --- all of them ----------------------------------------------------------------------------------------------
-
     def fill(self, world: World, graph: WaypointGraph) -> None:
         """Replace all entities by those of a world."""
         for _, robot in sorted(self.robots.items()):
@@ -139,8 +137,6 @@ class Roster:
         self._env.take_urgent()
         self._dispatcher.stop(reason, robot)
         self._env.take_urgent()
-
-    # --- one of them ----------------------------------------------------------------------------------------------
 
     def spawn_robot(self, name: str, kind: str, pose: Pose) -> None:
         """Add a robot of a type of the world; the name must be free."""

@@ -90,8 +90,6 @@ class FaultInjector:
         self._reserved: set[str] = set()
         self._active: list[InjectedFault] = []
 
-    # --- all of them ----------------------------------------------------------------------------------------------
-
     def begin(self, world: World, seed: int) -> None:
         """Schedule the faults of a world, from now on; none may be active or scheduled."""
         self._seed = seed
@@ -122,8 +120,6 @@ class FaultInjector:
     def active_on(self, name: str) -> list[str]:
         """Return the kinds of fault that are active on a robot or a door."""
         return sorted({injected.fault.name for injected in self._active if injected.settings.subject == name})
-
-    # --- one of them ----------------------------------------------------------------------------------------------
 
     def inject(self, fault: AnyFault, settings: Occurrence) -> str | list[Finding]:
         """Inject a fault at its time, or now if it has none; return its name, or why it is impossible."""

@@ -191,8 +191,6 @@ class Simulator:
         """All items, by name."""
         return self.roster.items
 
-    # --- commands and events --------------------------------------------------------------------------------------
-
     def end_scripts(self) -> None:
         """Let the robots do no more of what the world says that they do by themselves."""
         self.scripts.end()
@@ -315,8 +313,6 @@ class Simulator:
         """End the faults of a robot that is about to be removed."""
         self.fault_injector.end_all_on(robot)
 
-    # --- reset ----------------------------------------------------------------------------------------------------
-
     def replace_world(self, world: World) -> None:
         """Replace the world; all goals and processes of the present one must have ended."""
         self.world = world
@@ -328,8 +324,6 @@ class Simulator:
         """Let it be the beginning again; nothing may go on that takes time."""
         self.env.restart()
         self.generation += 1
-
-    # --- time -----------------------------------------------------------------------------------------------------
 
     @property
     def moment(self) -> Moment:

@@ -63,8 +63,6 @@ class LockstepCoordinator:
         self._events: list[tuple[str, int, GoalChanged | FeedbackSent]] = []
         self._withheld: list[GoalChanged] = []
 
-    # --- participants ---------------------------------------------------------------------------------------------
-
     @property
     def participants(self) -> tuple[str, ...]:
         """The names of the participants."""
@@ -165,8 +163,6 @@ class LockstepCoordinator:
         """The epoch that may be asked for: the one after that which is being granted."""
         return self.epoch + self._granting
 
-    # --- what they ask for ----------------------------------------------------------------------------------------
-
     def advance(self, command: Advance, wall: float) -> None:
         """Record a participant's request to advance; a repeated request gets the same answer."""
         name = command.participant
@@ -203,8 +199,6 @@ class LockstepCoordinator:
     def over(self) -> bool:
         """Whether it is the time at which the run ends."""
         return self._end < math.inf and stamp(self._simulator.now) >= stamp(self._end)
-
-    # --- granting -------------------------------------------------------------------------------------------------
 
     def begin(self) -> None:
         """Begin a grant: apply the commands of this epoch."""
@@ -316,8 +310,6 @@ class LockstepCoordinator:
 
     def _refuse(self, reply_to: Any, name: str, value: object, text: str) -> None:
         self._simulator.answer(reply_to, Refused(name, value, text))
-
-    # --- what happens ---------------------------------------------------------------------------------------------
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a participant wants to be woken for feedback; other events are emitted anyway."""

@@ -148,8 +148,6 @@ class Pacing:
             return "time stands, as lockstep has no participant; let a controller join, or set the clock to realtime"
         return ""
 
-    # --- rounds ---------------------------------------------------------------------------------------------------
-
     def _round(self) -> None:
         simulator = self._simulator
         if self._generation != simulator.generation:
@@ -241,8 +239,6 @@ class Pacing:
             if simulator.next_due > target:
                 simulator.advance(max(target, simulator.now))
 
-    # --- commands -------------------------------------------------------------------------------------------------
-
     def _take_command(self) -> bool:
         """Submit the next command in the inbox; return whether there was one.
 
@@ -313,8 +309,6 @@ class Pacing:
         if command.real_time_factor is not None:
             self.real_time_factor = command.real_time_factor
         self._simulator.answer(command.reply_to, self.state)
-
-    # --- reports --------------------------------------------------------------------------------------------------
 
     def _lose(self, seconds: float) -> None:
         """Add wall seconds to the lag, and report it at a limited rate."""

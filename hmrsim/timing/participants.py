@@ -82,8 +82,6 @@ class Participants:
         """Return why there is no participant of a name."""
         return self._gone.get(name) or f"no participant {name!r}; join first"
 
-    # --- coming and going -----------------------------------------------------------------------------------------
-
     def add(self, name: str, since: float) -> None:
         """Add a participant; its name must be free."""
         self._here[name] = Participant(name, since, token=name in self._tokens)
@@ -121,8 +119,6 @@ class Participants:
         self._tokens.pop(name, None)
         return participant is not None and participant.token
 
-    # --- goals ----------------------------------------------------------------------------------------------------
-
     def goals_of(self, name: str) -> int:
         """Return how many goals were sent under a name."""
         return self._goals.get(name, 0)
@@ -131,8 +127,6 @@ class Participants:
         """Count one more goal; return its number."""
         number = self._goals[name] = self.goals_of(name) + 1
         return number
-
-    # --- asking ---------------------------------------------------------------------------------------------------
 
     @property
     def missing(self) -> list[str]:

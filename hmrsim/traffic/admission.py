@@ -82,8 +82,6 @@ class Admission:
         if self._rules is not None:
             self._rules.reset()
 
-    # --- planning -------------------------------------------------------------------------------------------------
-
     def plan(self, robot: Vehicle, start: Point, goal: Point, avoid: Collection[Lane] = ()) -> Route:
         """Return the quickest route for a vehicle, without lanes that it can never pass or is to *avoid*.
 
@@ -106,8 +104,6 @@ class Admission:
             closed = self.closures.descriptions() + [f"{a}-{b} may not be driven by {robot.name}" for a, b in kept_off]
             raise NoRoute(error.code, f"{error}; {', '.join(closed)}") from None
 
-    # --- barriers -------------------------------------------------------------------------------------------------
-
     def add_barrier(self, barrier: Barrier) -> None:
         """Have vehicles ask a barrier on its lanes, and where they leave the lanes, too."""
         self._barriers.add(barrier)
@@ -120,8 +116,6 @@ class Admission:
     def _update_needed(self) -> None:
         self._obstructed = bool(self._barriers) or bool(self.closures.lanes)
         self.needed = self._rules is not None or self._obstructed
-
-    # --- places ---------------------------------------------------------------------------------------------------
 
     def place(self, robot: Vehicle) -> None:
         """Take note that a vehicle stands where it has not driven to, or is new."""
@@ -201,8 +195,6 @@ class Admission:
             if distance(point, lanes.points[node]) <= SAME_PLACE:
                 return (node,)
         return edge.leg.slots[:1]
-
-    # --- asking ---------------------------------------------------------------------------------------------------
 
     def admit(self, robot: Vehicle, leg: Leg) -> bool:
         """Return whether a vehicle may begin a leg now; if not, it waits, and goes on when it is released."""
@@ -290,8 +282,6 @@ class Admission:
         """Take note that a vehicle has yielded; it goes on if the traffic policy lets it."""
         if self._rules is None or not self._rules.stays_aside(robot):
             robot.ask_again()
-
-    # --- waiting --------------------------------------------------------------------------------------------------
 
     def blockers(self, robot: Vehicle) -> Sequence[Vehicle]:
         """Return the vehicles for which one waits; none if it does not wait, or waits for something else."""

@@ -143,9 +143,6 @@ def _point(world: World, at: Point | str, path: Path, lost: Lost) -> Point | Fin
         return Finding(path, f"no waypoint, place or dock {name!r}{instead(name, known)}", name)
 
 
-# --- robots and what they carry -----------------------------------------------------------------------------------
-
-
 def _check_settings(path: Path, name: str, settings: Mapping[str, Any]) -> Iterator[Finding]:
     component = components().get(name)
     if component is None:
@@ -210,9 +207,6 @@ def _check_start(world: World, path: Path, point: Point, solids: Obstacles) -> I
 def _on_lane(world: World, point: Point) -> bool:
     ends = [(world.points.get(lane.from_), world.points.get(lane.to)) for lane in world.lanes]
     return any(a and b and distance(point, foot(point, a, b)) <= SAME_PLACE for a, b in ends)
-
-
-# --- the rest -----------------------------------------------------------------------------------------------------
 
 
 def _check_items(world: World, lost: Lost) -> Iterator[Finding]:

@@ -46,8 +46,6 @@ class Vehicle(Protocol):
     def rerouted(self) -> int:
         """How often it has taken another route on its trip."""
 
-    # --- state ----------------------------------------------------------------------------------------------------
-
     @property
     def stands(self) -> bool:
         """Whether it stands, and goes nowhere."""
@@ -85,8 +83,6 @@ class Vehicle(Protocol):
     @property
     def legs_ahead(self) -> list[Leg]:
         """The legs that it has not driven to their ends; none when it stands."""
-
-    # --- verbs ----------------------------------------------------------------------------------------------------
 
     def go_on(self) -> None:
         """Drive the leg for which it waits: it is admitted now."""

@@ -115,8 +115,6 @@ class Priority(Reserve):
         self._begin_next_move(resolution)
         return True
 
-    # --- pushing --------------------------------------------------------------------------------------------------
-
     def _push(self, robot: Vehicle) -> bool:
         """Have the vehicles that block one yield, and let it go on; return whether they can."""
         wait = self.admission.waits.get(robot)
@@ -193,8 +191,6 @@ class Priority(Reserve):
             for way in sorted(exits(self.admission, self.slots, robot), key=cost)
             if next(self.slots.missing(robot, way.leg.slots[:1]), None) is None and way.end not in taken
         ]
-
-    # --- resolutions ----------------------------------------------------------------------------------------------
 
     def _resolve(self, robot: Vehicle) -> None:
         """Move the vehicles around one that can't go on so that it can, if that is possible."""
