@@ -91,7 +91,7 @@ class Event(tuple[Any, ...], metaclass=_EventType):
     __slots__ = ()
 
     kind: ClassVar[str] = ""
-    presentation: ClassVar[Presentation] = Presentation(Severity.INFO, (), "")
+    presentation: ClassVar[Presentation] = Presentation(Severity.INFO, ("robot",), "")
     change: ClassVar[Change | None] = None
     traced: ClassVar[bool] = True
     rest: ClassVar[str] = ""
@@ -105,7 +105,7 @@ class Event(tuple[Any, ...], metaclass=_EventType):
         *,
         kind: str = "",
         severity: str = Severity.INFO,
-        subject: tuple[str, ...] = ("robot",),
+        subject: tuple[str, ...] | None = None,
         text: str = "",
         changes: str = "",
         sets: Mapping[str, Any] | None = None,
@@ -115,13 +115,14 @@ class Event(tuple[Any, ...], metaclass=_EventType):
         """Declare a kind of event.
 
         Most arguments are the attributes of these names; *severity*, *subject* and *text* are its `Presentation`,
-        *changes*, one of `Part`, and *sets* its `Change`.
+        *changes*, one of `Part`, and *sets* its `Change`. It has subject and part of its base if it states none.
         """
         if kind:
             cls.kind = kind
         cls.traced, cls.rest = traced, rest or cls.rest
-        cls.presentation = Presentation(str(severity), subject, text)
-        cls.change = Change(str(changes), sets or {}) if changes else None
+        cls.presentation = Presentation(str(severity), cls.presentation.subject if subject is None else subject, text)
+        part = str(changes) if changes else cls.change and cls.change.part
+        cls.change = Change(part, sets or {}) if part else None
         cls._names = tuple(field.rstrip("_") for field in cls._fields)
         cls._optional = tuple((field.rstrip("_"), default) for field, default in cls._field_defaults.items())
 

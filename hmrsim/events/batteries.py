@@ -11,7 +11,7 @@ from hmrsim.events._fields import Number, Position, RobotName
 from hmrsim.events._parts import Part
 
 
-class BatteryEvent(Event):
+class BatteryEvent(Event, changes=Part.BATTERY):
     """A change of a robot's battery."""
 
     robot: RobotName
@@ -24,7 +24,6 @@ class BatteryLow(
     kind="battery_low",
     severity="warning",
     text="has a low battery ({percentage:percent})",
-    changes=Part.BATTERY,
     sets={"level": "low"},
 ):
     """A battery has fallen to its low level."""
@@ -35,7 +34,6 @@ class BatteryCritical(
     kind="battery_critical",
     severity="warning",
     text="has a critical battery ({percentage:percent})",
-    changes=Part.BATTERY,
     sets={"level": "critical"},
 ):
     """A battery has fallen to its critical level."""
@@ -46,7 +44,6 @@ class BatteryEmpty(
     kind="battery_empty",
     severity="error",
     text="has an empty battery",
-    changes=Part.BATTERY,
     sets={"level": "empty", "disables": "battery_empty"},
 ):
     """A battery is empty, and its robot stops."""
@@ -58,34 +55,23 @@ class BatteryRevived(
     BatteryEvent,
     kind="battery_revived",
     text="has power again ({percentage:percent})",
-    changes=Part.BATTERY,
     sets={"level": "", "enables": "battery_empty"},
 ):
     """A battery that was empty has enough charge for its robot to drive."""
 
 
-class BatteryFull(
-    BatteryEvent, kind="battery_full", text="has a full battery", changes=Part.BATTERY, sets={"level": ""}
-):
+class BatteryFull(BatteryEvent, kind="battery_full", text="has a full battery", sets={"level": ""}):
     """A battery is full."""
 
 
 class ChargingBegan(
-    BatteryEvent,
-    kind="charging_began",
-    text="starts charging ({percentage:percent})",
-    changes=Part.BATTERY,
-    sets={"charging": True},
+    BatteryEvent, kind="charging_began", text="starts charging ({percentage:percent})", sets={"charging": True}
 ):
     """A battery is being charged."""
 
 
 class ChargingEnded(
-    BatteryEvent,
-    kind="charging_ended",
-    text="stops charging ({percentage:percent})",
-    changes=Part.BATTERY,
-    sets={"charging": False},
+    BatteryEvent, kind="charging_ended", text="stops charging ({percentage:percent})", sets={"charging": False}
 ):
     """A battery is no longer being charged."""
 

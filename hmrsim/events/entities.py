@@ -10,36 +10,27 @@ from hmrsim.events._event import Event, EventGroup
 from hmrsim.events._fields import Number, Position
 from hmrsim.events._parts import Part
 
-_Entity = Annotated[str, Field(description="The name of the robot or item.")]
+
+class EntityEvent(Event, subject=("entity",), changes=Part.ENTITIES):
+    """Something about a robot or an item."""
+
+    entity: Annotated[str, Field(description="The name of the robot or item.")]
 
 
-class Spawned(
-    Event,
-    kind="spawned",
-    subject=("entity",),
-    text="spawned as {type} at {at:point}",
-    changes=Part.ENTITIES,
-    sets={"present": True},
-):
+class Spawned(EntityEvent, kind="spawned", text="spawned as {type} at {at:point}", sets={"present": True}):
     """A robot or an item was spawned."""
 
-    entity: _Entity
     type: Annotated[str, Field(description="The robot's type, or `item`.")]
     at: Position
 
 
-class Deleted(
-    Event, kind="deleted", subject=("entity",), text="deleted", changes=Part.ENTITIES, sets={"present": False}
-):
+class Deleted(EntityEvent, kind="deleted", text="deleted", sets={"present": False}):
     """A robot or an item was deleted."""
 
-    entity: _Entity
 
-
-class Teleported(Event, kind="teleported", subject=("entity",), text="teleported to {at:point}", changes=Part.ENTITIES):
+class Teleported(EntityEvent, kind="teleported", text="teleported to {at:point}"):
     """A robot or an item was teleported."""
 
-    entity: _Entity
     at: Position
     yaw: Annotated[Number, Field(description="Which way it faces, in radians.")]
 

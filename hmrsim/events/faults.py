@@ -10,10 +10,8 @@ from pydantic import Field
 from hmrsim.events._event import Event, EventGroup
 from hmrsim.events._parts import Part
 
-_SUBJECT: Final = ("robot", "door", "lane")
 
-
-class FaultEvent(Event, rest="settings"):
+class FaultEvent(Event, subject=("robot", "door", "lane"), rest="settings"):
     """Something about a fault. In JSON its settings are fields of the event: `robot`, `at`, `duration`, ...
 
     Note:
@@ -35,7 +33,6 @@ class FaultBegan(
     FaultEvent,
     kind="fault_began",
     severity="warning",
-    subject=_SUBJECT,
     text="has the fault {name} ({fault})",
     changes=Part.FAULTS,
     sets={"active": True},
@@ -46,7 +43,6 @@ class FaultBegan(
 class FaultEnded(
     FaultEvent,
     kind="fault_ended",
-    subject=_SUBJECT,
     text="no longer has the fault {name} ({fault})",
     changes=Part.FAULTS,
     sets={"active": False},
@@ -55,11 +51,7 @@ class FaultEnded(
 
 
 class FaultMissed(
-    FaultEvent,
-    kind="fault_missed",
-    severity="warning",
-    subject=_SUBJECT,
-    text="is not hit by the fault {name} ({fault}): {why}",
+    FaultEvent, kind="fault_missed", severity="warning", text="is not hit by the fault {name} ({fault}): {why}"
 ):
     """A fault is due, but does not begin, as its robot, component, door or lane does not exist."""
 

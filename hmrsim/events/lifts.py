@@ -9,48 +9,48 @@ from pydantic import Field
 from hmrsim.events._event import Event, EventGroup
 from hmrsim.events._parts import Part
 
-_LiftName = Annotated[str, Field(description="The lift's name.")]
 _Stop = Annotated[str, Field(description="The stop, by the name of its waypoint.")]
 _Robots = Annotated[tuple[str, ...], Field(description="The names of the robots in it.")]
 
 
-class LiftCalled(Event, kind="lift_called", severity="debug", subject=("lift",), text="is called to {stop}[ by {by}]"):
+class LiftEvent(Event, subject=("lift",)):
+    """Something about a lift."""
+
+    lift: Annotated[str, Field(description="The lift's name.")]
+
+
+class LiftCalled(LiftEvent, kind="lift_called", severity="debug", text="is called to {stop}[ by {by}]"):
     """A lift is called to a stop."""
 
-    lift: _LiftName
     stop: _Stop
     by: Annotated[str, Field(description="The robot that calls it; left out for a service's call.")] = ""
 
 
 class LiftDeparted(
-    Event,
+    LiftEvent,
     kind="lift_departed",
     severity="debug",
-    subject=("lift",),
     text="leaves {from} for {to}[ with {robots:and}]",
     changes=Part.LIFT,
     sets={"moves": True},
 ):
     """A lift leaves a stop."""
 
-    lift: _LiftName
     from_: Annotated[_Stop, Field(description="The stop that it leaves.")]
     to: Annotated[_Stop, Field(description="The stop to which it goes.")]
     robots: _Robots
 
 
 class LiftArrived(
-    Event,
+    LiftEvent,
     kind="lift_arrived",
     severity="debug",
-    subject=("lift",),
     text="arrives at {stop}[ with {robots:and}]",
     changes=Part.LIFT,
     sets={"moves": False},
 ):
     """A lift arrives at a stop."""
 
-    lift: _LiftName
     stop: _Stop
     robots: _Robots
 

@@ -12,54 +12,35 @@ from hmrsim.events._parts import Part
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-_Participant = Annotated[str, Field(description="The participant's name.")]
-_Why = Annotated[str, Field(description="Why, unless it left by itself.")]
+
+class ParticipantEvent(Event, subject=("participant",), changes=Part.PARTICIPANTS):
+    """A change of who takes part."""
+
+    participant: Annotated[str, Field(description="The participant's name.")]
+    why: Annotated[str, Field(description="Why, unless it left by itself.")] = ""
 
 
-class ParticipantJoined(
-    Event,
-    kind="participant_joined",
-    subject=("participant",),
-    text="joins lockstep",
-    changes=Part.PARTICIPANTS,
-    sets={"present": True},
-):
+class ParticipantJoined(ParticipantEvent, kind="participant_joined", text="joins lockstep", sets={"present": True}):
     """A controller takes part from now on."""
-
-    participant: _Participant
-    why: _Why = ""
 
 
 class ParticipantLeft(
-    Event,
-    kind="participant_left",
-    subject=("participant",),
-    text="leaves lockstep[: {why}]",
-    changes=Part.PARTICIPANTS,
-    sets={"present": False},
+    ParticipantEvent, kind="participant_left", text="leaves lockstep[: {why}]", sets={"present": False}
 ):
     """A controller takes part no longer."""
 
-    participant: _Participant
-    why: _Why = ""
-
 
 class ParticipantDropped(
-    Event,
+    ParticipantEvent,
     kind="participant_dropped",
     severity="warning",
-    subject=("participant",),
     text="is dropped from lockstep[: {why}]",
-    changes=Part.PARTICIPANTS,
     sets={"present": False},
 ):
     """A controller was dropped, as it did not answer in time."""
 
-    participant: _Participant
-    why: _Why = ""
 
-
-PARTICIPATION: Final[Mapping[str, type[ParticipantJoined | ParticipantLeft | ParticipantDropped]]] = {
+PARTICIPATION: Final[Mapping[str, type[ParticipantEvent]]] = {
     "joined": ParticipantJoined,
     "left": ParticipantLeft,
     "dropped": ParticipantDropped,

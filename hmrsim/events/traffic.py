@@ -69,32 +69,20 @@ class Deadlock(
     lanes: Annotated[tuple[LaneName, ...], Field(description="The lanes that they can't enter.")]
 
 
-class LaneClosed(
-    Event,
-    kind="lane_closed",
-    severity="warning",
-    subject=("lane",),
-    text="is closed[: {why}]",
-    changes=Part.CLOSED_LANES,
-    sets={"closed": True},
-):
-    """A lane is closed: no robot enters it; a robot that is on it may leave it."""
+class LaneEvent(Event, subject=("lane",), changes=Part.CLOSED_LANES):
+    """A change of a lane."""
 
     lane: LaneName
+
+
+class LaneClosed(LaneEvent, kind="lane_closed", severity="warning", text="is closed[: {why}]", sets={"closed": True}):
+    """A lane is closed: no robot enters it; a robot that is on it may leave it."""
+
     why: Annotated[str, Field(description="Why it is closed: all reasons, as text.")]
 
 
-class LaneOpened(
-    Event,
-    kind="lane_opened",
-    subject=("lane",),
-    text="is open again",
-    changes=Part.CLOSED_LANES,
-    sets={"closed": False},
-):
+class LaneOpened(LaneEvent, kind="lane_opened", text="is open again", sets={"closed": False}):
     """A lane is open again."""
-
-    lane: LaneName
 
 
 EVENTS: Final = EventGroup("traffic", (Waiting, WentOn, Rerouted, MadeRoom, Deadlock, LaneClosed, LaneOpened))
