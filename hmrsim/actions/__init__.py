@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 import sys
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from hmrsim.actions._inputs import Input, goal_schema, title_of
@@ -84,7 +84,6 @@ class Action(Generic[G, R, F]):
 
     Attributes:
         name: Its name in keys, and that of its module.
-        ros_type: The ROS name of the action, such as ``nav2_msgs/action/Wait``.
         goal: The goal's message type.
         result: The result's message type.
         feedback: The feedback's message type.
@@ -108,7 +107,6 @@ class Action(Generic[G, R, F]):
     """
 
     name: str
-    ros_type: str
     goal: type[G]
     result: type[R]
     feedback: type[F]
@@ -126,6 +124,11 @@ class Action(Generic[G, R, F]):
     inputs: Mapping[str, Input] | None = None
     example: Mapping[str, Any] | None = None
     example_after: str | None = None
+
+    @cached_property
+    def ros_type(self) -> str:
+        """The ROS name of the action, such as ``nav2_msgs/action/Wait``."""
+        return self.goal.ros_type.removesuffix("_Goal")
 
     def form(self) -> dict[str, Any]:
         """Return the JSON Schema of the form for a goal, with a title and a description."""

@@ -25,7 +25,6 @@ def _process(robot: Robot, goal: BackUp.Goal, report: Report[BackUp.Feedback]) -
 
 ACTION = Action(
     name="back_up",
-    ros_type="nav2_msgs/action/BackUp",
     goal=BackUp.Goal,
     result=BackUp.Result,
     feedback=BackUp.Feedback,

@@ -42,7 +42,6 @@ def _flaw(goal: ComputePathToPose.Goal) -> str | None:
 
 ACTION = Action(
     name="compute_path_to_pose",
-    ros_type="nav2_msgs/action/ComputePathToPose",
     goal=ComputePathToPose.Goal,
     result=ComputePathToPose.Result,
     feedback=ComputePathToPose.Feedback,

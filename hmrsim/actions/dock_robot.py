@@ -141,7 +141,6 @@ def _ordered(text: str, world: World) -> DockRobot.Goal:
 
 ACTION = Action(
     name="dock_robot",
-    ros_type="nav2_msgs/action/DockRobot",
     goal=DockRobot.Goal,
     result=DockRobot.Result,
     feedback=DockRobot.Feedback,

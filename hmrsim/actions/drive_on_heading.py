@@ -30,7 +30,6 @@ def _process(
 
 ACTION = Action(
     name="drive_on_heading",
-    ros_type="nav2_msgs/action/DriveOnHeading",
     goal=DriveOnHeading.Goal,
     result=DriveOnHeading.Result,
     feedback=DriveOnHeading.Feedback,

@@ -63,7 +63,6 @@ def _ordered(text: str, _world: World) -> FollowPath.Goal:
 
 ACTION = Action(
     name="follow_path",
-    ros_type="nav2_msgs/action/FollowPath",
     goal=FollowPath.Goal,
     result=FollowPath.Result,
     feedback=FollowPath.Feedback,

@@ -76,7 +76,6 @@ def _ordered(text: str, world: World) -> FollowWaypoints.Goal:
 
 ACTION = Action(
     name="follow_waypoints",
-    ros_type="nav2_msgs/action/FollowWaypoints",
     goal=FollowWaypoints.Goal,
     result=FollowWaypoints.Result,
     feedback=FollowWaypoints.Feedback,

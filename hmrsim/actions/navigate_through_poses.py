@@ -104,7 +104,6 @@ def _ordered(text: str, world: World) -> NavigateThroughPoses.Goal:
 
 ACTION = Action(
     name="navigate_through_poses",
-    ros_type="nav2_msgs/action/NavigateThroughPoses",
     goal=NavigateThroughPoses.Goal,
     result=NavigateThroughPoses.Result,
     feedback=NavigateThroughPoses.Feedback,

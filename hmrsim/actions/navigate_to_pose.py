@@ -39,7 +39,6 @@ def _ordered(text: str, world: World) -> NavigateToPose.Goal:
 
 ACTION = Action(
     name="navigate_to_pose",
-    ros_type="nav2_msgs/action/NavigateToPose",
     goal=NavigateToPose.Goal,
     result=NavigateToPose.Result,
     feedback=NavigateToPose.Feedback,

@@ -77,7 +77,6 @@ def _find(robot: Robot, claw: Claw, name: str) -> Item:
 
 ACTION = Action(
     name="pickup",
-    ros_type="moveit_msgs/action/Pickup",
     goal=Pickup.Goal,
     result=Pickup.Result,
     feedback=Pickup.Feedback,

@@ -70,7 +70,6 @@ def _where(robot: Robot, claw: Claw, goal: Place.Goal) -> tuple[Point, PlaceLoca
 
 ACTION = Action(
     name="place",
-    ros_type="moveit_msgs/action/Place",
     goal=Place.Goal,
     result=Place.Result,
     feedback=Place.Feedback,

@@ -46,7 +46,6 @@ def _result(code: int, message: str) -> SimulateSteps.Result:
 
 ACTION = Action(
     name="simulate_steps",
-    ros_type="simulation_interfaces/action/SimulateSteps",
     goal=SimulateSteps.Goal,
     result=SimulateSteps.Result,
     feedback=SimulateSteps.Feedback,

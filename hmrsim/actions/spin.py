@@ -36,7 +36,6 @@ def _ordered(text: str, _world: World) -> Spin.Goal:
 
 ACTION = Action(
     name="spin",
-    ros_type="nav2_msgs/action/Spin",
     goal=Spin.Goal,
     result=Spin.Result,
     feedback=Spin.Feedback,

@@ -60,7 +60,6 @@ def _ordered(text: str, _world: World) -> UndockRobot.Goal:
 
 ACTION = Action(
     name="undock_robot",
-    ros_type="nav2_msgs/action/UndockRobot",
     goal=UndockRobot.Goal,
     result=UndockRobot.Result,
     feedback=UndockRobot.Feedback,

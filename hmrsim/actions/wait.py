@@ -40,7 +40,6 @@ def _ordered(text: str, _world: World) -> Wait.Goal:
 
 ACTION = Action(
     name="wait",
-    ros_type="nav2_msgs/action/Wait",
     goal=Wait.Goal,
     result=Wait.Result,
     feedback=Wait.Feedback,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from hmrsim.interfaces.message import Message
@@ -29,7 +29,6 @@ class Service(Generic[Q, A]):
 
     Attributes:
         name: Its name in keys, and that of its module.
-        ros_type: The ROS name of the service, such as ``simulation_interfaces/srv/SpawnEntity``.
         request: The request's message type.
         response: The response's message type.
         serve: Answers a request, by the world, its seed and the request alone: it is served again in a replay. What
@@ -42,7 +41,6 @@ class Service(Generic[Q, A]):
     """
 
     name: str
-    ros_type: str
     request: type[Q]
     response: type[A]
     serve: Callable[[Simulator, Q], A | Callable[[Callable[[A], None]], None]]
@@ -50,6 +48,11 @@ class Service(Generic[Q, A]):
     recorded: Callable[[Simulator, Q], Q | A] = field(default=lambda _simulator, request: request)
     features: tuple[int, ...] = ()
     example: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def ros_type(self) -> str:
+        """The ROS name of the service, such as ``simulation_interfaces/srv/SpawnEntity``."""
+        return self.request.ros_type.removesuffix("_Request")
 
 
 AnyService = Service[Any, Any]

@@ -32,7 +32,6 @@ def _call(simulator: Simulator, name: str, stop: str) -> Result:
 
 SERVICE = Service(
     name="call_lift",
-    ros_type="hmrsim_msgs/srv/CallLift",
     request=CallLift.Request,
     response=CallLift.Response,
     serve=_serve,

@@ -31,7 +31,6 @@ def _serve(simulator: Simulator, request: ClearFault.Request) -> ClearFault.Resp
 
 SERVICE = Service(
     name="clear_fault",
-    ros_type="hmrsim_msgs/srv/ClearFault",
     request=ClearFault.Request,
     response=ClearFault.Response,
     serve=_serve,

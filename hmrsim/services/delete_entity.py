@@ -26,7 +26,6 @@ def _serve(simulator: Simulator, request: DeleteEntity.Request) -> DeleteEntity.
 
 SERVICE = Service(
     name="delete_entity",
-    ros_type="simulation_interfaces/srv/DeleteEntity",
     request=DeleteEntity.Request,
     response=DeleteEntity.Response,
     serve=_serve,

@@ -36,7 +36,6 @@ def _serve(_simulator: Simulator, request: GetAvailableWorlds.Request) -> GetAva
 
 SERVICE = Service(
     name="get_available_worlds",
-    ros_type="simulation_interfaces/srv/GetAvailableWorlds",
     request=GetAvailableWorlds.Request,
     response=GetAvailableWorlds.Response,
     serve=_serve,

@@ -19,7 +19,6 @@ def _serve(simulator: Simulator, _request: GetCurrentWorld.Request) -> GetCurren
 
 SERVICE = Service(
     name="get_current_world",
-    ros_type="simulation_interfaces/srv/GetCurrentWorld",
     request=GetCurrentWorld.Request,
     response=GetCurrentWorld.Response,
     serve=_serve,

@@ -22,7 +22,6 @@ def _serve(simulator: Simulator, request: GetEntities.Request) -> GetEntities.Re
 
 SERVICE = Service(
     name="get_entities",
-    ros_type="simulation_interfaces/srv/GetEntities",
     request=GetEntities.Request,
     response=GetEntities.Response,
     serve=_serve,

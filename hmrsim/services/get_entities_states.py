@@ -26,7 +26,6 @@ def _serve(simulator: Simulator, request: GetEntitiesStates.Request) -> GetEntit
 
 SERVICE = Service(
     name="get_entities_states",
-    ros_type="simulation_interfaces/srv/GetEntitiesStates",
     request=GetEntitiesStates.Request,
     response=GetEntitiesStates.Response,
     serve=_serve,

@@ -22,7 +22,6 @@ def _serve(simulator: Simulator, request: GetEntityInfo.Request) -> GetEntityInf
 
 SERVICE = Service(
     name="get_entity_info",
-    ros_type="simulation_interfaces/srv/GetEntityInfo",
     request=GetEntityInfo.Request,
     response=GetEntityInfo.Response,
     serve=_serve,

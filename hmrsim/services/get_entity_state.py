@@ -22,7 +22,6 @@ def _serve(simulator: Simulator, request: GetEntityState.Request) -> GetEntitySt
 
 SERVICE = Service(
     name="get_entity_state",
-    ros_type="simulation_interfaces/srv/GetEntityState",
     request=GetEntityState.Request,
     response=GetEntityState.Response,
     serve=_serve,

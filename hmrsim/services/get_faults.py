@@ -33,7 +33,6 @@ def _message_of(injected: InjectedFault) -> Fault:
 
 SERVICE = Service(
     name="get_faults",
-    ros_type="hmrsim_msgs/srv/GetFaults",
     request=GetFaults.Request,
     response=GetFaults.Response,
     serve=_serve,

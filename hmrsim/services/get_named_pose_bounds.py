@@ -23,7 +23,6 @@ def _serve(simulator: Simulator, request: GetNamedPoseBounds.Request) -> GetName
 
 SERVICE = Service(
     name="get_named_pose_bounds",
-    ros_type="simulation_interfaces/srv/GetNamedPoseBounds",
     request=GetNamedPoseBounds.Request,
     response=GetNamedPoseBounds.Response,
     serve=_serve,

@@ -21,7 +21,6 @@ def _serve(simulator: Simulator, request: GetNamedPoses.Request) -> GetNamedPose
 
 SERVICE = Service(
     name="get_named_poses",
-    ros_type="simulation_interfaces/srv/GetNamedPoses",
     request=GetNamedPoses.Request,
     response=GetNamedPoses.Response,
     serve=_serve,

@@ -18,7 +18,6 @@ def _serve(simulator: Simulator, _request: GetSimulationState.Request) -> GetSim
 
 SERVICE = Service(
     name="get_simulation_state",
-    ros_type="simulation_interfaces/srv/GetSimulationState",
     request=GetSimulationState.Request,
     response=GetSimulationState.Response,
     serve=_serve,

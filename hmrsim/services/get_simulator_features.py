@@ -20,7 +20,6 @@ def _serve(_simulator: Simulator, _request: GetSimulatorFeatures.Request) -> Get
 
 SERVICE = Service(
     name="get_simulator_features",
-    ros_type="simulation_interfaces/srv/GetSimulatorFeatures",
     request=GetSimulatorFeatures.Request,
     response=GetSimulatorFeatures.Response,
     serve=_serve,

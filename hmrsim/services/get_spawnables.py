@@ -24,7 +24,6 @@ def _serve(simulator: Simulator, request: GetSpawnables.Request) -> GetSpawnable
 
 SERVICE = Service(
     name="get_spawnables",
-    ros_type="simulation_interfaces/srv/GetSpawnables",
     request=GetSpawnables.Request,
     response=GetSpawnables.Response,
     serve=_serve,

@@ -51,7 +51,6 @@ def _wrong(found: list[Finding]) -> Result:
 
 SERVICE = Service(
     name="inject_fault",
-    ros_type="hmrsim_msgs/srv/InjectFault",
     request=InjectFault.Request,
     response=InjectFault.Response,
     serve=_serve,

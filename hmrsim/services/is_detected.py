@@ -48,7 +48,6 @@ def _answer(robot: Robot, seen: Seen | None) -> IsDetected.Response:
 
 SERVICE = Service(
     name="is_detected",
-    ros_type="hmrsim_msgs/srv/IsDetected",
     request=IsDetected.Request,
     response=IsDetected.Response,
     serve=_serve,

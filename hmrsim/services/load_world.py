@@ -64,7 +64,6 @@ def _serve(simulator: Simulator, request: LoadWorld.Request) -> LoadWorld.Respon
 
 SERVICE = Service(
     name="load_world",
-    ros_type="simulation_interfaces/srv/LoadWorld",
     request=LoadWorld.Request,
     response=LoadWorld.Response,
     serve=_serve,

@@ -27,7 +27,6 @@ def _serve(simulator: Simulator, request: ResetSimulation.Request) -> ResetSimul
 
 SERVICE = Service(
     name="reset_simulation",
-    ros_type="simulation_interfaces/srv/ResetSimulation",
     request=ResetSimulation.Request,
     response=ResetSimulation.Response,
     serve=_serve,

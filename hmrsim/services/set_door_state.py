@@ -31,7 +31,6 @@ def _set(simulator: Simulator, name: str, state: str) -> Result:
 
 SERVICE = Service(
     name="set_door_state",
-    ros_type="hmrsim_msgs/srv/SetDoorState",
     request=SetDoorState.Request,
     response=SetDoorState.Response,
     serve=_serve,

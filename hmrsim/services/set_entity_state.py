@@ -45,7 +45,6 @@ def _set(simulator: Simulator, request: SetEntityState.Request) -> Result:
 
 SERVICE = Service(
     name="set_entity_state",
-    ros_type="simulation_interfaces/srv/SetEntityState",
     request=SetEntityState.Request,
     response=SetEntityState.Response,
     serve=_serve,

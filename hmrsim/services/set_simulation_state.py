@@ -40,7 +40,6 @@ def _set(simulator: Simulator, state: int) -> Result:
 
 SERVICE = Service(
     name="set_simulation_state",
-    ros_type="simulation_interfaces/srv/SetSimulationState",
     request=SetSimulationState.Request,
     response=SetSimulationState.Response,
     serve=_serve,

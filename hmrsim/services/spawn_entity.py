@@ -98,7 +98,6 @@ def _name(simulator: Simulator, request: SpawnEntity.Request, kind: Kind) -> str
 
 SERVICE = Service(
     name="spawn_entity",
-    ros_type="simulation_interfaces/srv/SpawnEntity",
     request=SpawnEntity.Request,
     response=SpawnEntity.Response,
     serve=_serve,

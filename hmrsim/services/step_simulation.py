@@ -39,7 +39,6 @@ def _recorded(
 
 SERVICE = Service(
     name="step_simulation",
-    ros_type="simulation_interfaces/srv/StepSimulation",
     request=StepSimulation.Request,
     response=StepSimulation.Response,
     serve=_serve,
