@@ -22,9 +22,7 @@ if TYPE_CHECKING:
 
     from hmrsim.components.claw import Claw
     from hmrsim.events import Event
-    from hmrsim.geometry import Pose
-    from hmrsim.items import Item
-    from hmrsim.robots.power import Energy
+    from hmrsim.robots.robot import Robot
     from hmrsim.traffic.admission import Admission
 
 _MAX = 1e9
@@ -91,45 +89,11 @@ class Spell(Occurrence):
 S = TypeVar("S", bound=Occurrence)
 
 
-class FaultTarget(Protocol):
-    """A robot as faults see it."""
-
-    @property
-    def name(self) -> str:
-        """Its name."""
-
-    @property
-    def components(self) -> Mapping[str, Any]:
-        """Its components, by name."""
-
-    @property
-    def energy(self) -> Energy | None:
-        """Its power; None without a battery."""
-
-    def pose(self) -> Pose:
-        """Return where it is now."""
-
-    def disable(self, cause: str, why: str) -> None:
-        """Stop, and stay disabled until this and all other causes are gone."""
-
-    def enable(self, cause: str) -> None:
-        """Be disabled by this cause no longer."""
-
-    def scale_speed(self, scale: float) -> None:
-        """Drive at this share of its maximum speed."""
-
-    def set_localization_error(self, error: Pose) -> None:
-        """Set the error of its estimated pose."""
-
-    def drop(self, item: Item) -> None:
-        """Drop an item where the robot is."""
-
-
 class FaultSite(Protocol):
     """The entities of a world as faults see them."""
 
     @property
-    def robots(self) -> Mapping[str, FaultTarget]:
+    def robots(self) -> Mapping[str, Robot]:
         """The robots, by name."""
 
     @property
@@ -165,7 +129,7 @@ class Case(Generic[S]):
     concurrent: Callable[[], Sequence[S]]
 
     @property
-    def robot(self) -> FaultTarget:
+    def robot(self) -> Robot:
         """The robot that it affects."""
         return self.roster.robots[self.settings.subject]
 
