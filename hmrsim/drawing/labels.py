@@ -41,8 +41,7 @@ def width_of(text: str, size: float) -> float:
 class Labels:
     """The occupied parts of a picture.
 
-    Args:
-        within: No text goes beyond.
+    No text goes beyond *within*.
     """
 
     def __init__(self, within: Box) -> None:

@@ -32,10 +32,7 @@ def number(value: float) -> str:
 def element(tag: str, *content: str, **attributes: str | float) -> str:
     """Return an element.
 
-    Args:
-        tag: Its name.
-        content: Its content, as SVG.
-        attributes: By name, with ``_`` for ``-``; an underscore at the end is dropped, as in ``class_``.
+    Names of *attributes* have ``_`` for ``-``; an underscore at the end is dropped, as in ``class_``.
     """
     written = "".join(
         f' {key.rstrip("_").replace("_", "-")}="{text_of(value) if isinstance(value, str) else number(value)}"'

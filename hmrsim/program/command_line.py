@@ -179,11 +179,7 @@ class LazyParser(CommandParser):
 def add_commands(parser: LazyParser, commands: Mapping[str, str], modules: str, **options: Any) -> None:
     """Give a parser commands, each of which has its arguments from a module that is loaded when it is asked for.
 
-    Args:
-        parser: Of the program, or of a command.
-        commands: What ``--help`` says of each, by name.
-        modules: What the names of their modules begin with, before the commands' names.
-        **options: As of `argparse.ArgumentParser.add_subparsers`.
+    *commands* says what ``--help`` says of each, *modules* what the names of their modules begin with.
     """
     parsers = parser.add_subparsers(metavar="COMMAND", required=True, **options)
     words = os.environ.get("COMP_LINE", "").split() if "_ARGCOMPLETE" in os.environ else ()

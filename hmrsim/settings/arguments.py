@@ -55,10 +55,7 @@ def given(args: argparse.Namespace, model: type) -> dict[str, Any]:
 def read_settings(args: argparse.Namespace, model: type[M], below: Mapping[str, Any] | None = None) -> M:
     """Return the settings that the command line and the environment set, with defaults for others.
 
-    Args:
-        args: The parsed arguments.
-        model: The settings.
-        below: Settings, of this and other models, that override the defaults.
+    *below* are settings, of this and other models, that override the defaults.
     """
     settings = settings_of(model)  # type: ignore[arg-type]  # a type is hashable
     known = {name: value for name, value in (below or {}).items() if name in settings}

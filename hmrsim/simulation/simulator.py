@@ -360,10 +360,7 @@ class Simulator:
     def process_events(self, until: float, most: int, *, idle: bool = True) -> bool:
         """Process some events and samples that are due at *until* or before; at one instant events come first.
 
-        Args:
-            until: In simulated seconds.
-            most: Do not take more than so many.
-            idle: Whether to take samples when no event is scheduled, too.
+        *until* is in simulated seconds, and *idle* says whether to take samples when no event is scheduled, too.
 
         Returns:
             Whether anything was due.

@@ -51,10 +51,7 @@ class Obstructions:
     ) -> Route | None:
         """Return the shortest route to a point of a closed lane, from the end from which it can be reached.
 
-        Args:
-            goal: The point.
-            closed: The lanes that are closed, and the causes.
-            plan: Plans the route to an end; raises `NoRoute` as planners do.
+        *plan* plans the route to an end; it raises `NoRoute` as planners do.
 
         Returns:
             The route; None if there is none.

@@ -66,10 +66,7 @@ _PHRASES: dict[str, Callable[[Mapping[str, Any], object], str]] = {
 def explain(error: ValidationError, data: object, model: type[BaseModel] | None = None) -> list[Finding]:
     """Return the errors of *data*, one finding a field; of hopeless data the first.
 
-    Args:
-        error: What pydantic says.
-        data: The validated data.
-        model: What it was validated as, if that is not a world.
+    *model* is what it was validated as, if that is not a world.
     """
     found: dict[Path, Finding] = {}
     too_short: set[Path] = set()

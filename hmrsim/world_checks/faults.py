@@ -74,12 +74,7 @@ def flaws(
 ) -> Iterator[Finding]:
     """Yield the reasons why a fault can't happen.
 
-    Args:
-        fault: The type of the fault.
-        settings: Its settings.
-        there: The possible subjects.
-        now: It must begin, and end, later than this.
-        names: The names that are taken.
+    It must begin, and end, later than *now*; *names* are the names that are taken.
     """
     for field, noun, known in (("robot", "robot", there.robots), ("door", "door", there.doors)):
         name = getattr(settings, field, None)

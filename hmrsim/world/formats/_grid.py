@@ -18,9 +18,7 @@ _DIAGONAL = ((1, 1), (-1, 1))
 def steps(rows: Sequence[Sequence[bool]], *, diagonal: bool) -> Iterator[tuple[Cell, Cell]]:
     """Yield pairs of open cells that are neighbours, each once.
 
-    Args:
-        rows: Whether each cell is open.
-        diagonal: Whether cells that touch at a corner are neighbours, too; they are if both cells beside are open.
+    Cells that touch at a corner are neighbours by *diagonal*, if both cells beside are open.
     """
     height = len(rows)
     for y, row in enumerate(rows):

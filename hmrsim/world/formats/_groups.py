@@ -25,10 +25,7 @@ class _Complain(Protocol):
 def place(cells: Iterable[Cell], by_id: Mapping[str, Cell], complain: _Complain) -> None:
     """Set the origin of each cell, and the box of each shape.
 
-    Args:
-        cells: The cells of a page.
-        by_id: The same, by id.
-        complain: Called with a cell that can't be placed, the reason, and the value; not called for its children.
+    *complain* is called with a cell that can't be placed, the reason, and the value; not for its children.
     """
     placed: set[str] = set()
     for cell in cells:
