@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from urllib.parse import unquote
 
 from hmrsim.safe_xml import XmlError
-from hmrsim.world.formats._pages import NoPage, choose_page
+from hmrsim.world.formats._pages import choose_page
 from hmrsim.world.formats._xml import Element, parse
 
 MAX_INFLATED = 32 * 1024 * 1024
@@ -36,20 +36,21 @@ class Page:
     all: tuple[str, ...]
 
 
-def read_page(text: str, wanted: str | None) -> Page:
+def read_page(text: str, file: str, wanted: str | None) -> Page:
     """Return a page of a file.
 
     *wanted* is the page's name, or its number from 1; None for the first.
 
     Raises:
-        XmlError: There is no such page, or it can't be unpacked.
+        XmlError: It can't be unpacked.
+        WorldError: There is no such page.
     """
     start = text[:1000]
     if _SVG.search(start) and "<mx" not in start:
         raise XmlError("is an SVG picture; open it in draw.io and save it as .drawio", None)
     root = parse(text)
     if root.tag == "mxGraphModel":
-        _choose([_UNNAMED], wanted, root)
+        _choose([_UNNAMED], file, wanted, root)
         return Page(_UNNAMED, root, (_UNNAMED,))
     if root.tag != "mxfile":
         raise XmlError(f"begins with <{root.tag[:40]}>; expected <mxfile> or <mxGraphModel>", root.line)
@@ -57,18 +58,12 @@ def read_page(text: str, wanted: str | None) -> Page:
     if not diagrams:
         raise XmlError("has no <diagram>, so there is no page to read", root.line)
     names = [diagram.attributes.get("name") or _UNNAMED for diagram in diagrams]
-    index = _choose(names, wanted, root)
+    index = _choose(names, file, wanted, root)
     return Page(names[index], _model(diagrams[index]), tuple(names))
 
 
-def _choose(names: list[str], wanted: str | None, root: Element) -> int:
-    """Return the index of the page that is wanted; a name goes before a number."""
-    if wanted is None:
-        return 0
-    try:
-        return choose_page(names, wanted)
-    except NoPage as error:
-        raise XmlError(str(error), root.line) from None
+def _choose(names: list[str], file: str, wanted: str | None, root: Element) -> int:
+    return 0 if wanted is None else choose_page(names, wanted, file, line=root.line)
 
 
 def _model(diagram: Element) -> Element:

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hmrsim.errors import Problem, WorldError
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 _LISTED = 20
 
 
-class NoPage(Exception):
-    """There is no such page; the text says which there are."""
-
-
-def choose_page(names: Sequence[str], wanted: str, noun: str = "page") -> int:
+def choose_page(names: Sequence[str], wanted: str, file: str, *, noun: str = "page", line: int | None = None) -> int:
     """Return the index of the page that is wanted, by its name or its number from 1; a name goes before a number.
 
     Raises:
-        NoPage: There is none.
+        WorldError: There is none; the text says which there are.
     """
     if wanted in names:
         return names.index(wanted)
@@ -27,4 +25,4 @@ def choose_page(names: Sequence[str], wanted: str, noun: str = "page") -> int:
         return numbers.index(wanted)
     pages = ", ".join(f"{i} ({name[:40]})" for i, name in enumerate(names[:_LISTED], 1))
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-    raise NoPage(f"has no {noun} {wanted[:40]!r}; there are {pages}{more}")
+    raise WorldError([Problem(file, "", f"has no {noun} {wanted[:40]!r}; there are {pages}{more}", line)])

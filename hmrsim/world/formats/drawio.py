@@ -40,7 +40,7 @@ _TYPES = (*_SHAPES, *_LINES, "debug")
 
 def _read(text: str, file: str, options: ReadOptions = AS_IT_IS) -> Document:
     try:
-        page = read_page(text, options.page)
+        page = read_page(text, file, options.page)
         drawing = Drawing(page.model, options)
     except XmlError as error:
         raise WorldError([Problem(file, "", str(error), error.line)]) from None

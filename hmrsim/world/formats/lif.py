@@ -6,10 +6,9 @@ import re
 from functools import partial
 from typing import TYPE_CHECKING
 
-from hmrsim.errors import Problem, WorldError
 from hmrsim.world.formats import Format
 from hmrsim.world.formats._lif_things import Layout, Things
-from hmrsim.world.formats._pages import NoPage, choose_page
+from hmrsim.world.formats._pages import choose_page
 from hmrsim.world.formats._part import BadPart, Part
 from hmrsim.world.formats._reading import of_json
 from hmrsim.world.options import AS_IT_IS, ReadOptions
@@ -33,10 +32,7 @@ def _read(text: str, file: str, options: ReadOptions = AS_IT_IS) -> Document:
     pages = tuple(layout.name for layout in layouts)
     chosen = layouts
     if options.page is not None and not reading.failed:
-        try:
-            chosen = [layouts[choose_page(pages, options.page, "layout")]]
-        except NoPage as error:
-            raise WorldError([Problem(file, "", str(error))]) from None
+        chosen = [layouts[choose_page(pages, options.page, file, noun="layout")]]
     name = reading.attempt(partial(_project, about))
     things = Things(reading, chosen)
     things.read(layouts)

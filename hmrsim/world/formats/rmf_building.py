@@ -9,11 +9,10 @@ import re
 from functools import partial
 from typing import TYPE_CHECKING
 
-from hmrsim.errors import Problem, WorldError
 from hmrsim.world.formats import Format
 from hmrsim.world.formats._alignment import by_degrees, by_fiducials, by_scale
 from hmrsim.world.formats._levels import side_by_side
-from hmrsim.world.formats._pages import NoPage, choose_page
+from hmrsim.world.formats._pages import choose_page
 from hmrsim.world.formats._part import BadPart, Part
 from hmrsim.world.formats._reading import Reading, of_yaml
 from hmrsim.world.formats._rmf_level import Level, read_level
@@ -43,20 +42,13 @@ def _read(text: str, file: str, options: ReadOptions = AS_IT_IS) -> Document:
     reference = reading.attempt(partial(_reference, root, levels)) or levels[0]
     _align(reading, levels, reference, system)
     pages = tuple(level.name for level in levels)
-    chosen = [levels[_page(pages, options.page, file)]] if options.page is not None else levels
+    chosen = levels if options.page is None else [levels[choose_page(pages, options.page, file, noun="level")]]
     for level, shift in zip(chosen, side_by_side([map(level.at, level.vertices) for level in chosen]), strict=True):
         level.shift = shift
     found = things(reading, chosen, options)
     shafts = Shafts({level.name: level for level in levels}, reference, system == _IMAGE)
     data = {"name": _name(root), **found.data, "lifts": lifts(reading, shafts)}
     return reading.document(data, pages=pages, robots=tuple(found.robots))
-
-
-def _page(pages: tuple[str, ...], wanted: str, file: str) -> int:
-    try:
-        return choose_page(pages, wanted, "level")
-    except NoPage as error:
-        raise WorldError([Problem(file, "", str(error))]) from None
 
 
 def _name(root: Part) -> str:
