@@ -15,10 +15,6 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
 
 
-def _serve(simulator: Simulator, request: CallLift.Request) -> CallLift.Response:
-    return CallLift.Response(result=_call(simulator, request.name, request.stop))
-
-
 def _call(simulator: Simulator, name: str, stop: str) -> Result:
     lifts = {other: lift for other, lift in simulator.roster.fixtures.items() if isinstance(lift, Lift)}
     if name not in lifts:
@@ -34,7 +30,7 @@ SERVICE = Service(
     name="call_lift",
     request=CallLift.Request,
     response=CallLift.Response,
-    serve=_serve,
+    serve=lambda simulator, request: CallLift.Response(result=_call(simulator, request.name, request.stop)),
     changes_world=True,
     example={"name": "lift", "stop": "upstairs"},
 )

@@ -15,10 +15,6 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
 
 
-def _serve(simulator: Simulator, request: SetDoorState.Request) -> SetDoorState.Response:
-    return SetDoorState.Response(result=_set(simulator, request.name, request.state))
-
-
 def _set(simulator: Simulator, name: str, state: str) -> Result:
     doors = {other: door for other, door in simulator.roster.fixtures.items() if isinstance(door, Door)}
     if name not in doors:
@@ -33,7 +29,7 @@ SERVICE = Service(
     name="set_door_state",
     request=SetDoorState.Request,
     response=SetDoorState.Response,
-    serve=_serve,
+    serve=lambda simulator, request: SetDoorState.Response(result=_set(simulator, request.name, request.state)),
     changes_world=True,
     example={"name": "gate", "state": "open"},
 )

@@ -20,10 +20,6 @@ if TYPE_CHECKING:
 _WHY = "moved by set_entity_state"
 
 
-def _serve(simulator: Simulator, request: SetEntityState.Request) -> SetEntityState.Response:
-    return SetEntityState.Response(result=_set(simulator, request))
-
-
 def _set(simulator: Simulator, request: SetEntityState.Request) -> Result:
     entity, state = simulator.roster.find(request.entity), request.state
     if entity is None:
@@ -47,7 +43,7 @@ SERVICE = Service(
     name="set_entity_state",
     request=SetEntityState.Request,
     response=SetEntityState.Response,
-    serve=_serve,
+    serve=lambda simulator, request: SetEntityState.Response(result=_set(simulator, request)),
     changes_world=True,
     features=(SimulatorFeatures.ENTITY_STATE_SETTING,),
     example={"entity": "tester", "state": {"pose": {"position": {"x": 3.0}}}},

@@ -22,10 +22,6 @@ _VERBS: Final = MappingProxyType(
 )
 
 
-def _serve(simulator: Simulator, request: SetSimulationState.Request) -> SetSimulationState.Response:
-    return SetSimulationState.Response(result=_set(simulator, request.state.state))
-
-
 def _set(simulator: Simulator, state: int) -> Result:
     if state not in _VERBS:
         wanted = ", ".join(f"{number} ({verb})" for number, verb in _VERBS.items())
@@ -42,7 +38,7 @@ SERVICE = Service(
     name="set_simulation_state",
     request=SetSimulationState.Request,
     response=SetSimulationState.Response,
-    serve=_serve,
+    serve=lambda simulator, request: SetSimulationState.Response(result=_set(simulator, request.state.state)),
     changes_world=True,
     features=(SimulatorFeatures.SIMULATION_STATE_SETTING, SimulatorFeatures.SIMULATION_STATE_PAUSE),
     example={"state": {"state": SimulationState.STATE_PAUSED}},
