@@ -44,14 +44,6 @@ class WaypointGraph:
         self._planner = Planner(self.lanes)
         self._planners = OrderedDict({self._closed: self._planner})
 
-    def clear(self, a: Point, b: Point) -> bool:
-        """Return whether nothing stands on the straight line from *a* to *b* now: no wall, and no closed door."""
-        return self.lanes.clear_now(a, b)
-
-    def set_door(self, at: tuple[Point, Point], *, is_open: bool) -> None:
-        """Take note that a door is open now, or closed; it is known by where its jambs are."""
-        self.lanes.set_door(at, is_open=is_open)
-
     @property
     def closed(self) -> frozenset[Lane]:
         """The closed lanes, which no robot may enter."""
@@ -129,10 +121,6 @@ class WaypointGraph:
         """
         self.lanes.check(point, START)
 
-    def reach(self, a: Point, b: Point, *, flies: bool = False) -> tuple[Point, str]:
-        """Return how far one gets on the straight line from *a* to *b*, and what stops one before its end; or ""."""
-        return self.lanes.reach(a, b, flies=flies)
-
     def straight_through(self, points: Sequence[Point], *, flies: bool = False) -> tuple[Route, str]:
         """Return the straight legs from point to point as far as nothing stands in the way, and what does; or "".
 
@@ -143,7 +131,7 @@ class WaypointGraph:
             if distance(a, b) <= SAME_PLACE:
                 continue
             if flies:
-                blocked = self.reach(a, b, flies=True)[1]
+                blocked = self.lanes.reach(a, b, flies=True)[1]
                 if blocked:
                     return self.lanes.route(legs), blocked
                 legs.append(Leg(a, b, distance(a, b)))
@@ -154,7 +142,7 @@ class WaypointGraph:
             except NoRoute as wrong:
                 if edge is None:
                     return self.lanes.route(legs), str(wrong)
-            if edge is None and not self.clear(a, b):
+            if edge is None and not self.lanes.clear_now(a, b):
                 between = f"({a[0]:g}, {a[1]:g}) and ({b[0]:g}, {b[1]:g})"
                 return self.lanes.route(legs), f"an obstacle stands between {between}"
             legs.append(self.lanes.part(edge, a, b) if edge else Leg(a, b, distance(a, b)))

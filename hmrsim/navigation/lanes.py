@@ -144,7 +144,7 @@ class Lanes:
         return not self._obstacles.block(a, b)
 
     def clear_now(self, a: Point, b: Point) -> bool:
-        """Return whether nothing stands there now: doors may be open."""
+        """Return whether nothing stands there now: no wall, and no closed door."""
         return not (self._walls.block(a, b) or self._closed_doors.block(a, b))
 
     def set_door(self, at: tuple[Point, Point], *, is_open: bool) -> None:
