@@ -27,7 +27,10 @@ class BadPart(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A value, and the keys and indices that lead to it."""
+    """A value, and the keys and indices that lead to it.
+
+    A method that reads it raises `BadPart` if the value is not of the kind that the method returns.
+    """
 
     value: Any
     path: Path = ()
@@ -37,33 +40,21 @@ class Part:
         return BadPart(self, f"expected {what}, got {shown(self.value)}")
 
     def get(self, key: str) -> Part | None:
-        """Return a part of a mapping; None if it isn't there, or null.
-
-        Raises:
-            BadPart: This is not a mapping.
-        """
+        """Return a part of a mapping; None if it isn't there, or null."""
         if not isinstance(self.value, dict):
             raise self.expected("a mapping")
         value = self.value.get(key)
         return None if value is None else Part(value, (*self.path, key))
 
     def want(self, key: str) -> Part:
-        """Return a part of a mapping.
-
-        Raises:
-            BadPart: This is not a mapping, or has no such part.
-        """
+        """Return a part of a mapping that has to be there."""
         part = self.get(key)
         if part is None:
             raise BadPart(Part(None, (*self.path, key)), "is missing")
         return part
 
     def entries(self) -> Iterator[tuple[str, Part]]:
-        """Yield the values of a mapping.
-
-        Raises:
-            BadPart: This is none.
-        """
+        """Yield the values of a mapping."""
         if not isinstance(self.value, dict):
             raise self.expected("a mapping")
         for name, value in self.value.items():
@@ -72,29 +63,19 @@ class Part:
     def parts(self, key: str) -> list[Part]:
         """Return the values of a list in this mapping; none if there is no such list.
 
-        Raises:
-            BadPart: This is not a mapping, or that is not a list. An empty mapping counts as an empty list, as some
-                programs write it.
+        An empty mapping counts as an empty list, as some programs write it.
         """
         part = self.get(key)
         return part.all() if part is not None and part.value != {} else []
 
     def all(self) -> list[Part]:
-        """Return the values of a list.
-
-        Raises:
-            BadPart: This is none.
-        """
+        """Return the values of a list."""
         if not isinstance(self.value, list):
             raise self.expected("a list")
         return [Part(value, (*self.path, i)) for i, value in enumerate(self.value)]
 
     def number(self) -> float:
-        """Return a number.
-
-        Raises:
-            BadPart: This is none, or not a finite one.
-        """
+        """Return a finite number."""
         if isinstance(self.value, bool) or not isinstance(self.value, (int, float)):
             raise self.expected("a number")
         if not abs(self.value) <= _MAX_NUMBER:
@@ -102,43 +83,27 @@ class Part:
         return float(self.value)
 
     def whole(self) -> int:
-        """Return a whole number.
-
-        Raises:
-            BadPart: This is none.
-        """
+        """Return a whole number."""
         number = self.number()
         if not number.is_integer():
             raise self.expected("a whole number")
         return int(number)
 
     def text(self) -> str:
-        """Return text.
-
-        Raises:
-            BadPart: This is none.
-        """
+        """Return text."""
         if not isinstance(self.value, str):
             raise self.expected("text")
         return self.value
 
     def name(self) -> str:
-        """Return text that can be a name.
-
-        Raises:
-            BadPart: This is none, or none that can be.
-        """
+        """Return text that can be a name."""
         name = self.text()
         if not 0 < len(name) <= _MAX_NAME:
             raise self.expected(f"a name of 1 to {_MAX_NAME} characters")
         return name
 
     def point(self) -> complex:
-        """Return the point that a list begins with: x, y.
-
-        Raises:
-            BadPart: This is not a list of numbers, or a shorter one.
-        """
+        """Return the point that a list of numbers begins with: x, y."""
         if not isinstance(self.value, list) or len(self.value) < 2:  # noqa: PLR2004
             raise self.expected("[x, y]")
         x, y = self.all()[:2]
