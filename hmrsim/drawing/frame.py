@@ -92,12 +92,8 @@ def _seen(world: World) -> Box:
         x, y, to_x, to_y = min(x, bounds[0]), min(y, bounds[1]), max(to_x, bounds[2]), max(to_y, bounds[3])
     longest = max(to_x - x, to_y - y) or 1.0
     if (x, y, to_x, to_y) != bounds:
-        x, y, to_x, to_y = (
-            x - longest * _AROUND,
-            y - longest * _AROUND,
-            to_x + longest * _AROUND,
-            to_y + longest * _AROUND,
-        )
+        around = longest * _AROUND
+        x, y, to_x, to_y = x - around, y - around, to_x + around, to_y + around
     # A corridor without walls has no width, but what stands there has.
     lack_x, lack_y = (max(0.0, longest / 5 - side) / 2 for side in (to_x - x, to_y - y))
     return x - lack_x, y - lack_y, to_x + lack_x, to_y + lack_y

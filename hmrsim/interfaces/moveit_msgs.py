@@ -9,14 +9,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from hmrsim.interfaces.geometry_msgs import (
-    Pose,
-    PoseStamped,
-    Quaternion,
-    TransformStamped,
-    Vector3,
-    Vector3Stamped,
-)
+from hmrsim.interfaces.geometry_msgs import Pose, PoseStamped, Quaternion, TransformStamped, Vector3, Vector3Stamped
 from hmrsim.interfaces.message import Bool, Byte, Float32, Float64, Int32, Message, String, UInt8
 from hmrsim.interfaces.object_recognition_msgs import ObjectType
 from hmrsim.interfaces.octomap_msgs import OctomapWithPose

@@ -36,12 +36,8 @@ def throughput_chart(buckets: Sequence[Bucket]) -> tuple[str, int]:
     parts = []
     for i, bucket in enumerate(buckets):
         y, span = _HEIGHT, f"{bucket.began:g} to {bucket.ended:g} s"
-        for status, count in (
-            ("succeeded", bucket.succeeded),
-            ("canceled", bucket.canceled),
-            ("aborted", bucket.aborted),
-        ):
-            if count:
+        for status in ("succeeded", "canceled", "aborted"):
+            if count := getattr(bucket, status):
                 height = count / most * (_HEIGHT - 10)
                 y -= height
                 at = {"x": i * width + width * 0.08, "y": y, "width": width * 0.84, "height": height}

@@ -91,12 +91,7 @@ def _templates() -> Environment:
     environment = Environment(
         loader=FunctionLoader(_part), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {
-        "seconds": wording.seconds,
-        "amount": wording.amount,
-        "share": wording.share,
-        "svg": Markup,
-    }
+    environment.filters |= {"seconds": wording.seconds, "amount": wording.amount, "share": wording.share, "svg": Markup}
     return environment
 
 

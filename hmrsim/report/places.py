@@ -61,11 +61,8 @@ def paths_of(story: Story) -> Iterator[model.Path]:
 
 def fixtures_of(story: Story) -> Iterator[model.Fixture]:
     """Return the usage of doors, lifts and docks."""
-    facility_log, wait_records, whole = (
-        story.facility_log,
-        story.waiting.wait_records,
-        story.now - (story.began or 0),
-    )
+    facility_log, wait_records = story.facility_log, story.waiting.wait_records
+    whole = story.now - (story.began or 0)
     kinds: tuple[tuple[Any, dict[str, Use]], ...] = (
         ("door", facility_log.doors),
         ("lift", facility_log.lifts),

@@ -11,14 +11,7 @@ from hmrsim.geometry import SAME_PLACE, Pose, yaw_of
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.geometry_msgs import Point, Quaternion, Twist, Vector3
 from hmrsim.interfaces.geometry_msgs import Pose as PoseMessage
-from hmrsim.interfaces.simulation_interfaces import (
-    Bounds,
-    EntityCategory,
-    EntityInfo,
-    EntityState,
-    Result,
-    TagsFilter,
-)
+from hmrsim.interfaces.simulation_interfaces import Bounds, EntityCategory, EntityInfo, EntityState, Result, TagsFilter
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim.items import Item
 from hmrsim.robots.robot import Robot

@@ -25,10 +25,6 @@ SERVICE = Service(
     request=GetEntities.Request,
     response=GetEntities.Response,
     serve=_serve,
-    features=(
-        SimulatorFeatures.ENTITY_TAGS,
-        SimulatorFeatures.ENTITY_CATEGORIES,
-        SimulatorFeatures.ENTITY_BOUNDS_BOX,
-    ),
+    features=(SimulatorFeatures.ENTITY_TAGS, SimulatorFeatures.ENTITY_CATEGORIES, SimulatorFeatures.ENTITY_BOUNDS_BOX),
     example={"filters": {"filter": "^test"}},
 )

@@ -31,9 +31,4 @@ def _message_of(injected: InjectedFault) -> Fault:
     )
 
 
-SERVICE = Service(
-    name="get_faults",
-    request=GetFaults.Request,
-    response=GetFaults.Response,
-    serve=_serve,
-)
+SERVICE = Service(name="get_faults", request=GetFaults.Request, response=GetFaults.Response, serve=_serve)

@@ -11,15 +11,7 @@ from functools import cached_property
 from itertools import permutations
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Discriminator,
-    Field,
-    Tag,
-    model_validator,
-)
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from hmrsim.geometry import MAX_COORDINATE, crosses, distance
 from hmrsim.world.network import Way, as_networkx, levels, nearest

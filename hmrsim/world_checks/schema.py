@@ -43,11 +43,7 @@ def world_schema() -> dict[str, Any]:
     definitions["Traffic"] = {"anyOf": [_policy(name, part) for name, part in rules.items()]}
     kinds = {name: _settings(fault.settings, definitions) for name, fault in faults().items()}
     definitions["FaultEntry"] = {"anyOf": [_fault(name, part) for name, part in kinds.items()]}
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **schema,
-        "title": "hmrsim world",
-    }
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "hmrsim world"}
 
 
 def _policy(name: str, settings: dict[str, Any]) -> dict[str, Any]:

@@ -40,11 +40,7 @@ from hmrsim.interfaces.simulation_interfaces.simulation import (
     SimulateSteps,
     StepSimulation,
 )
-from hmrsim.interfaces.simulation_interfaces.worlds import (
-    GetAvailableWorlds,
-    GetCurrentWorld,
-    LoadWorld,
-)
+from hmrsim.interfaces.simulation_interfaces.worlds import GetAvailableWorlds, GetCurrentWorld, LoadWorld
 
 __all__ = [
     "Bounds",

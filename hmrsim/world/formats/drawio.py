@@ -138,9 +138,4 @@ def _bounds(drawing: Drawing, model: Element) -> list[float] | None:
         return None
 
 
-FORMAT = Format(
-    name="drawio",
-    suffixes=(".drawio", ".xml"),
-    matches=lambda text: bool(_LOOKS.match(text)),
-    read=_read,
-)
+FORMAT = Format(name="drawio", suffixes=(".drawio", ".xml"), matches=lambda text: bool(_LOOKS.match(text)), read=_read)
