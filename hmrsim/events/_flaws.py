@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 
 from hmrsim.events._event import Event, Severity, description_of
 from hmrsim.events._parts import Part
-from hmrsim.events._registry import registry
+from hmrsim.events._registry import UnknownEvent, registry
 from hmrsim.events._text import FORMATS, fields_in, render
-from hmrsim.events._unknown import UnknownEvent
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
