@@ -20,8 +20,7 @@ from pydantic import Field
 
 from hmrsim.traffic.policies import Policy
 from hmrsim.traffic.policies._deadlock import DeadlockResolver, Move, Resolution
-from hmrsim.traffic.policies._waits_for import waits_for_cycle
-from hmrsim.traffic.policies.reserve import Exit, Reserve, ReserveSettings, exits, rank
+from hmrsim.traffic.policies.reserve import Exit, Reserve, ReserveSettings, exits, rank, waits_for_cycle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

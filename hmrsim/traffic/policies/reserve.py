@@ -19,7 +19,6 @@ from hmrsim.interfaces.nav2_msgs import FollowPath
 from hmrsim.traffic.policies import Policy, Settings
 from hmrsim.traffic.policies._clearance import rooms_of_waypoints
 from hmrsim.traffic.policies._reservations import Slots
-from hmrsim.traffic.policies._waits_for import waits_for_cycle
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -154,6 +153,30 @@ class Reserve:
 def rank(robot: Vehicle) -> tuple[float, str]:
     """Return the key by which vehicles are ordered: by when they set out, those that go nowhere last."""
     return (math.inf if robot.stands else robot.set_out, robot.name)
+
+
+def waits_for_cycle(admission: AdmissionControl, robot: Vehicle) -> list[Vehicle]:
+    """Return the vehicles of a cycle in which each waits for the next, *robot* first; none if it is in no such cycle.
+
+    A slot with room for several vehicles becomes free when any of them leaves. So there is a cycle only where all
+    vehicles for which *robot* waits, directly or not, have to wait themselves.
+    """
+    waits_for: dict[Vehicle, Vehicle] = {}
+    todo = [robot]
+    for waiting in todo:
+        blockers = admission.blockers(waiting)
+        if not blockers or not all(admission.is_held_up(other) for other in blockers):
+            return []
+        for other in blockers:
+            if other not in waits_for:
+                waits_for[other] = waiting
+                todo.append(other)
+    if robot not in waits_for:
+        return []
+    cycle = [waits_for[robot]]
+    while cycle[-1] is not robot:
+        cycle.append(waits_for[cycle[-1]])
+    return cycle[::-1]
 
 
 class Exit(NamedTuple):
