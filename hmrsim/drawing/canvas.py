@@ -21,8 +21,6 @@ class Canvas:
     """A world, and how it is drawn.
 
     Attributes:
-        colours: Of the theme, by what they are for.
-        frame: Where the world's points are.
         width: Of the picture, in pixels.
         details: Whether speed limits and capacities are written beside lanes.
         mark: The size of a mark, in pixels.

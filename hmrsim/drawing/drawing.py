@@ -30,13 +30,11 @@ class Drawing(Canvas):
     It has no ids, styles or scripts, so that it can be embedded in a page.
 
     Args:
-        world: The world.
         theme: ``light`` or ``dark``.
         width: Of the picture, in pixels.
         names: Whether names are written, as far as there is room; things have them as titles, too.
         details: Whether speed limits and capacities are written beside lanes.
         legend: Whether there are a title, a scale bar and what the colours mean.
-        overlay: The overlay on its lanes.
     """
 
     def __init__(

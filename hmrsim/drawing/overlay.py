@@ -45,8 +45,6 @@ class Overlay:
 
     Attributes:
         shares: What share of trips takes a lane, by the waypoints at its ends.
-        weak: The bottlenecks.
-        theme: In which colours the shares are.
     """
 
     shares: Mapping[tuple[str, str], float]

@@ -22,12 +22,7 @@ BODIES: Final[dict[str, Any]] = PALETTE["bodies"]
 
 
 class Look(NamedTuple):
-    """How robots of a type look.
-
-    Attributes:
-        colour: Of their bodies.
-        shape: Likewise, one of `BODIES`.
-    """
+    """How robots of a type look: the colour of their bodies, and their shape as a path."""
 
     colour: str
     shape: str

@@ -82,7 +82,6 @@ class Event(tuple[Any, ...], metaclass=_EventType):
 
     Attributes:
         kind: Its name in traces, on the wire and in schemas.
-        presentation: How it is shown.
         change: What it changes in a picture of the world; None for nothing.
         traced: Whether traces have it. They omit what a replay reproduces: how robots move from lane to lane.
         rest: The field, a mapping, whose entries are fields of their own in JSON; empty for none.

@@ -77,8 +77,6 @@ class Piece(NamedTuple):
     """One lane driven, or one turn made; one event ends it.
 
     Attributes:
-        start: Pose at its start.
-        end: Pose at its end.
         length: Driven, in the world's unit; 0 for a turn, and for a ride in a lift.
         duration: Seconds.
         leg: The leg that is driven; None for a turn.
@@ -160,7 +158,6 @@ class Progress(NamedTuple):
     """How far a robot is on its way.
 
     Attributes:
-        pose: Where it is.
         length: Remaining length of the way, in the world's unit.
         seconds: How long that takes, if nothing gets in the way.
     """

@@ -30,7 +30,6 @@ class _Step:
     """What to do next on the way to a destination.
 
     Attributes:
-        edge: The lane to take.
         leave: Where to leave it for the destination; None to drive it to its end.
     """
 

@@ -13,8 +13,6 @@ class Leg:
     """A straight piece of a route.
 
     Attributes:
-        start: Where it begins.
-        end: Where it ends.
         length: In the world's unit.
         lane: The waypoints of the lane that it runs on, in its direction; None off the lanes.
         speed_limit: Most that may be driven there; infinite without a limit.

@@ -32,7 +32,6 @@ class Tree:
     """The quickest ways to one destination; some 12 bytes a waypoint, as many of them are kept.
 
     Attributes:
-        goal: The destination.
         on_lanes: Whether it is on a lane, so that no route leaves the lanes for it.
         cost: Seconds from each waypoint; infinite where no way leads.
         step: Number of the lane to take at each waypoint; -1 at the destination itself, and where no way leads.

@@ -120,7 +120,6 @@ class Granted(NamedTuple):
 
     Attributes:
         epoch: The next one.
-        now: The simulated time.
         reason: ``event``, ``until``, ``idle`` or ``end``.
         accepted: The answer to each command, in order.
         events: The events of the requested kinds, in order, each with its kind and its stamp.

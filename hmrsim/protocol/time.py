@@ -66,7 +66,6 @@ class Joined(NamedTuple):
 
     Attributes:
         epoch: The epoch to begin with.
-        now: The simulated time.
         goals: How many goals were sent under this name before.
     """
 
@@ -86,11 +85,9 @@ class TimeState(NamedTuple):
     """The state of time.
 
     Attributes:
-        now: The simulated time.
         clock: One of `CLOCKS`.
         real_time_factor: Simulated seconds a wall second that are aimed at; 0 for as fast as possible.
         epoch: In lockstep, which grant is next.
-        participants: The names of the participants.
         waiting_for: The participants that have yet to ask to advance, or to join for the first time; a number in
             place of names that are not known. ``_planner`` while an external planner has yet to answer.
         lag: Total wall seconds that simulated time lags behind, as the machine could not keep up.

@@ -27,7 +27,6 @@ class ReportSink:
 
     Args:
         simulator: The simulator; it has not started.
-        take: Called with each occurrence, in order.
     """
 
     def __init__(self, simulator: Simulator, take: Callable[[Occurrence], object]) -> None:

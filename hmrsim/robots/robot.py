@@ -44,8 +44,6 @@ class Robot(MobileBase):
 
     Args:
         name: Its name, which is a ROS name.
-        items: All items of the world, by name.
-        docks: All docks of the world, by name.
         abort: Aborts the goal that holds the base of the robot of a name, with a reason.
 
     Attributes:

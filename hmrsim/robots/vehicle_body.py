@@ -33,7 +33,6 @@ class VehicleBody:
 
     Args:
         speed: Its maximum speed, in the world's unit a second.
-        home: Its pose at the start.
         changed: Called whenever it begins or ceases to move, or begins a lane or a turn; None for no call.
 
     Attributes:

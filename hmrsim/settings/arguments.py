@@ -26,11 +26,8 @@ def add_settings(
 ) -> None:
     """Add an option for each setting of a model; `given` and `read_settings` read them.
 
-    Args:
-        parser: Of the command.
-        model: The settings.
-        only: The names of the settings that the command has; None for all.
-        defaults: Override the model's; settings with a default here are always in the result.
+    *only* are the names of the settings that the command has, None for all; *defaults* override the model's, and are
+    always in the result.
     """
     groups: dict[str, Any] = {"": parser} | {str(group.title): group for group in parser._action_groups}  # noqa: SLF001
     for name, setting in settings_of(model).items():

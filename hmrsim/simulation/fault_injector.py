@@ -37,7 +37,6 @@ class InjectedFault:
     """One fault that is scheduled, active, or over.
 
     Attributes:
-        settings: Its subject, times and effects.
         when: Random numbers for its times.
         what: Random numbers for its effects.
         since: When it began the last time, in simulated seconds.

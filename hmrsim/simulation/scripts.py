@@ -44,7 +44,6 @@ class Script:
     """One robot's script and how it goes.
 
     Attributes:
-        orders: What it does, in order.
         done: How many orders have succeeded.
         error: Why it failed; empty if it did not.
         ended: When it ended, in simulated seconds; None while it runs.

@@ -90,7 +90,6 @@ class Simulator:
 
     Args:
         world: What to run; its names must have been checked, as `load_world` does.
-        settings: How to run it.
         sinks: Where outputs go, in this order; the initial state is no output.
         watchers: Makes further sinks, of the simulator; called when all else is made.
         actions: The actions of robots, by name; all that are installed if None.
@@ -98,13 +97,9 @@ class Simulator:
         hindrance: Returns why time can't move, even if `gate` is open; empty if it can.
 
     Attributes:
-        world: What runs.
         graph: The ways of the world.
-        roster: Its robots and items.
-        publisher: Publishes the events of the world.
         gate: Controls whether time may move.
         plans: The open requests to an external planner.
-        fault_injector: Its faults.
         detections: What its robots' sensors see.
         readings: The latest message of each topic.
         scripts: What its robots do by themselves.

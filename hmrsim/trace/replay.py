@@ -52,7 +52,6 @@ class Difference:
 
     Attributes:
         line: Its number in the trace, from 1.
-        trace: The line of the trace.
         replay: The line of the replay; None when it has ended.
         before: The last lines that they have in common.
         after: The next lines of the trace.
@@ -70,7 +69,6 @@ class Outcome:
     """The outcome of a replay.
 
     Attributes:
-        header: The trace's first line.
         lines: The number of identical lines.
         commands: How many of them are commands.
         sim_time: How far the replay went, in simulated seconds.

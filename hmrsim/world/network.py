@@ -127,9 +127,7 @@ def _spread(joined: dict[str, int], beside: Mapping[str, list[str]], stop: str, 
 def nearest(waypoints: Mapping[str, Point], points: Mapping[str, Point]) -> dict[str, str]:
     """Return the waypoint that is nearest to each point, in a straight line; of equally near ones the first by name.
 
-    Args:
-        waypoints: Where waypoints are; one at least.
-        points: What to look for them from, by name.
+    There must be one waypoint at least.
     """
     by_x = sorted((point[0], name, point) for name, point in waypoints.items())
     return {name: _nearest(by_x, point) for name, point in points.items()}

@@ -50,13 +50,10 @@ class _Part:
     """A mapping or list; or, with *value* a scalar, one of these.
 
     Attributes:
-        value: The Python value.
-        lines: Its lines.
         size: How many values it holds when aliases are written out, itself included.
         depth: How many mappings and lists are inside each other.
         anchor: The name by which aliases refer to it.
         key: The key that waits for its value, and its line.
-        path: Where it is.
     """
 
     value: Any

@@ -29,7 +29,6 @@ class LoadedWorld:
     """A world that can be run.
 
     Attributes:
-        world: All files made into one.
         warnings: What can be run but is unlikely to be meant.
         hash: SHA-256 of the world in canonical JSON, 64 hex digits; files that say the same have the same.
     """

@@ -53,7 +53,6 @@ class Validated:
     Attributes:
         world: The world without the parts with errors; None when nothing was left.
         findings: The errors, with paths in the file.
-        lost: The parts that were left out.
         kept: By top-level list, the index in the file of each item that is left; absent when all are.
     """
 

@@ -31,10 +31,7 @@ def by_fiducials(own: Mapping[str, complex], reference: Mapping[str, complex], s
 
     Each pair of fiducials that both levels have tells a turn and a scale, each fiducial then a shift; all count alike.
 
-    Args:
-        own: The named points of the level's drawing.
-        reference: Those of the reference level's.
-        scale: Metres a unit of the reference level's drawing.
+    The points of both levels are named; *scale* is metres a unit of the reference level's drawing.
     """
     common = [(own[name], point) for name, point in reference.items() if name in own]
     sides = [(b - a, to - at) for (a, at), (b, to) in combinations(common, 2) if a != b and at != to]

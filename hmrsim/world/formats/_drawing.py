@@ -25,8 +25,6 @@ class Drawing:
     Attributes:
         cells: All cells, in the order of the page.
         by_id: Those that have an id.
-        options: How to read it.
-        findings: Errors and warnings.
         lines: The lines of cells, by the path of what they became.
         walls: The solids, as in a world file.
         places: The named points, likewise.

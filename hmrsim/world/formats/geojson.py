@@ -39,7 +39,6 @@ class _Graph:
     """A route graph while it is being read.
 
     Attributes:
-        ways: Its edges.
         points: Where the waypoints are.
         names: What they are called, by the ids of their nodes.
         taken: The names that there are.
