@@ -55,16 +55,8 @@ def door(a: Point, b: Point, colours: Mapping[str, str], *content: str) -> str:
 def lift(at: Point, size: float, colours: Mapping[str, str], *content: str) -> str:
     """Return a cabin with an arrow up and one down."""
     (x, y), half = at, size * 1.3
-    arrows = "".join(
-        path(
-            [
-                (x - half * 0.5, y + sign * half * 0.2),
-                (x, y + sign * half * 0.75),
-                (x + half * 0.5, y + sign * half * 0.2),
-            ]
-        )
-        for sign in (-1, 1)
-    )
+    corners = ((-0.5, 0.2), (0.0, 0.75), (0.5, 0.2))
+    arrows = "".join(path((x + dx * half, y + sign * half * dy) for dx, dy in corners) for sign in (-1, 1))
     look: Attributes = {"stroke": colours["lift"], "stroke_width": 1.4}
     return element(
         "g",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 from hmrsim.drawing.palette import PALETTE
-from hmrsim.drawing.svg import element, path, titled
+from hmrsim.drawing.svg import Attributes, element, path, titled
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -112,28 +112,11 @@ class Overlay:
 
 
 def _shine(ends: tuple[Point, Point], width: float, colours: Mapping[str, str], *content: str) -> str:
-    return element(
-        "path",
-        *content,
-        d=path(ends),
-        fill="none",
-        stroke=colours["bottleneck"],
-        stroke_width=width,
-        stroke_opacity=0.5,
-        stroke_linecap="butt",
-    )
+    look: Attributes = {"fill": "none", "stroke": colours["bottleneck"], "stroke_width": width}
+    return element("path", *content, d=path(ends), **look, stroke_opacity=0.5, stroke_linecap="butt")
 
 
 def _ring(at: Point, radius: float, colours: Mapping[str, str], *content: str) -> str:
     width = max(1.0, math.sqrt(radius) * 0.8)
-    return element(
-        "circle",
-        *content,
-        cx=at[0],
-        cy=at[1],
-        r=radius,
-        fill=colours["floor"],
-        fill_opacity=0.6,
-        stroke=colours["bottleneck"],
-        stroke_width=width,
-    )
+    look: Attributes = {"fill": colours["floor"], "fill_opacity": 0.6, "stroke": colours["bottleneck"]}
+    return element("circle", *content, cx=at[0], cy=at[1], r=radius, **look, stroke_width=width)
