@@ -33,14 +33,16 @@ from hmrsim.interfaces.simulation_interfaces.messages import (
     WorldResource,
 )
 from hmrsim.interfaces.simulation_interfaces.simulation import (
+    GetAvailableWorlds,
+    GetCurrentWorld,
     GetSimulationState,
     GetSimulatorFeatures,
+    LoadWorld,
     ResetSimulation,
     SetSimulationState,
     SimulateSteps,
     StepSimulation,
 )
-from hmrsim.interfaces.simulation_interfaces.worlds import GetAvailableWorlds, GetCurrentWorld, LoadWorld
 
 __all__ = [
     "Bounds",
