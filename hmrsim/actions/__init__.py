@@ -61,6 +61,11 @@ class Codes:
     unknown: int
     busy: int | None = None
 
+    @classmethod
+    def of_nav2(cls, result: Any) -> Codes:
+        """Return the codes of an action of Nav2, whose result type has ``UNKNOWN``; it preempts."""
+        return cls(canceled=0, preempted=result.UNKNOWN, rejected=1, unknown=result.UNKNOWN)
+
 
 @dataclass(frozen=True)
 class Order(Generic[G]):

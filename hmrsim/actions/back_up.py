@@ -30,7 +30,7 @@ ACTION = Action(
     feedback=BackUp.Feedback,
     process=_process,
     failure=lambda code, message: BackUp.Result(error_code=code, error_msg=message),
-    codes=Codes(canceled=0, preempted=BackUp.Result.UNKNOWN, rejected=1, unknown=BackUp.Result.UNKNOWN),
+    codes=Codes.of_nav2(BackUp.Result),
     order=Order(
         "Back", "DISTANCE [SPEED]", lambda text, world: BackUp.Goal.model_validate(distance_ordered(text, world))
     ),

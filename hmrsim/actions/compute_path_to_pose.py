@@ -47,12 +47,7 @@ ACTION = Action(
     feedback=ComputePathToPose.Feedback,
     process=_process,
     failure=lambda code, message: ComputePathToPose.Result(error_code=code, error_msg=message),
-    codes=Codes(
-        canceled=0,
-        preempted=ComputePathToPose.Result.UNKNOWN,
-        rejected=1,
-        unknown=ComputePathToPose.Result.UNKNOWN,
-    ),
+    codes=Codes.of_nav2(ComputePathToPose.Result),
     flaw=_flaw,
     holds_base=False,
     frames=lambda goal: (goal.goal.header.frame_id, goal.start.header.frame_id if goal.use_start else ""),

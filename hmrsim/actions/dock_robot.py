@@ -146,7 +146,7 @@ ACTION = Action(
     feedback=DockRobot.Feedback,
     process=_process,
     failure=lambda code, message: DockRobot.Result(success=False, error_code=code, error_msg=message),
-    codes=Codes(canceled=0, preempted=_RESULT.UNKNOWN, rejected=1, unknown=_RESULT.UNKNOWN),
+    codes=Codes.of_nav2(_RESULT),
     frames=lambda goal: () if goal.use_dock_id else (goal.dock_pose.header.frame_id,),
     not_ready=no_planner,
     order=Order("Dock", "DOCK", _ordered),

@@ -35,7 +35,7 @@ ACTION = Action(
     feedback=DriveOnHeading.Feedback,
     process=_process,
     failure=lambda code, message: DriveOnHeading.Result(error_code=code, error_msg=message),
-    codes=Codes(canceled=0, preempted=DriveOnHeading.Result.UNKNOWN, rejected=1, unknown=DriveOnHeading.Result.UNKNOWN),
+    codes=Codes.of_nav2(DriveOnHeading.Result),
     order=Order(
         "Drive",
         "DISTANCE [SPEED]",

@@ -68,7 +68,7 @@ ACTION = Action(
     feedback=FollowPath.Feedback,
     process=_process,
     failure=lambda code, message: FollowPath.Result(error_code=code, error_msg=message),
-    codes=Codes(canceled=0, preempted=FollowPath.Result.UNKNOWN, rejected=1, unknown=FollowPath.Result.UNKNOWN),
+    codes=Codes.of_nav2(FollowPath.Result),
     frames=_frames,
     flaw=_flaw,
     order=Order("Follow", "X Y X Y …", _ordered),

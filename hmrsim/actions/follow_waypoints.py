@@ -81,9 +81,7 @@ ACTION = Action(
     feedback=FollowWaypoints.Feedback,
     process=_process,
     failure=lambda code, message: FollowWaypoints.Result(error_code=code, error_msg=message),
-    codes=Codes(
-        canceled=0, preempted=FollowWaypoints.Result.UNKNOWN, rejected=1, unknown=FollowWaypoints.Result.UNKNOWN
-    ),
+    codes=Codes.of_nav2(FollowWaypoints.Result),
     frames=lambda goal: (at.header.frame_id for at in goal.poses),
     not_ready=no_planner,
     order=Order("Visit", "PLACE; PLACE; …", _ordered),

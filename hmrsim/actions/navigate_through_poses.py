@@ -109,12 +109,7 @@ ACTION = Action(
     feedback=NavigateThroughPoses.Feedback,
     process=_process,
     failure=lambda code, message: NavigateThroughPoses.Result(error_code=code, error_msg=message),
-    codes=Codes(
-        canceled=0,
-        preempted=NavigateThroughPoses.Result.UNKNOWN,
-        rejected=1,
-        unknown=NavigateThroughPoses.Result.UNKNOWN,
-    ),
+    codes=Codes.of_nav2(NavigateThroughPoses.Result),
     frames=_frames,
     not_ready=no_planner,
     order=Order("Through", "PLACE; PLACE; …", _ordered),

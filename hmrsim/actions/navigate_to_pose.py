@@ -44,7 +44,7 @@ ACTION = Action(
     feedback=NavigateToPose.Feedback,
     process=_process,
     failure=lambda code, message: NavigateToPose.Result(error_code=code, error_msg=message),
-    codes=Codes(canceled=0, preempted=NavigateToPose.Result.UNKNOWN, rejected=1, unknown=NavigateToPose.Result.UNKNOWN),
+    codes=Codes.of_nav2(NavigateToPose.Result),
     frames=lambda goal: (goal.pose.header.frame_id,),
     not_ready=no_planner,
     order=Order("Go", "PLACE, or X Y", _ordered),

@@ -41,7 +41,7 @@ ACTION = Action(
     feedback=Spin.Feedback,
     process=_process,
     failure=lambda code, message: Spin.Result(error_code=code, error_msg=message),
-    codes=Codes(canceled=0, preempted=Spin.Result.UNKNOWN, rejected=1, unknown=Spin.Result.UNKNOWN),
+    codes=Codes.of_nav2(Spin.Result),
     order=Order("Spin", "RADIANS", _ordered),
     inputs={
         "target_yaw": Input("Angle, counter-clockwise where y points up", "rad", default=1.57),

@@ -65,7 +65,7 @@ ACTION = Action(
     feedback=UndockRobot.Feedback,
     process=_process,
     failure=lambda code, message: UndockRobot.Result(success=False, error_code=code, error_msg=message),
-    codes=Codes(canceled=0, preempted=_RESULT.UNKNOWN, rejected=1, unknown=_RESULT.UNKNOWN),
+    codes=Codes.of_nav2(_RESULT),
     order=Order("Undock", "", _ordered),
     inputs={"max_undocking_time": Input("Longest time to undock", "s", minimum=0.0, advanced=True)},
     example={},

@@ -45,7 +45,7 @@ ACTION = Action(
     feedback=Wait.Feedback,
     process=_process,
     failure=lambda code, message: Wait.Result(error_code=code, error_msg=message),
-    codes=Codes(canceled=0, preempted=Wait.Result.UNKNOWN, rejected=1, unknown=Wait.Result.UNKNOWN),
+    codes=Codes.of_nav2(Wait.Result),
     order=Order("Wait", "SECONDS", _ordered),
     inputs={"time": Input("Duration", "s", default=5.0, minimum=0.0)},
     example={"time": {"sec": 2}},
