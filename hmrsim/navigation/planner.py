@@ -60,11 +60,7 @@ class Planner:
         self._trees.to(goal, speed if self._lanes.limited else 1.0)
 
     def plan(self, start: Point, goal: Point, speed: float) -> Route:
-        """Return the quickest route for a robot of this greatest *speed*.
-
-        A point off the lanes is reached by the point of each lane that is nearest to it of those from which a clear
-        straight line leads there; the lane that gives the quickest trip is taken. Equal trips are ordered by the
-        names of their waypoints. Turning and acceleration are not counted.
+        """Return the quickest route for a robot of this greatest *speed*, by the rules of `WaypointGraph.plan`.
 
         Raises:
             NoRoute: The goal is outside the map (204), inside an obstacle (206), or no way leads there (208).

@@ -44,7 +44,10 @@ def read_file(path: Path, models: tuple[type, ...]) -> dict[str, Any]:
     found, wrong = _validated(data, together(models))
     wrong = [*findings, *wrong]
     if wrong:
-        problems = [_problem(file, finding, finding.line or line_of(lines, finding.path)) for finding in wrong]
+        problems = [
+            Problem(file, dotted(each.path), each.message, each.line or line_of(lines, each.path), each.value)
+            for each in wrong
+        ]
         raise SettingsError(sorted(problems, key=lambda problem: problem.line or 0))
     return found
 
@@ -56,7 +59,3 @@ def _validated(data: dict[str, Any], model: type[BaseModel]) -> tuple[dict[str, 
     except ValidationError as error:
         return {}, explain(error, data, model)
     return {name: getattr(settings, name) for name in data}, []
-
-
-def _problem(file: str, finding: Finding, line: int) -> Problem:
-    return Problem(file, dotted(finding.path), finding.message, line, finding.value)
