@@ -16,7 +16,7 @@ from hmrsim.interfaces.std_msgs import Header
 from hmrsim.items import Item
 from hmrsim.robots.robot import Robot
 from hmrsim.services._pattern import PatternError, compiled
-from hmrsim.services._results import failed
+from hmrsim.services._results import RequestFailed, failed
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -109,15 +109,9 @@ def matching(simulator: Simulator, filters: EntityFilters) -> list[Robot | Item 
                 found.append(entity)
     except PatternError as error:
         return failed(f"filter {filters.filter[:100]!r}: {error}")
-    except _NoBounds as error:
+    except RequestFailed as error:
         return failed(str(error), error.code)
     return found
-
-
-class _NoBounds(ValueError):
-    def __init__(self, message: str, code: int = Result.RESULT_OPERATION_FAILED) -> None:
-        self.code = code
-        super().__init__(message)
 
 
 def _is_inside(entity: Robot | Item | Fixture, bounds: Bounds) -> bool:
@@ -126,9 +120,9 @@ def _is_inside(entity: Robot | Item | Fixture, bounds: Bounds) -> bool:
         return True
     if bounds.type not in (Bounds.TYPE_BOX, Bounds.TYPE_SPHERE):
         message = f"bounds of type {bounds.type} are not supported; use a box or a sphere"
-        raise _NoBounds(message, Result.RESULT_FEATURE_UNSUPPORTED)
+        raise RequestFailed(message, Result.RESULT_FEATURE_UNSUPPORTED)
     if len(bounds.points) != _CORNERS:
-        raise _NoBounds(f"a box or a sphere has 2 points, got {len(bounds.points)}")
+        raise RequestFailed(f"a box or a sphere has 2 points, got {len(bounds.points)}")
     x, y = _pose(entity).point
     a, b = bounds.points
     if bounds.type == Bounds.TYPE_SPHERE:

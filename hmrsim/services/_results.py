@@ -7,6 +7,14 @@ from hmrsim.interfaces.simulation_interfaces import Result
 OK = Result(result=Result.RESULT_OK)
 
 
+class RequestFailed(ValueError):
+    """A request can't be served; *code* says why, for programs."""
+
+    def __init__(self, message: str, code: int = Result.RESULT_OPERATION_FAILED) -> None:
+        self.code = code
+        super().__init__(message)
+
+
 def failed(why: str, code: int = Result.RESULT_OPERATION_FAILED) -> Result:
     """Return the result of a request that failed, with the reason."""
     return Result(result=code, error_message=why)

@@ -10,7 +10,7 @@ from hmrsim.interfaces.simulation_interfaces import Result, SimulatorFeatures, S
 from hmrsim.services import Service
 from hmrsim.services._entities import BadPose, read_pose
 from hmrsim.services._placing import check, check_room
-from hmrsim.services._results import OK, failed
+from hmrsim.services._results import OK, RequestFailed, failed
 from hmrsim.services._spawnables import LIKE, ROBOT, Kind, kinds
 from hmrsim.world.model import ROS_NAME, RobotSpec
 
@@ -19,14 +19,6 @@ if TYPE_CHECKING:
 
 _MAX_NAME: Final = 100
 _Response = SpawnEntity.Response
-
-
-class _CanNotSpawn(ValueError):
-    """The requested entity can't be spawned."""
-
-    def __init__(self, message: str, code: int) -> None:
-        self.code = code
-        super().__init__(message)
 
 
 def _serve(simulator: Simulator, request: SpawnEntity.Request) -> SpawnEntity.Response:
@@ -39,7 +31,7 @@ def _serve(simulator: Simulator, request: SpawnEntity.Request) -> SpawnEntity.Re
         if kind.robot_type is not None:
             spec = RobotSpec(type=kind.robot_type, at=pose.point)
             check_room(simulator, pose.point, simulator.world.robot_type(spec).base)
-    except _CanNotSpawn as error:
+    except RequestFailed as error:
         return _Response(result=failed(str(error), error.code))
     except BadPose as error:
         return _Response(result=failed(str(error), _Response.INVALID_POSE))
@@ -54,21 +46,23 @@ def _kind(simulator: Simulator, request: SpawnEntity.Request) -> Kind:
     """Return the spawnable that is requested.
 
     Raises:
-        _CanNotSpawn: Nothing that there is.
+        RequestFailed: Nothing that there is.
     """
     if request.entity_namespace:
         message = "entities have no namespace here: their name is one; leave it empty"
-        raise _CanNotSpawn(message, _Response.NAMESPACE_INVALID)
+        raise RequestFailed(message, _Response.NAMESPACE_INVALID)
     there = {kind.uri: kind for kind in kinds(simulator.world)}
     known = f"there are: {', '.join(there)}"
     if not request.uri:
         if request.resource_string:
-            raise _CanNotSpawn(f"a resource_string can't be spawned, only a uri; {known}", _Response.UNSUPPORTED_FORMAT)
-        raise _CanNotSpawn(f"neither uri nor resource_string is given; {known}", _Response.NO_RESOURCE)
+            raise RequestFailed(
+                f"a resource_string can't be spawned, only a uri; {known}", _Response.UNSUPPORTED_FORMAT
+            )
+        raise RequestFailed(f"neither uri nor resource_string is given; {known}", _Response.NO_RESOURCE)
     if request.uri not in there:
         ours = request.uri.startswith((ROBOT, LIKE))
         code = Result.RESULT_NOT_FOUND if ours else _Response.UNSUPPORTED_FORMAT
-        raise _CanNotSpawn(f"nothing to spawn of uri {request.uri[:200]!r}; {known}", code)
+        raise RequestFailed(f"nothing to spawn of uri {request.uri[:200]!r}; {known}", code)
     return there[request.uri]
 
 
@@ -76,21 +70,21 @@ def _name(simulator: Simulator, request: SpawnEntity.Request, kind: Kind) -> str
     """Return the name to give.
 
     Raises:
-        _CanNotSpawn: It is invalid, or another entity has it, and the request does not allow renaming.
+        RequestFailed: It is invalid, or another entity has it, and the request does not allow renaming.
     """
     name = request.name
     if not name and not request.allow_renaming:
-        raise _CanNotSpawn("the name is empty; give one, or allow_renaming", _Response.NAME_INVALID)
+        raise RequestFailed("the name is empty; give one, or allow_renaming", _Response.NAME_INVALID)
     if name and not (re.fullmatch(ROS_NAME, name, re.ASCII) and len(name) <= _MAX_NAME):
         message = (
             f"{name[:_MAX_NAME]!r} is not a name: expected up to {_MAX_NAME} letters, digits and _, a letter first"
         )
-        raise _CanNotSpawn(message, _Response.NAME_INVALID)
+        raise RequestFailed(message, _Response.NAME_INVALID)
     if name and simulator.roster.find(name) is None:
         return name
     if not request.allow_renaming:
         message = f"there is an entity {name!r} already; give another name, or allow_renaming"
-        raise _CanNotSpawn(message, _Response.NAME_NOT_UNIQUE)
+        raise RequestFailed(message, _Response.NAME_NOT_UNIQUE)
     stem = name or re.sub(r"^[^A-Za-z]+|\W", "", kind.stem, flags=re.ASCII) or "entity"
     made = (f"{stem[: _MAX_NAME - len(str(number)) - 1]}_{number}" for number in count(1))
     return next(name for name in made if simulator.roster.find(name) is None)
