@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
     from simpy import Event
 
+_FAILED = Result.RESULT_OPERATION_FAILED
+
 
 class StepControl(Protocol):
     """The control of a run's time, as far as steps need it."""
@@ -51,12 +53,7 @@ ACTION = Action(
     feedback=SimulateSteps.Feedback,
     process=_process,
     failure=_result,
-    codes=Codes(
-        canceled=Result.RESULT_OPERATION_FAILED,
-        preempted=Result.RESULT_OPERATION_FAILED,
-        rejected=Result.RESULT_OPERATION_FAILED,
-        unknown=Result.RESULT_OPERATION_FAILED,
-    ),
+    codes=Codes(canceled=_FAILED, preempted=_FAILED, rejected=_FAILED, unknown=_FAILED),
     of_world=True,
     holds_base=False,
     not_ready=lambda gate: gate.why_no_steps(),

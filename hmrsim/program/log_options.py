@@ -18,14 +18,14 @@ PACKAGES: Final = ("hmrsim", "hmrsim_zenoh", "bt_controller")
 """Ours: the level is theirs, others' loggers keep their own."""
 _FORMAT: Final = "[%(levelname)s] %(message)s"
 
+_Level = Annotated[Literal["debug", "info", "warning", "error"], Option("log to stderr at this level and above")]
+
 
 @dataclass(frozen=True)
 class LogOptions:
     """How much a command logs."""
 
-    log_level: Annotated[
-        Literal["debug", "info", "warning", "error"], Option("log to stderr at this level and above")
-    ] = "warning"
+    log_level: _Level = "warning"
 
     @property
     def number(self) -> int:
@@ -37,9 +37,7 @@ class LogOptions:
 class ServerLogOptions(LogOptions):
     """How much a simulator logs: its log is what people see of it."""
 
-    log_level: Annotated[
-        Literal["debug", "info", "warning", "error"], Option("log to stderr at this level and above")
-    ] = "info"
+    log_level: _Level = "info"
 
 
 def add_log_options(parser: argparse.ArgumentParser, *, default: str = "warning") -> None:
