@@ -11,15 +11,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Protocol
 
 from hmrsim.engine.sim_time import nanoseconds
-from hmrsim.events.batteries import (
-    BatteryCritical,
-    BatteryEmpty,
-    BatteryFull,
-    BatteryLow,
-    BatteryRevived,
-    ChargingBegan,
-    ChargingEnded,
-)
+from hmrsim.events import batteries
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.std_msgs import Header
@@ -31,7 +23,6 @@ if TYPE_CHECKING:
     from hmrsim.components.battery import Battery
     from hmrsim.engine.environment import Alarm, Environment
     from hmrsim.engine.subscriptions import EventPublisher
-    from hmrsim.events.batteries import BatteryEvent
     from hmrsim.geometry import Point, Pose
     from hmrsim.robots.docking import DockBay
 
@@ -139,7 +130,7 @@ class Energy:
         else:
             battery.drain, battery.charging = 0.0 if self.level is Level.EMPTY else self._demand(), 0.0
         if charged_before is not bool(battery.charging):
-            self._publish(ChargingEnded if charged_before else ChargingBegan)
+            self._publish(batteries.ChargingEnded if charged_before else batteries.ChargingBegan)
         self._expect()
 
     def _demand(self) -> float:
@@ -243,9 +234,9 @@ class Energy:
         elif self.level is Level.EMPTY:
             self.level = self._level()
             self._robot.enable(EMPTY)
-            self._publish(BatteryRevived)
+            self._publish(batteries.BatteryRevived)
         else:
-            self._publish(BatteryFull)
+            self._publish(batteries.BatteryFull)
         self.switch()
 
     def _publish_levels(self) -> None:
@@ -254,9 +245,9 @@ class Energy:
             if self.level < level <= self._level():
                 self.level = level
                 if level is not Level.EMPTY:
-                    self._publish(BatteryLow if level is Level.LOW else BatteryCritical)
+                    self._publish(batteries.BatteryLow if level is Level.LOW else batteries.BatteryCritical)
         if self.level is Level.EMPTY and EMPTY not in self._robot.disabled_reasons:
-            self._publish(BatteryEmpty, self._robot.pose().point)
+            self._publish(batteries.BatteryEmpty, self._robot.pose().point)
             self._robot.disable(EMPTY, self.why_empty)
         self.switch()
 
@@ -274,7 +265,7 @@ class Energy:
         level = min(self.level, self._level())
         return charging + ([f"battery_{level.name.lower()}"] if level in (Level.LOW, Level.CRITICAL) else [])
 
-    def _publish(self, event: Callable[..., BatteryEvent], *more: Point) -> None:
+    def _publish(self, event: Callable[..., batteries.BatteryEvent], *more: Point) -> None:
         now = self._env.now
         charge, share = self.battery.charge(now), self.battery.share(now)
         self._publisher.publish(lambda: event(self._robot.name, charge, share, *more))

@@ -21,15 +21,7 @@ from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.errors import TraceError, WorldError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.protocol.commands import (
-    CallService,
-    CancelGoal,
-    Participation,
-    PlanAnswered,
-    PlannerPresent,
-    SendGoal,
-    Stop,
-)
+from hmrsim.protocol import commands
 from hmrsim.services import registry as services
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
@@ -235,35 +227,37 @@ def _command(line: _Line, number: int) -> Command:
         raise TraceError(f"line {number}: {line.command}: {first['msg']}") from None
 
 
-def _send_goal(fields: dict[str, Any]) -> SendGoal:
+def _send_goal(fields: dict[str, Any]) -> commands.SendGoal:
     action = actions().get(fields["action"])
     goal = None if action is None or fields["goal"] is None else action.goal.model_validate_json(_json(fields["goal"]))
-    return SendGoal(fields["robot"], fields["action"], goal, fields["goal_id"])
+    return commands.SendGoal(fields["robot"], fields["action"], goal, fields["goal_id"])
 
 
-def _cancel_goal(fields: dict[str, Any]) -> CancelGoal:
+def _cancel_goal(fields: dict[str, Any]) -> commands.CancelGoal:
     goal_info = fields["goal_info"]
     before = Time.model_validate_json(_json(goal_info["stamp"])).to_nanoseconds()
-    return CancelGoal(fields["robot"], fields["action"], goal_info["goal_id"], before)
+    return commands.CancelGoal(fields["robot"], fields["action"], goal_info["goal_id"], before)
 
 
-def _call_service(fields: dict[str, Any]) -> CallService:
+def _call_service(fields: dict[str, Any]) -> commands.CallService:
     service = services()[fields["service"]]
-    return CallService(service.name, service.request.model_validate_json(_json(fields["request"])))
+    return commands.CallService(service.name, service.request.model_validate_json(_json(fields["request"])))
 
 
-def _plan_answered(fields: dict[str, Any]) -> PlanAnswered:
-    return PlanAnswered(fields["request"], ComputePathToPose.Result.model_validate_json(_json(fields["result"])))
+def _plan_answered(fields: dict[str, Any]) -> commands.PlanAnswered:
+    return commands.PlanAnswered(
+        fields["request"], ComputePathToPose.Result.model_validate_json(_json(fields["result"]))
+    )
 
 
 _COMMANDS: Final[dict[str, Callable[[dict[str, Any]], Command]]] = {
     "send_goal": _send_goal,
     "cancel_goal": _cancel_goal,
     "call_service": _call_service,
-    "participation": lambda fields: Participation(fields["participant"], fields["change"], fields["why"]),
-    "planner_present": lambda fields: PlannerPresent(fields["present"]),
+    "participation": lambda fields: commands.Participation(fields["participant"], fields["change"], fields["why"]),
+    "planner_present": lambda fields: commands.PlannerPresent(fields["present"]),
     "plan_answered": _plan_answered,
-    "stop": lambda fields: Stop(fields["reason"]),
+    "stop": lambda fields: commands.Stop(fields["reason"]),
 }
 
 

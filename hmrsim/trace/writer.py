@@ -24,15 +24,7 @@ from hmrsim import CONTRACT, __version__
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import HmrsimError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
-from hmrsim.protocol.commands import (
-    CallService,
-    CancelGoal,
-    Participation,
-    PlanAnswered,
-    PlannerPresent,
-    SendGoal,
-    Stop,
-)
+from hmrsim.protocol import commands
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
@@ -108,13 +100,13 @@ class Trace:
         self._lines: list[str] = [header.line()]
         self._results: dict[str, tuple[Message, str]] = {}
         self._recorders: dict[type, Callable[[Any], dict[str, Any] | None]] = {
-            SendGoal: _send_goal,
-            CancelGoal: _cancel_goal,
-            CallService: self._call_service,
-            Participation: _participation,
-            PlannerPresent: lambda command: {"command": "planner_present", "present": command.present},
-            PlanAnswered: _plan_answered,
-            Stop: lambda command: {"command": "stop", "reason": command.reason},
+            commands.SendGoal: _send_goal,
+            commands.CancelGoal: _cancel_goal,
+            commands.CallService: self._call_service,
+            commands.Participation: _participation,
+            commands.PlannerPresent: lambda command: {"command": "planner_present", "present": command.present},
+            commands.PlanAnswered: _plan_answered,
+            commands.Stop: lambda command: {"command": "stop", "reason": command.reason},
         }
 
     def flush(self) -> None:
@@ -174,7 +166,7 @@ class Trace:
         if fields is not None:
             self._add({"kind": "command", **fields, **_moment(moment), **({"by": by} if by else {})})
 
-    def _call_service(self, command: CallService) -> dict[str, Any] | None:
+    def _call_service(self, command: commands.CallService) -> dict[str, Any] | None:
         service = services()[command.service]
         if not service.changes_world:
             return None
@@ -190,22 +182,22 @@ def _moment(moment: Moment) -> dict[str, Any]:
     return {"after": moment.processed, "stamp": values_of(stamp(moment.now))}
 
 
-def _send_goal(command: SendGoal) -> dict[str, Any]:
+def _send_goal(command: commands.SendGoal) -> dict[str, Any]:
     goal = None if command.goal is None else _as_it_came(command.goal)
     asked = {"robot": command.robot, "action": command.action, "goal_id": command.goal_id, "goal": goal}
     return {"command": "send_goal", **asked}
 
 
-def _cancel_goal(command: CancelGoal) -> dict[str, Any]:
+def _cancel_goal(command: commands.CancelGoal) -> dict[str, Any]:
     goal_info = {"goal_id": command.goal_id, "stamp": values_of(command.stamp)}
     return {"command": "cancel_goal", "robot": command.robot, "action": command.action, "goal_info": goal_info}
 
 
-def _participation(command: Participation) -> dict[str, Any]:
+def _participation(command: commands.Participation) -> dict[str, Any]:
     return {"command": "participation", **command._asdict()}
 
 
-def _plan_answered(command: PlanAnswered) -> dict[str, Any]:
+def _plan_answered(command: commands.PlanAnswered) -> dict[str, Any]:
     return {"command": "plan_answered", "request": command.request, "result": _as_it_came(command.result)}
 
 
