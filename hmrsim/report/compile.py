@@ -11,7 +11,7 @@ from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report import model
 from hmrsim.report.outcomes import errors_of, goal_of, throughput_of
 from hmrsim.report.places import fixtures_of, lanes_of, paths_of
-from hmrsim.report.quantities import as_text, in_seconds, length, rounded
+from hmrsim.report.quantities import as_text, in_seconds, rounded
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -119,7 +119,7 @@ def _robot(track: Track, goals: list[GoalRecord], wait_records: list[WaitRecord]
     whom: Counter[str] = Counter()
     for wait in wait_records:
         for what in wait.robots or (wait.what,):
-            whom[what] += length(wait)
+            whom[what] += wait.length
     statuses = Counter(goal.status for goal in goals)
     metered = track.charge is not None
     return model.Robot(
@@ -139,8 +139,8 @@ def _robot(track: Track, goals: list[GoalRecord], wait_records: list[WaitRecord]
         failed=statuses[GoalStatus.ABORTED],
         canceled=statuses[GoalStatus.CANCELED],
         waits=len(wait_records),
-        waited=in_seconds(sum(length(wait) for wait in wait_records if wait.kind == "way")),
-        queued=in_seconds(sum(length(wait) for wait in wait_records if wait.kind == "dock")),
+        waited=in_seconds(sum(wait.length for wait in wait_records if wait.kind == "way")),
+        queued=in_seconds(sum(wait.length for wait in wait_records if wait.kind == "dock")),
         waited_for={
             what: in_seconds(time) for what, time in sorted(whom.items(), key=lambda each: (-each[1], each[0]))
         },

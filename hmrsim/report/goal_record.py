@@ -50,6 +50,11 @@ class WaitRecord:
     until: str = ""
 
     @property
+    def length(self) -> int:
+        """The nanoseconds that the robot waited."""
+        return (self.ended or self.began) - self.began
+
+    @property
     def what(self) -> str:
         """What it waits for, as text."""
         return self.why or ", ".join(self.robots) or "something"

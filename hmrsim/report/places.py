@@ -7,7 +7,7 @@ from collections import Counter, defaultdict
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.report import model
-from hmrsim.report.quantities import in_seconds, length, rounded
+from hmrsim.report.quantities import in_seconds, rounded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -31,7 +31,7 @@ def lanes_of(story: Story) -> Iterator[model.Lane]:
     for wait in story.waiting.wait_records:
         if wait.kind == "way":
             waits[wait.lane] += 1
-            waited[wait.lane] += length(wait)
+            waited[wait.lane] += wait.length
     closed = story.facility_log.closed
     both = {*closed, *((b, a) for a, b in closed)}
     for lane in sorted({*drives, *waits, *both}, key=lambda each: each or ("", "")):
@@ -79,7 +79,7 @@ def fixtures_of(story: Story) -> Iterator[model.Fixture]:
                 seconds=in_seconds(use.time),
                 share=min(1.0, use.time / whole) if whole else 0.0,
                 waits=len(waits),
-                waited=in_seconds(sum(map(length, waits))),
+                waited=in_seconds(sum(wait.length for wait in waits)),
                 longest_queue=use.queue if kind == "dock" else None,
             )
 

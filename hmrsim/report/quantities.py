@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-
-if TYPE_CHECKING:
-    from hmrsim.report.goal_record import WaitRecord
 
 _DIGITS: Final = 9
 
@@ -20,11 +17,6 @@ def in_seconds(nanoseconds: int) -> float:
 def rounded(value: float) -> float:
     """Return a sum without the errors of binary arithmetic."""
     return round(value, _DIGITS) + 0.0
-
-
-def length(wait: WaitRecord) -> int:
-    """Return the nanoseconds that a robot waited."""
-    return (wait.ended or wait.began) - wait.began
 
 
 def as_text(value: Any) -> str:
