@@ -27,6 +27,12 @@ class Curve(NamedTuple):
     svg: str
 
 
+def picture(parts: Sequence[str], label: str, width: float, height: float) -> str:
+    """Return SVG that is stretched to the room that it has; *label* says what it shows."""
+    view = f"0 0 {number(width)} {number(height)}"
+    return element("svg", *parts, viewBox=view, preserveAspectRatio="none", role="img", aria_label=label)
+
+
 def throughput_chart(buckets: Sequence[Bucket]) -> tuple[str, int]:
     """Return the chart of the goals that ended as SVG, and the maximum of its intervals."""
     most = max((each.succeeded + each.canceled + each.aborted for each in buckets), default=0)
@@ -42,8 +48,7 @@ def throughput_chart(buckets: Sequence[Bucket]) -> tuple[str, int]:
                 y -= height
                 at = {"x": i * width + width * 0.08, "y": y, "width": width * 0.84, "height": height}
                 parts.append(element("rect", titled(f"{span}: {count} {status}"), class_=f"g {status}", **at))
-    view, label = f"0 0 {number(_WIDTH)} {number(_HEIGHT)}", "Goals that ended, over time"
-    return element("svg", *parts, viewBox=view, preserveAspectRatio="none", role="img", aria_label=label), most
+    return picture(parts, "Goals that ended, over time", _WIDTH, _HEIGHT), most
 
 
 def battery_curves(report: Report) -> tuple[Curve, ...]:
@@ -77,9 +82,7 @@ def _curve(
         element("path", class_="low", d=f"M0 {number(y(0.2))}H{number(width)}"),
         element("path", class_="line", d=f"M{line}"),
     ]
-    label = f"Battery of {name} over time"
-    view = f"0 0 {number(width)} {number(height)}"
-    svg = element("svg", *parts, viewBox=view, preserveAspectRatio="none", role="img", aria_label=label)
+    svg = picture(parts, f"Battery of {name} over time", width, height)
     return Curve(name, points[-1][1], min(share for _, share in points), svg)
 
 

@@ -6,6 +6,7 @@ from collections import defaultdict
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.drawing.svg import element, number, titled
+from hmrsim.report.charts import picture
 from hmrsim.report.wording import seconds
 
 if TYPE_CHECKING:
@@ -102,13 +103,7 @@ def timeline_of(report: Report) -> Timeline:
             *(_wait_bar(wait, scale) for wait in waits[robot.name][:most_waits]),
             *(_fault_bar(fault, scale, end) for fault in faults[robot.name]),
         ]
-        view = f"0 0 {WIDTH} 24"
-        label = f"{robot.name}: {len(goals[robot.name])} goals"
-        svg = (
-            element("svg", *parts, viewBox=view, preserveAspectRatio="none", role="img", aria_label=label)
-            if parts
-            else ""
-        )
+        svg = picture(parts, f"{robot.name}: {len(goals[robot.name])} goals", WIDTH, 24) if parts else ""
         rows.append(Row(robot.name, robot.type, svg))
     together = resolution / WIDTH * scale.length
     left_out = sum(max(0, len(waits[robot.name]) - most_waits) for robot in robots)
