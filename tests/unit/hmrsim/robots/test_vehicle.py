@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +29,7 @@ from hmrsim.traffic.policies.reserve import Reserve, ReserveSettings, exits
 from tests.simulation import simulate
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Generator
 
     from hmrsim.robots.robot import Robot
     from tests.simulation import Run
@@ -67,15 +67,17 @@ class Stage:
     run: Run
     robot: Robot
     seen: list[tuple[VehicleState, VehicleEvent]]
+    begun: list[Generator[Any, Any, None]] = field(default_factory=list)
 
     def begin(self, process: object) -> None:
         """Let the vehicle begin to do something, which may be aborted."""
 
-        def pursue() -> Any:
+        def pursue() -> Generator[Any, Any, None]:
             with suppress(GoalAborted, Interrupt):
                 yield from process
 
-        self.run.simulator.env.process(pursue())
+        self.begun.append(pursue())
+        self.run.simulator.env.process(self.begun[-1])
         self.run.simulator.env.take_urgent()
 
     def drive(self, x: float = 20.0, y: float = 0.0) -> None:
@@ -104,7 +106,7 @@ class Stage:
 
 @pytest.fixture
 def stage(monkeypatch):
-    """Return a vehicle that stands idle, in a world whose traffic policy resolves nothing."""
+    """Yield a vehicle that stands idle, in a world whose traffic policy resolves nothing."""
     policy = Policy("passive", ReserveSettings, Passive)
     monkeypatch.setitem(policies(), "passive", policy)
     run = simulate(WORLD, topics=EVENTS)
@@ -117,7 +119,11 @@ def stage(monkeypatch):
         return after
 
     monkeypatch.setattr(vehicle_body, "next_state", watched)
-    return Stage(run, robot, seen)
+    stage = Stage(run, robot, seen)
+    yield stage
+    # A drive that is collected as garbage halts its vehicle, which the next test would see.
+    for begun in stage.begun:
+        begun.close()
 
 
 def blocked(stage: Stage) -> None:
