@@ -76,7 +76,7 @@ def _not_taken(options: ReadOptions, documents: Sequence[Document], *, complete:
     robots = [robot for document in documents for robot in document.robots]
     for old, new in options.rename.items():
         if complete and old not in robots:
-            yield Problem(f"--rename {old}={new}", "", f"no robot {old!r} to rename{instead(old, robots)}")
+            yield Problem(f"--rename {old}={new}", "", f"no robot {old!r} of a drawing to rename{instead(old, robots)}")
 
 
 @dataclass

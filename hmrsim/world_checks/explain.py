@@ -43,6 +43,7 @@ _WANTED = {
     "model_attributes_type": "a mapping",
     "tuple_type": "a list",
     "list_type": "a list",
+    "is_instance_of": "a path",
     "finite_number": "a finite number",
 }
 

@@ -73,7 +73,7 @@ def test_a_file_of_comments_is_an_error(read):
         ("connect: tcp/127.0.0.1:7447", "s.yaml:1: connect: expected a list, got 'tcp/127.0.0.1:7447'"),
         ("prefix: a//b", "s.yaml:1: prefix: "),
         ("participants: {a: 1}", "s.yaml:1: participants: "),
-        ("trace: 3", "s.yaml:1: trace: "),
+        ("trace: 3", "s.yaml:1: trace: expected a path, got 3"),
         ("page: 2", "s.yaml:1: page: expected text, got 2; put it in quotes"),
         ("- seed", "s.yaml:1: expected a mapping with settings such as clock: lockstep, got ['seed']"),
         ("seed", "s.yaml:1: expected a mapping with settings such as clock: lockstep, got 'seed'"),

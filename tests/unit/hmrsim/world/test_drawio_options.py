@@ -74,8 +74,8 @@ def test_robots_of_an_included_drawing_are_renamed(write):
 @pytest.mark.parametrize(
     ("rename", "message"),
     [
-        ({"robot_3": "x"}, "--rename robot_3=x: no robot 'robot_3' to rename; did you mean 'robot_2'"),
-        ({"nobody": "x"}, "--rename nobody=x: no robot 'nobody' to rename; there are eve, robot_1, robot_2"),
+        ({"robot_3": "x"}, "--rename robot_3=x: no robot 'robot_3' of a drawing to rename; did you mean 'robot_2'"),
+        ({"nobody": "x"}, "--rename nobody=x: no robot 'nobody' of a drawing to rename; there are eve, robot_1"),
         ({"robot_1": "eve"}, "robot cell 'r': can't be renamed to 'eve', which another robot is called"),
         ({"eve": "robot_1"}, "robot cell 'r': is another one named 'robot_1'; give it a name of its own"),
         ({"eve": "9"}, "robots.9: "),
