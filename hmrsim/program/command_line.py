@@ -69,12 +69,13 @@ class CommandParser(argparse.ArgumentParser):
             self._read_environment(given)
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
-            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{self._meant_option(unknown)}")
         return found, unknown
 
     def error(self, message: str) -> NoReturn:
-        """Exit with 2 and one line that states the error and where to read on."""
-        self.exit(2, f"{self.prog}: error: {printable(message)}; see {self.prog} --help\n")
+        """Exit with 2 and one line that states the error and where to read on, unless it suggests what was meant."""
+        rest = "" if message.endswith("?") else f"; see {self.prog} --help"
+        self.exit(2, f"{self.prog}: error: {printable(message)}{rest}\n")
 
     def _read_environment(self, given: list[str]) -> None:
         for action in self._actions:
@@ -115,7 +116,22 @@ class CommandParser(argparse.ArgumentParser):
         if action.choices is not None and value not in action.choices:
             noun = (action.option_strings[-1].lstrip("-") if action.option_strings else str(action.metavar)).lower()
             choices = ", ".join(str(choice) for choice in action.choices)
-            raise argparse.ArgumentError(action, f"no {noun} {value!r}; there are {choices}")
+            alike = _meant(str(value), map(str, action.choices))
+            rest = f"did you mean {alike!r}?" if alike else f"there are {choices}"
+            raise argparse.ArgumentError(action, f"no {noun} {value!r}; {rest}")
+
+    def _meant_option(self, unknown: list[str]) -> str:
+        """Return the option that is most similar to the first unknown one, as the end of a message."""
+        wanted = next((word.partition("=")[0] for word in unknown if word.startswith("--")), "")
+        alike = _meant(wanted, (name for action in self._actions for name in action.option_strings))
+        return f"; did you mean {alike}?" if wanted and alike else ""
+
+
+def _meant(wanted: str, known: Iterable[str]) -> str | None:
+    # difflib is slow to load, and needed for mistakes only.
+    from hmrsim.diagnostics import meant  # noqa: PLC0415
+
+    return meant(wanted, known)
 
 
 def variable_of(action: argparse.Action) -> str:

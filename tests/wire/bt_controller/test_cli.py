@@ -151,7 +151,7 @@ class TestRun:
                 "soon",
                 "HMRSIM_TIMEOUT: 'soon' is not a valid time; expected a number of seconds greater than 0",
             ),
-            ("HMRSIM_MODE", "peerless", "HMRSIM_MODE: no mode 'peerless'; there are peer, client, router"),
+            ("HMRSIM_MODE", "peerless", "HMRSIM_MODE: no mode 'peerless'; did you mean 'peer'?"),
         ],
     )
     def test_a_bad_variable_is_exit_2(self, monkeypatch, capsys, variable, value, error):

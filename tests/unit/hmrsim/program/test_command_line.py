@@ -75,7 +75,7 @@ def test_a_variable_is_enough_for_a_required_option(parser, monkeypatch):
     [
         ("HMRSIM_SEED", "many", "prog: error: HMRSIM_SEED: 'many' is not a whole number\n"),
         ("HMRSIM_REAL_TIME_FACTOR", "x", "prog: error: HMRSIM_REAL_TIME_FACTOR: 'x' is not a number\n"),
-        ("HMRSIM_MODE", "klient", "prog: error: HMRSIM_MODE: no mode 'klient'; there are peer, client\n"),
+        ("HMRSIM_MODE", "klient", "prog: error: HMRSIM_MODE: no mode 'klient'; did you mean 'client'?\n"),
     ],
 )
 def test_a_bad_variable_is_named(parser, monkeypatch, capsys, variable, value, error):
@@ -94,6 +94,11 @@ def test_a_bad_variable_is_named(parser, monkeypatch, capsys, variable, value, e
         (
             [*NEEDED, "--seed", "x"],
             "prog: error: argument --seed: 'x' is not a whole number; see prog --help\n",
+        ),
+        ([*NEEDED, "--sed", "1"], "prog: error: unrecognized arguments: --sed; did you mean --seed?\n"),
+        (
+            [*NEEDED, "--mode", "x"],
+            "prog: error: argument --mode: no mode 'x'; there are peer, client; see prog --help\n",
         ),
         (
             [*NEEDED, "--seed", "1", "a", "--x\x1b[31m\n"],
