@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import registry
 from hmrsim.cli.exits import UnknownName, WrongUse
+from hmrsim.diagnostics import instead
 from hmrsim.protocol.goal import WORLD
 
 if TYPE_CHECKING:
@@ -85,9 +86,9 @@ def find_action(info: Info, name: str) -> ActionName:
     robot, _, action = aliases(info).get(f"{first}/{second}", f"{first}/{second}").partition("/")
     there = _owners(info)
     if robot not in there:
-        raise UnknownName(f"no robot {robot!r}; there are: {', '.join(robots(info)) or 'none'}")
+        raise UnknownName(f"no robot {robot!r}{instead(robot, robots(info), verb='there are:')}")
     if action not in there[robot]:
-        raise UnknownName(f"{robot} has no action {action!r}; it has: {', '.join(there[robot])}")
+        raise UnknownName(f"{robot} has no action {action!r}{instead(action, there[robot], verb='it has:')}")
     return ActionName(f"/{first}/{second}", robot, action)
 
 

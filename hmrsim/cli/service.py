@@ -115,7 +115,7 @@ def _call(args: argparse.Namespace) -> int:
         except RequestError as error:
             if name in known:
                 raise mistakes_in_reply("request", error, data, _request_type(name, info)) from None
-            raise _unknown(name, known, info, f"; the response: {error}") from None
+            raise _unknown(name, known, info, str(error)) from None
         except (Unreachable, ValueError) as error:
             if name in known and isinstance(error, Unreachable):
                 raise
@@ -186,7 +186,8 @@ def _unknown(name: str, known: Iterable[str], info: Info, answer: str = "") -> U
     near = [one for one in there if one.startswith(f"{owner or '/_world'}/")] or [
         one for one in there if _ACTION not in one
     ]
-    return UnknownName(f"no service {name!r}{instead(name, near)}{answer}")
+    rest = instead(name, near)
+    return UnknownName(f"no service {name!r}{f': {answer}' if answer and not rest.endswith('?') else rest}")
 
 
 def _print(answer: bytes, *, as_json: bool) -> None:

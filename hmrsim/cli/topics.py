@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import UnknownName
 from hmrsim.cli.names import ActionName, aliases, robots
+from hmrsim.diagnostics import instead
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.wire.keys import TREE, Verb
 
@@ -18,9 +19,11 @@ if TYPE_CHECKING:
 _OF_THE_WORLD: Final = {
     "clock": ("rosgraph_msgs/msg/Clock", True),
     "events": ("hmrsim/Event", False),
+    "log": ("hmrsim/Event", False),
     "info": ("hmrsim/WorldInfo", True),
     "route_graph": ("hmrsim/RouteGraph", True),
     "scene": ("hmrsim/Scene", True),
+    "view": ("hmrsim/View", True),
 }
 _OF_ROBOTS: Final = {
     "odom": ("nav_msgs/msg/Odometry", True),
@@ -84,11 +87,14 @@ def find_topic(info: Info, name: str) -> Topic:
     if wanted in found:
         return found[wanted]
     owner = words[0]
-    there = [*robots(info), WORLD]
-    if owner not in there:
-        raise UnknownName(f"no topic {name!r}: there is no robot {owner!r}; there are: {', '.join(there)}")
-    names = ", ".join(topic for topic in found if topic.startswith(f"/{owner}/"))
-    raise UnknownName(f"no topic {name!r}; {owner} has: {names}")
+    if (of_world := f"/{WORLD}{wanted}") in found:
+        raise UnknownName(f"no topic {name!r}; did you mean {of_world!r}?")
+    if owner != WORLD and owner not in robots(info):
+        rest = instead(owner, robots(info), verb="there are:")
+        raise UnknownName(f"no topic {name!r}: there is no robot {owner!r}{rest}")
+    names = [topic.removeprefix(f"/{owner}/") for topic in found if topic.startswith(f"/{owner}/")]
+    rest = instead("/".join(words[1:]), names, verb=f"{owner} has:")
+    raise UnknownName(f"no topic {name!r}{rest}")
 
 
 def _of_action(robot: str, action: str) -> Iterator[Topic]:

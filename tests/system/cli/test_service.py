@@ -123,7 +123,7 @@ def test_requests_that_cannot_be_read_are_2(call, words, error):
     [
         ("/_world/inf", "hmrsim: no service '/_world/inf'; did you mean '/_world/info'?"),
         ("/nobody", "hmrsim: no service '/nobody'; there are /_world/info, /_world/route_graph"),
-        ("/wally/wait/_action/send_goal", "hmrsim: no robot 'wally'; there are: wall_e\n"),
+        ("/wally/wait/_action/send_goal", "hmrsim: no robot 'wally'; did you mean 'wall_e'?\n"),
         ("/nobody/wait/_action/get_result", "hmrsim: no robot 'nobody'; there are: wall_e\n"),
         ("/wall_e/fly/_action/send_goal", "hmrsim: wall_e has no action 'fly'; it has: "),
         ("/wall_e/wait/_action/get_resul", "hmrsim: no service '/wall_e/wait/_action/get_resul'; did you mean "),

@@ -82,14 +82,31 @@ def test_key_of_a_topic(name, key, latched):
 
 def test_topic_of_unknown_robot():
     """For a robot that isn't there, those that are there are told."""
-    with pytest.raises(UnknownName, match="no robot 'hal'; there are: wall_e, eve, _world"):
+    with pytest.raises(UnknownName, match=r"no robot 'hal'; there are: wall_e, eve$"):
         find_topic(INFO, "/hal/odom")
 
 
 def test_unknown_topic():
     """For a topic that isn't there, those of its robot are told."""
-    with pytest.raises(UnknownName, match="no topic '/eve/smell'; eve has: /eve/odom, /eve/dance/_action/feedback"):
+    with pytest.raises(UnknownName, match="no topic '/eve/smell'; eve has: odom, dance/_action/feedback"):
         find_topic(INFO, "/eve/smell")
+
+
+@pytest.mark.parametrize(
+    ("find", "name", "meant"),
+    [
+        (find_topic, "/wall_e/odm", "no topic '/wall_e/odm'; did you mean 'odom'?"),
+        (find_topic, "/wally/odom", "there is no robot 'wally'; did you mean 'wall_e'?"),
+        (find_topic, "/clock", "no topic '/clock'; did you mean '/_world/clock'?"),
+        (find_action, "/wally/wait", "no robot 'wally'; did you mean 'wall_e'?"),
+        (find_action, "/wall_e/wat", "wall_e has no action 'wat'; did you mean 'wait'?"),
+    ],
+)
+def test_the_most_similar_name_is_suggested(find, name, meant):
+    """A robot has some thirty topics, and a fleet a hundred robots: a list of them helps less."""
+    with pytest.raises(UnknownName) as error:
+        find(INFO, name)
+    assert str(error.value).endswith(meant)
 
 
 def test_a_robot_may_have_a_tree():
