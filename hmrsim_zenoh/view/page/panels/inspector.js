@@ -109,7 +109,7 @@ export class Inspector {
       ['Faults', faults.map(({ name, fault }) => (name.startsWith(fault) ? actionWords(fault) : `${name} (${actionWords(fault)})`)).join(', ')],
       ['Blocks', waiting.map(({ name }) => name).join(', ')],
       ['Other goals', behind.map((goal) => `${actionWords(goal.action)} ${goalWords(goal.action, goal.goal, model.world)}`).join(', ')],
-      ['Components', robot.components.map((each) => (each === 'claw' ? 'gripper' : actionWords(each))).join(', ')],
+      ['Components', robot.components.map(actionWords).join(', ')],
       ['Planner', robot.planner === 'external' ? 'external planner' : ''],
       ['Detections', robot.detections.map(({ id }) => id).join(', ')],
     ].filter(([, value]) => value);
