@@ -24,6 +24,9 @@ _LINES_AROUND: Final = 5
 _GAP: Final = 2
 """Columns of the terminal between two of the table."""
 
+_ECHO: Final = 2
+"""Columns of the terminal right of the table."""
+
 _MAX_NAME: Final = 16
 """Maximum characters of a name; longer ones are truncated."""
 
@@ -93,6 +96,7 @@ class RobotTable(ABC, Generic[Robot]):
 
     def table(self) -> Table:
         """Return the current table."""
+        available = self._console.size.width - _ECHO
         table = Table(
             title=Text(self.title(), no_wrap=True, overflow="ellipsis"),
             title_justify="left",
@@ -102,8 +106,10 @@ class RobotTable(ABC, Generic[Robot]):
             pad_edge=False,
             padding=(0, 1, 0, 0),
             expand=True,
+            # What the terminal echoes, such as ^C, stays on the last line, and the next table is where this one was.
+            width=available,
         )
-        columns = _fitting(self._columns, self._console.size.width)
+        columns = _fitting(self._columns, available)
         for column in columns:
             last = column is self._columns[-1]
             width, ratio = (None, 1) if last else (column.width, None)

@@ -93,6 +93,14 @@ def test_the_end_of_a_goal_has_a_colour(host):
     assert "\x1b[31mABORTED: no way" in console.file.getvalue()
 
 
+@pytest.mark.parametrize("width", [20, 40, 80, 120])
+def test_what_the_terminal_echoes_has_room(host, width):
+    """A ^C behind the last line does not wrap, so the next table is drawn over this one."""
+    lines = drawn(host, width=width).splitlines()
+
+    assert all(len(line + "^C") <= width for line in lines)
+
+
 @pytest.mark.parametrize(
     ("width", "headings"),
     [
