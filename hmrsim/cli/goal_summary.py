@@ -30,10 +30,14 @@ def _words(value: object) -> Iterator[str]:
         for item in value:
             yield from _words(item)
     elif isinstance(value, Message) and not isinstance(value, Time):
+        told = False
         for name, field in type(value).model_fields.items():
             part = getattr(value, name)
-            # Clients send every field, so most have ROS's defaults, which the user has not set.
-            if isinstance(part, (Pose, PoseStamped)) or part != field.get_default(call_default_factory=True):
+            # Clients send every field, so most have ROS's defaults, which the user has not set. The origin is a pose
+            # to drive to as any other, but not beside the name of a dock.
+            default = part == field.get_default(call_default_factory=True)
+            if not default or (not told and isinstance(part, (Pose, PoseStamped))):
+                told = True
                 yield from _words(part)
     elif isinstance(value, (str, int, float)) and value:
         yield str(value) if isinstance(value, str) else f"{value:g}"
