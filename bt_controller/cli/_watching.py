@@ -41,7 +41,7 @@ def check_pictures(args: argparse.Namespace) -> None:
     for option, name in (("--dot", args.dot), ("--svg", args.svg)):
         if name and name != _STDOUT and (Path(name).is_dir() or not Path(name).parent.is_dir()):
             wrong = errno.EISDIR if Path(name).is_dir() else errno.ENOENT
-            raise BadOptions(f"{option} {name}: {os.strerror(wrong)}")
+            raise BadOptions(f"{option} {name}: {os.strerror(wrong).lower()}")
     if args.svg:
         check_graphviz()
 
@@ -122,7 +122,7 @@ def _opened(option: str, path: str) -> Any:
     try:
         return Path(path).open("w", encoding="utf-8")
     except OSError as error:
-        raise BadOptions(f"{option} {path}: {error.strerror}") from None
+        raise BadOptions(f"{option} {path}: {str(error.strerror).lower()}") from None
 
 
 def _write(option: str, path: str, text: str) -> None:

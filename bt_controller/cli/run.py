@@ -86,7 +86,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def _robot(text: str) -> str:
     if not _ROBOT_NAME.fullmatch(text):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a robot's name; expected letters, digits and underscores")
+        expected = "selectors are for --robots" if ":" in text else "expected letters, digits and underscores"
+        raise argparse.ArgumentTypeError(f"{text!r} is not a robot's name; {expected}")
     return text
 
 

@@ -165,7 +165,8 @@ class TestRun:
     @pytest.mark.parametrize(
         ("arguments", "error"),
         [
-            (["--robot", "wall-e"], "'wall-e' is not a robot's name"),
+            (["--robot", "wall-e"], "'wall-e' is not a robot's name; expected letters, digits and underscores"),
+            (["--robot", "type:nurse"], "'type:nurse' is not a robot's name; selectors are for --robots"),
             (["--robot", "wall_e", "--period", "0"], "'0' is not a valid period"),
             (["--robot", "wall_e", "--name", "ward b"], "'ward b' is no participant's name"),
             (["--robot", "wall_e", "--clock", "wall"], "no clock 'wall'; there are auto, realtime, lockstep"),
