@@ -156,7 +156,7 @@ def _alive(simulator: Simulator) -> Iterator[str]:
 
 
 def _of_time(time: Any) -> Iterator[str]:
-    yield f"{time.get('now', 0.0):.9g} s"
+    yield f"{round(time.get('now', 0.0), 1):.9g} s"
     factor = time.get("real_time_factor", 1.0)
     if time.get("clock") == "lockstep":
         yield f"lockstep, epoch {time.get('epoch')}"

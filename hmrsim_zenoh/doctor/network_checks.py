@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.diagnostics import meant
 from hmrsim_zenoh.doctor.problem import Problem, some
 from hmrsim_zenoh.ros2.codec.distros import DISTROS
 from hmrsim_zenoh.ros2.keys import DOMAINS, MAX_DOMAIN
@@ -25,10 +26,11 @@ def no_simulator(snapshot: Snapshot) -> Iterator[Problem]:
     if snapshot.simulator is not None:
         return
     if snapshot.prefixes:
+        are = "is" if len(snapshot.prefixes) == 1 else "are"
         yield Problem(
             "other_prefix",
-            f"no simulator has the prefix {snapshot.prefix!r}; there is {some(map(repr, snapshot.prefixes))}",
-            f"use --prefix {snapshot.prefixes[0]}",
+            f"no simulator has the prefix {snapshot.prefix!r}; there {are} {some(map(repr, snapshot.prefixes))}",
+            f"use --prefix {meant(snapshot.prefix, snapshot.prefixes) or snapshot.prefixes[0]}",
         )
     else:
         yield Problem(
