@@ -43,6 +43,7 @@ _NO_SPACE: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EB
 
 _DONE: Final = 0
 _FAILED: Final = 1
+_WRONG_USE: Final = 2
 _INTERRUPTED: Final = 130
 
 
@@ -220,6 +221,9 @@ def run_program(program: str, run: Callable[[], int]) -> int:
     except KeyboardInterrupt:
         return _INTERRUPTED
     except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            print(f"{program}: {error.filename}: {os.strerror(error.errno).lower()}", file=sys.stderr)  # noqa: T201
+            return _WRONG_USE
         if error.filename is not None or error.errno not in _NO_SPACE:
             raise
         _mute_stdout()

@@ -6,8 +6,8 @@ import os
 import stat
 from pathlib import Path
 
-from hmrsim.diagnostics import instead
-from hmrsim.errors import Problem, WorldError
+from hmrsim.diagnostics import instead, meant
+from hmrsim.errors import Problem, WorldError, reason_of
 from hmrsim.world.shipped import shipped_maps
 
 MAX_BYTES = 16 * 1024 * 1024
@@ -24,12 +24,15 @@ def find(source: str | Path) -> Path:
     name = str(source)
     if not name:
         raise _error("", "the name of the world is empty; expected a file, or the name of a shipped world")
-    if path.is_file():
-        return path
+    try:
+        if path.is_file():
+            return path
+    except OSError as error:  # of a name that is too long
+        raise _error(name, f"can't be read: {reason_of(error)}") from None
     shipped = shipped_maps()
     if name in shipped and isinstance(source, str):
         return shipped[name]
-    bare = isinstance(source, str) and path.name == name and not path.suffix
+    bare = isinstance(source, str) and not path.suffix and (path.name == name or meant(name, shipped) is not None)
     if bare and not path.exists():
         raise _error(name, f"no such file, and no shipped world of that name{instead(name, shipped)}")
     if path.stem in shipped and not path.exists():

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from hmrsim.cli import main
+
 INTERRUPTED = """
 import os, signal, sys
 from hmrsim.cli import main
@@ -88,3 +90,22 @@ def test_closed_output_is_one_line():
     done = subprocess.run(["/bin/sh", "-c", command], stderr=subprocess.PIPE, text=True, check=False)
 
     assert (1, "hmrsim: can't write the output: stdout is closed\n") == (done.returncode, done.stderr)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["map", "convert", "zoo/door"],
+        ["report", "x", "-o"],
+        ["report", "x", "--csv"],
+    ],
+    ids=" ".join,
+)
+def test_a_file_name_that_is_too_long_is_one_line(arguments, capsys):
+    """The name is wrong use, wherever the system refuses it."""
+    name = "n" * 300 + ".yaml"
+
+    code = main([*arguments, name])
+
+    assert 2 == code
+    assert capsys.readouterr().err.endswith(f"{name}: file name too long\n")

@@ -103,6 +103,21 @@ def test_unknown_name_tells_the_shipped_worlds():
         load_world("nowhere")
 
 
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("zoo/crossin", "zoo/crossin: no such file, and no shipped world of that name; did you mean 'zoo/crossing'?"),
+        ("/nowhere/x", "/nowhere/x: no such file"),
+        ("x" * 300, "x" * 300 + ": can't be read: file name too long"),
+    ],
+)
+def test_a_name_that_is_neither_a_file_nor_a_shipped_world(name, told):
+    """The name, and the shipped world that was meant."""
+    with pytest.raises(WorldError) as error:
+        load_world(name)
+    assert told == str(error.value)
+
+
 def test_file_that_cannot_be_read_is_one_problem(tmp_path):
     """A missing file, a folder, a pipe, wrong bytes and unknown contents."""
     (tmp_path / "bytes.yaml").write_bytes(b"name: a\nx: \xff\n")
