@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from hmrsim.diagnostics import instead
 from hmrsim.engine.sim_time import nanoseconds
 from hmrsim.facilities import Fixture
 from hmrsim.geometry import SAME_PLACE, Pose, yaw_of
@@ -34,8 +35,8 @@ class BadPose(ValueError):
 
 def unknown(simulator: Simulator, name: str) -> Result:
     """Return the result of a request for an entity that does not exist."""
-    there = ", ".join(sorted(entity.name for entity in simulator.roster))
-    return failed(f"no entity {name!r}; there are: {there or 'none'}", Result.RESULT_NOT_FOUND)
+    there = sorted(entity.name for entity in simulator.roster)
+    return failed(f"no entity {name!r}{instead(name, there, verb='there are:')}", Result.RESULT_NOT_FOUND)
 
 
 def pose_message(pose: Pose) -> PoseMessage:

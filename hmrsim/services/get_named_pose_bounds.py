@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hmrsim.diagnostics import instead
 from hmrsim.interfaces.simulation_interfaces import GetNamedPoseBounds, Result, SimulatorFeatures
 from hmrsim.services import Service
 from hmrsim.services._named_poses import named_poses
@@ -17,7 +18,7 @@ def _serve(simulator: Simulator, request: GetNamedPoseBounds.Request) -> GetName
     known = named_poses(simulator.world)
     if request.name in known:
         return GetNamedPoseBounds.Response(result=OK)
-    why = f"no pose {request.name!r}; there are: {', '.join(known) or 'none'}"
+    why = f"no pose {request.name!r}{instead(request.name, known, verb='there are:')}"
     return GetNamedPoseBounds.Response(result=failed(why, Result.RESULT_NOT_FOUND))
 
 

@@ -150,7 +150,7 @@ def test_a_robot_without_sensors_has_no_detections():
     ("request_", "code", "why"),
     [
         ({"robot": "eyes", "entity": "cup"}, 2, "robot: no robot 'eyes'; did you mean 'eye'?"),
-        ({"robot": "eye", "entity": "cap"}, 2, "no entity 'cap'; there are: cup, eye"),
+        ({"robot": "eye", "entity": "cap"}, 2, "no entity 'cap'; did you mean 'cup'?"),
     ],
 )
 def test_is_detected_with_an_unknown_name_is_refused(request_, code, why):

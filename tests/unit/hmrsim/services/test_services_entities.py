@@ -125,6 +125,12 @@ class TestStates:
         assert Result.RESULT_NOT_FOUND == result.result
         assert "no entity 'hal'; there are: anvil, cart, eve, letter, parcel, wall_e" == result.error_message
 
+    def test_the_most_similar_entity_is_suggested(self, run):
+        """A list of a thousand entities helps less."""
+        result = run.ask("get_entity_state", {"entity": "walle"}).result
+
+        assert "no entity 'walle'; did you mean 'wall_e'?" == result.error_message
+
 
 class TestNamedPoses:
     """Waypoints, places and docks."""
