@@ -12,7 +12,7 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, warn
 from hmrsim.cli.tracing import errors_of, lines_of
-from hmrsim.errors import printable, reason_of
+from hmrsim.errors import TraceError, printable, reason_of
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim.report import of_recording, of_trace, report_of
 from hmrsim.report.page import page_of
@@ -91,6 +91,8 @@ def _read(path: Path) -> ReportInput:
         TraceError: It can't be read, or is neither a trace nor a recording.
     """
     with errors_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise TraceError("is not a regular file; it is read twice")
         with path.open("rb") as file:
             begins = file.read(len(_MCAP))
         if begins == _MCAP:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 
 import jsonschema
 import pytest
@@ -115,6 +116,15 @@ def test_what_is_no_text_and_no_recording(tmp_path, capsys):
 
     error = "neither a trace (text) nor a recording (MCAP)"
     assert (2, f"hmrsim: {path}: {error}\n") == (code, capsys.readouterr().err)
+
+
+def test_a_pipe_is_not_read(tmp_path, capsys):
+    """A report reads its file twice, which a pipe allows once; nor does it wait for a pipe that is never written."""
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    code = main(["report", str(path)])
+
+    assert (2, f"hmrsim: {path}: is not a regular file; it is read twice\n") == (code, capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("line", ["NaN", '{"kind":"status","stamp":{"sec":NaN,"nanosec":0}}', "[" * 100_000, "{", "7"])
