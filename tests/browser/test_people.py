@@ -114,6 +114,17 @@ def test_events_from_before_the_page_are_shown(hospital):
     assert 2.0 == pytest.approx(page.evaluate(lasted))
 
 
+def test_a_long_name_of_an_event_stays_in_its_row(hospital):
+    """A closed lane has the names of two waypoints, which would cover the rows above and below."""
+    simulator, show = hospital
+    simulator.call("inject_fault", type="lane_closed", lane=["pharmacy_counter", "pharmacy_door"])
+
+    page = show("?panel=events")
+    name = page.get_by_role("list", name="Events").locator(".name", has_text="pharmacy_counter").first
+
+    assert name.bounding_box()["height"] < 1.7 * float(name.evaluate("e => parseFloat(getComputedStyle(e).fontSize)"))
+
+
 def test_a_hopeless_goal_is_shown_as_aborted(hospital):
     """The goal was accepted, and aborted at the same instant: the page says why, and no more."""
     _, show = hospital
