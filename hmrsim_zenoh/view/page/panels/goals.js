@@ -137,6 +137,7 @@ export class GoalsPanel {
   }
 }
 
-function errorWords({ errorCode, errorMsg }) {
+function errorWords({ status, errorCode, errorMsg }) {
+  if (errorMsg === STATUS_WORDS[status]) return ''; // A canceled goal has the text "canceled".
   return [errorCode === null ? '' : `code ${errorCode}`, errorMsg].filter(Boolean).join(': ');
 }
