@@ -77,8 +77,8 @@ def _run(argv: Sequence[str] | None) -> int:
         return end.code if isinstance(end.code, int) else _DONE
     except HmrsimError as error:
         # Imports Zenoh, which the code that raised the error has imported already.
-        from hmrsim.cli.exits import code_of, text_of  # noqa: PLC0415
+        from hmrsim.cli import exits  # noqa: PLC0415
 
-        print(text_of(error), file=sys.stderr)
-        return code_of(error)
+        print(exits.text_of(error), file=sys.stderr)
+        return exits.code_of(error)
     return code

@@ -27,16 +27,16 @@ def ros2_wires(settings: Ros2Settings) -> tuple[Wire, ...]:
     if not (settings.ros2 or settings.ros2dds):
         return ()
     # Loads the codecs, which takes 40 ms and is needed for runs with ROS only.
-    from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds  # noqa: PLC0415
+    from hmrsim_zenoh.ros2 import wires  # noqa: PLC0415
 
     distros = tuple(dict.fromkeys(settings.ros_distro))
-    wires: list[Wire] = []
+    opened: list[Wire] = []
     if settings.ros2:
         domain = _domain() if settings.ros_domain_id is None else settings.ros_domain_id
-        wires.append(RmwZenoh(domain, distros) if distros else RmwZenoh(domain))
+        opened.append(wires.RmwZenoh(domain, distros) if distros else wires.RmwZenoh(domain))
     if settings.ros2dds:
-        wires.append(Ros2Dds(distros[0]) if distros else Ros2Dds())
-    return tuple(wires)
+        opened.append(wires.Ros2Dds(distros[0]) if distros else wires.Ros2Dds())
+    return tuple(opened)
 
 
 def _domain() -> int:
