@@ -6,17 +6,14 @@ import argparse
 import importlib
 import json
 import pkgutil
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rich.console import Console
 
 import benchmarks
 from benchmarks import _report
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 def main(argv: Sequence[str] | None = None) -> None:

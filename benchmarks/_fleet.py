@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import random
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,8 +17,6 @@ from hmrsim.world.model import World
 from hmrsim.world_checks import LoadedWorld
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic

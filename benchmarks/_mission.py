@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import zenoh
 
@@ -15,9 +16,6 @@ from benchmarks._wire import ask
 from hmrsim.world_checks import load_world
 from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import open_client
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _BT_CONTROLLER = (sys.executable, "-m", "bt_controller")
 _PATIENCE = 120.0

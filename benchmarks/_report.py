@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import os
 import platform
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.table import Table
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
 
 _HEAD = ("what", "value", "ratio", "target", "met")
 _PACKAGES = ("simpy", "eclipse-zenoh", "pydantic", "networkx")

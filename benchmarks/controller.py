@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import random
 import time
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -30,7 +31,6 @@ from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
     from multiprocessing.connection import Connection
 
     from py_trees.behaviour import Behaviour

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import statistics
 import tempfile
+from collections.abc import Sequence
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -22,8 +23,6 @@ from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.world.model import World
 
 QUICK: dict[str, Any] = {"rounds": 20, "missions": 1, "runs": 5}

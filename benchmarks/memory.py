@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from benchmarks._fleet import SIDE, grid_world
 from benchmarks._processes import HMRSIM, command, line_of, memory
@@ -13,9 +14,6 @@ from benchmarks._report import Row
 from benchmarks._wire import GoalSender
 from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import open_client
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 QUICK: dict[str, Any] = {"sizes": (10, 1010)}
 

@@ -12,8 +12,9 @@ import random
 import statistics
 import time
 import uuid
+from collections.abc import Sequence
 from queue import SimpleQueue
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import zenoh
 
@@ -21,9 +22,6 @@ from benchmarks._report import Row
 from benchmarks._wire import served
 from hmrsim.settings.run import RunSettings
 from hmrsim.world.model import World
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 QUICK: dict[str, Any] = {"window": 2.0}
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,8 +19,6 @@ from hmrsim_zenoh.recording.sink import RecordingSink
 from hmrsim_zenoh.recording.writing import RecordingFile
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.protocol.outputs import Output
 
 QUICK: dict[str, Any] = {"sizes": (10, 100), "seconds": 5.0}

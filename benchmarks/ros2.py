@@ -5,6 +5,7 @@ from __future__ import annotations
 import statistics
 import tempfile
 import time
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
@@ -31,8 +32,6 @@ from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import open_server
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from hmrsim.protocol.sinks import Sink
     from hmrsim.world.model import World
 

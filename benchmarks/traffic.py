@@ -9,6 +9,7 @@ from __future__ import annotations
 import gc
 import random
 import time
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
@@ -21,8 +22,6 @@ from hmrsim.world.model import World
 from hmrsim.world_checks import load_world
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Sink
 

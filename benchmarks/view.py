@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from benchmarks._browser import browser, shown
@@ -14,8 +15,6 @@ from benchmarks._wire import served
 from hmrsim.settings.run import RunSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from playwright.sync_api import Browser, Page
 
 QUICK: dict[str, Any] = {"sizes": (10, 100), "window": 2.0}

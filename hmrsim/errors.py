@@ -18,11 +18,8 @@ A mistake of the *caller* (a negative delay, an illegal transition) is a ``Value
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 class HmrsimError(Exception):

@@ -6,11 +6,9 @@ A point is ``(x, y)`` in the world's unit. No function here depends on the direc
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 Point = tuple[float, float]
 

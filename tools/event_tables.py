@@ -8,14 +8,13 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.events import groups
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from hmrsim.events import Event
 
 _DOCS: Final = Path(__file__).parents[1] / "docs"

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import ast
 import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+from typing import Final
 
 _PACKAGES: Final = ("hmrsim", "hmrsim_zenoh", "bt_controller")
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -22,8 +23,6 @@ from hmrsim.settings.world import WorldSettings
 from hmrsim_zenoh.settings import SERVED, ViewSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
     from hmrsim.settings.option import Setting
 
 _PAGE: Final = Path("docs/settings.md")

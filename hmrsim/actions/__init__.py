@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import sys
+from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
@@ -17,8 +18,6 @@ from hmrsim.interfaces.message import Message
 from hmrsim.plugins import discover
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Mapping
-
     from hmrsim.world.model import World
 
 G = TypeVar("G", bound=Message)

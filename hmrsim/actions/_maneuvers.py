@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Generator
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from hmrsim.actions._places import numbers
@@ -13,8 +14,6 @@ from hmrsim.interfaces.nav2_msgs import BackUp, DriveOnHeading, Spin, Wait
 from hmrsim.navigation.motion import drive_of, straight
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
-
     from hmrsim.actions import Report
     from hmrsim.geometry import Point
     from hmrsim.navigation.motion import Piece

@@ -5,6 +5,7 @@ A robot with an external planner follows the planned path straight from pose to 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +17,6 @@ from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
 from hmrsim.navigation.route import Route
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Sequence
-
     from hmrsim.geometry import Point
     from hmrsim.interfaces.geometry_msgs import PoseStamped
     from hmrsim.robots.robot import Robot

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
@@ -10,8 +11,6 @@ from hmrsim.actions._maneuvers import distance_ordered, drive_straight, keep_tim
 from hmrsim.interfaces.nav2_msgs import BackUp
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from hmrsim.robots.robot import Robot
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +18,6 @@ from hmrsim.interfaces.nav2_msgs import DockRobot
 from hmrsim.navigation.route import Route
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from hmrsim.robots.docking import DockBay
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World

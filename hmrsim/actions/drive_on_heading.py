@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
@@ -11,8 +12,6 @@ from hmrsim.errors import GoalAborted
 from hmrsim.interfaces.nav2_msgs import DriveOnHeading
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from hmrsim.robots.robot import Robot
 
 

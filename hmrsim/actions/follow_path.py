@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator, Iterator
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
@@ -13,8 +14,6 @@ from hmrsim.interfaces.nav2_msgs import FollowPath
 from hmrsim.interfaces.nav_msgs import Path
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator
-
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
@@ -13,8 +14,6 @@ from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses, WaypointStatus
 from hmrsim.interfaces.nav_msgs import Goals
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator, Sequence
-
     from hmrsim.actions._navigation import Way
     from hmrsim.interfaces.geometry_msgs import PoseStamped
     from hmrsim.robots.robot import Robot

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +13,6 @@ from hmrsim.actions._places import place, pose
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 

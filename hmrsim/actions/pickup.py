@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +14,6 @@ from hmrsim.errors import GoalAborted
 from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, Pickup
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from hmrsim.items import Item
     from hmrsim.robots.robot import Robot
 

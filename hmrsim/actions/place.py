@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Order, Report
@@ -13,8 +14,6 @@ from hmrsim.geometry import distance
 from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, Place, PlaceLocation
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from hmrsim.geometry import Point
     from hmrsim.items import Item
     from hmrsim.robots.robot import Robot

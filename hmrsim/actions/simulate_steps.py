@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING, Any, Protocol
 
 from hmrsim.actions import Action, Codes, Report
@@ -9,8 +10,6 @@ from hmrsim.actions._inputs import Input
 from hmrsim.interfaces.simulation_interfaces import Result, SimulateSteps
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from simpy import Event
 
 _FAILED = Result.RESULT_OPERATION_FAILED

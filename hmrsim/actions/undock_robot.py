@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
@@ -10,8 +11,6 @@ from hmrsim.errors import GoalAborted
 from hmrsim.interfaces.nav2_msgs import UndockRobot
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from hmrsim.robots.docking import DockBay
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World

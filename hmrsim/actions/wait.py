@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
@@ -12,8 +13,6 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -11,8 +12,6 @@ from hmrsim.components import Settings
 from hmrsim.geometry import distance
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.geometry import Point, Pose
 
 _RESOLUTION = {"m": 0.1, "px": 8.0}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,8 +11,6 @@ from pydantic import Field
 from hmrsim.components import Component, Settings
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.items import Item
 
 

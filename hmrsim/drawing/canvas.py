@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.drawing.palette import type_looks
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.drawing.frame import Frame
     from hmrsim.world.model import World
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.drawing import marks
@@ -10,8 +11,6 @@ from hmrsim.drawing.labels import shortened, width_of
 from hmrsim.drawing.svg import Attributes, element, group, path, text_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
     from hmrsim.drawing.canvas import Canvas
 
 _SIZE: Final = 11.0

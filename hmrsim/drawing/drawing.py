@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Final, Literal
 
 from hmrsim.drawing import marks
@@ -15,8 +16,6 @@ from hmrsim.drawing.palette import PALETTE
 from hmrsim.drawing.svg import Attributes, element, group, number, path, titled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from hmrsim.drawing.overlay import Overlay
     from hmrsim.world.model import World
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.geometry import distance
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.geometry import Point
     from hmrsim.world.model import World
 

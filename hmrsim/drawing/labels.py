@@ -6,11 +6,10 @@ import itertools
 import math
 import unicodedata
 from collections import defaultdict
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.drawing.frame import Box
     from hmrsim.geometry import Point
 

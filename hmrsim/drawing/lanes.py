@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.drawing import marks
 from hmrsim.drawing.svg import Attributes, element, path, titled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from hmrsim.drawing.frame import Frame
     from hmrsim.geometry import Point
     from hmrsim.world.model import Lane, World

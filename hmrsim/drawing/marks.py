@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from hmrsim.drawing.palette import BODIES
 from hmrsim.drawing.svg import Attributes, element, number, path
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.drawing.palette import Look
     from hmrsim.geometry import Point
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -10,8 +11,6 @@ from hmrsim.drawing.lanes import limits
 from hmrsim.drawing.svg import Attributes, element, group, text_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.drawing.canvas import Canvas
     from hmrsim.geometry import Point
 

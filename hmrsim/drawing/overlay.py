@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -10,8 +11,6 @@ from hmrsim.drawing.palette import PALETTE
 from hmrsim.drawing.svg import Attributes, element, path, titled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from hmrsim.drawing.frame import Frame
     from hmrsim.geometry import Point
     from hmrsim.world.model import World

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import heapq
 import math
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable
+from typing import Final
 
 import simpy
 from simpy.events import NORMAL, URGENT, EventPriority
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _LAST = EventPriority(2)
 """Priority of an event that comes after all others that are due at the same time."""

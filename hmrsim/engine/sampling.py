@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import heapq
 import math
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable
-
     from hmrsim.engine.subscriptions import Interest
     from hmrsim.protocol.topics import Topic
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from hmrsim.engine.sim_time import stamp
@@ -9,8 +10,6 @@ from hmrsim.protocol.outputs import EventStamped, Sampled
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     import simpy
 
     from hmrsim.events import Event

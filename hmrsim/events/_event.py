@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import namedtuple
+from collections.abc import Mapping
 from enum import StrEnum
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self, dataclass_transform, get_type_hints
@@ -14,8 +15,6 @@ from hmrsim.events._parts import Change
 from hmrsim.events._text import render
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.events._text import Format
 
 WORLD: Final = "_world"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from hmrsim.events._event import Event, Severity, description_of
@@ -10,8 +11,6 @@ from hmrsim.events._registry import UnknownEvent, registry
 from hmrsim.events._text import FORMATS, fields_in, render
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.events._parts import Change
 
 _FORMATS = {*FORMATS, "goal"}

@@ -14,11 +14,10 @@ Parts do not nest. ``hmrsim_zenoh/view/page/model/event_text.js`` is the same in
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     Format = Callable[[Any], str]
 
 _PART: Final = re.compile(r"\[([^\]]*)\]|(\{[^}]*\}|[^\[{]+)")

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Final
+from collections.abc import Mapping
+from typing import Annotated, Final
 
 from pydantic import Field
 
 from hmrsim.events._event import Event, EventGroup
 from hmrsim.events._parts import Part
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 
 class ParticipantEvent(Event, subject=("participant",), changes=Part.PARTICIPANTS):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import sys
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, Protocol, Self, TypeVar
@@ -18,7 +19,6 @@ from hmrsim.plugins import discover
 
 if TYPE_CHECKING:
     import random
-    from collections.abc import Callable, Mapping, Sequence
 
     from hmrsim.components.claw import Claw
     from hmrsim.events import Event

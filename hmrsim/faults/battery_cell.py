@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Callable
+from typing import Annotated
 
 from pydantic import Field
 
 from hmrsim.faults import Case, FaultType, Name, Spell
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 class BatteryCell(Spell):

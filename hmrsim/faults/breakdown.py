@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from hmrsim.faults import Case, FaultType, Name, Spell
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 class Breakdown(Spell):

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, cast
 
 from hmrsim.faults import Case, FaultType, Name, Spell
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.facilities.doors import Door
 
 

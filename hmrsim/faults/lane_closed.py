@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import Field
 
 from hmrsim.faults import Case, FaultType, Name, Spell
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 class LaneClosed(Spell):

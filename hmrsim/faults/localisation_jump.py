@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import Field
 
 from hmrsim.faults import Case, FaultType, Name, Spell
 from hmrsim.geometry import MAX_COORDINATE, Pose
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _Number = Annotated[float, Field(strict=True, ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
 _Offset = Annotated[_Number, Field(json_schema_extra={"unit": "m"})]

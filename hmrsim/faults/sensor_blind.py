@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hmrsim.components._sensor import Sensor
 from hmrsim.faults import Case, FaultType, Name, Spell
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 class SensorBlind(Spell):

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Callable
+from typing import Annotated
 
 from pydantic import Field
 
 from hmrsim.faults import Case, FaultType, Name, Spell
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 class Slip(Spell):

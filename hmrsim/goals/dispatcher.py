@@ -6,6 +6,7 @@ All requests that wait for a result are held here, in the simulation's thread.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from simpy import Event as SimpyEvent
@@ -24,8 +25,6 @@ from hmrsim.protocol.outputs import Answered, FeedbackSent, GoalChanged, RosterC
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Mapping
-
     import simpy
 
     from hmrsim.actions import AnyAction

@@ -6,6 +6,7 @@ This is bookkeeping only: `hmrsim.goals.dispatcher` decides about goals.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Protocol
@@ -18,8 +19,6 @@ from hmrsim.protocol.goal import WORLD, GoalStatus
 from hmrsim.protocol.goal_ids import ZERO_ID, made_goal_id, parse_goal_id
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
     import simpy
 
     from hmrsim.actions import AnyAction

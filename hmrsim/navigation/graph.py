@@ -8,6 +8,7 @@ and need none of its memory.
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Collection, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -19,8 +20,6 @@ from hmrsim.navigation.planner import Planner
 from hmrsim.navigation.route import Leg, Route
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
-
     from hmrsim.world.model import World
 
 _KEPT_PLANNERS = 16

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
@@ -13,8 +14,6 @@ from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.navigation.route import Leg, Route
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.world.model import World
 
 _KEPT_POINTS = 4_096

@@ -10,6 +10,7 @@ where the robot would have had to set out to have that speed now.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -18,8 +19,6 @@ from hmrsim.geometry import Pose, between, distance, turn
 from hmrsim.navigation.route import Leg
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.geometry import Point
 
 _SAME_HEADING = 1e-9

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import count
@@ -16,8 +17,6 @@ from hmrsim.navigation.route import Leg, Route
 from hmrsim.navigation.search import Trees
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-
     from hmrsim.navigation.lanes import Edge, Lanes
     from hmrsim.navigation.search import Tree
 

@@ -6,6 +6,7 @@ import heapq
 import math
 from array import array
 from collections import OrderedDict
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -13,8 +14,6 @@ from typing import TYPE_CHECKING
 from hmrsim.geometry import Point, distance
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-
     from hmrsim.navigation.lanes import Edge, Lanes
 
 _TIE = 1e-9

@@ -11,6 +11,7 @@ import importlib
 import os
 import re
 import sys
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NoReturn
@@ -18,8 +19,6 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 from hmrsim.errors import printable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
-
     Completer = Callable[..., Iterable[str]]
 
 ENVIRONMENT: Final = """\

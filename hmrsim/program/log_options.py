@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Final, Literal
@@ -12,7 +13,6 @@ from hmrsim.settings.option import Option
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Iterator
 
 PACKAGES: Final = ("hmrsim", "hmrsim_zenoh", "bt_controller")
 """Ours: the level is theirs, others' loggers keep their own."""

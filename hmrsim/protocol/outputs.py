@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -10,8 +11,6 @@ from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.time import HasLeft, Joined, TimeState
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.events import Event
     from hmrsim.interfaces.message import Message
     from hmrsim.interfaces.nav2_msgs import ComputePathToPose

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.drawing.svg import element, number, titled
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
     from hmrsim.report.model import Bucket, Report, Span
 
 _WIDTH, _HEIGHT = 1000.0, 160.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.events.traffic import MadeRoom, Rerouted
@@ -14,8 +15,6 @@ from hmrsim.report.places import fixtures_of, lanes_of, paths_of
 from hmrsim.report.quantities import as_text, in_seconds, rounded
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
     from hmrsim.report.fault_log import FaultRecord
     from hmrsim.report.goal_record import GoalRecord, WaitRecord
     from hmrsim.report.reading import ReportInput

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hmrsim.events.docks import Docked, DockQueued, Undocked
 from hmrsim.events.doors import DoorClosed, DoorOpened, DoorOpening
@@ -12,9 +13,6 @@ from hmrsim.events.lifts import LiftArrived, LiftCalled, LiftDeparted
 from hmrsim.events.traffic import LaneClosed, LaneOpened
 from hmrsim.report.occurrence import lane as lane_of
 from hmrsim.report.occurrence import records, text, texts
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 
 @dataclass(slots=True)

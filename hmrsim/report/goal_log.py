@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
@@ -12,8 +13,6 @@ from hmrsim.report.goal_record import GoalRecord
 from hmrsim.report.occurrence import Misfit, text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from hmrsim.events.goals import GoalAccepted, GoalStatusChanged, SendGoalRejected
     from hmrsim.geometry import Point
     from hmrsim.interfaces.message import Message

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.drawing import Drawing
@@ -11,8 +12,6 @@ from hmrsim.drawing.svg import element, group, titled
 from hmrsim.report.wording import seconds, times
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.drawing.frame import Frame
     from hmrsim.report.model import Report
     from hmrsim.world.model import World

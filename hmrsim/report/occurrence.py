@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 from hmrsim.events import Event, from_json
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 LATEST = 2**62
 """Nanoseconds; no stamp is later."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
@@ -13,8 +14,6 @@ from hmrsim.report.goal_log import name_of, target_of
 from hmrsim.report.quantities import in_seconds, rounded
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.events.goals import SendGoalRejected
     from hmrsim.report.goal_record import GoalRecord
     from hmrsim.report.story import Story

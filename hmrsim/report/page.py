@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Final
@@ -21,8 +22,6 @@ from hmrsim.report.timeline import timeline_of
 from hmrsim.world_checks.loading import world_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.report.model import Report
 
 _MAX_ROWS: Final = 500

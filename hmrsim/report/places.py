@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.report import model
 from hmrsim.report.quantities import in_seconds, rounded
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.report.facility_log import Use
     from hmrsim.report.goal_record import WaitRecord
     from hmrsim.report.story import Story

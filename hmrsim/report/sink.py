@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from hmrsim.engine.sim_time import stamp
@@ -14,8 +15,6 @@ from hmrsim.report.occurrence import BatterySeen, Commanded, Occurrence, SceneSe
 from hmrsim.simulation.snapshot import scene
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.protocol.commands import Command
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Moment

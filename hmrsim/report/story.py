@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from hmrsim.engine.sim_time import JITTER
 from hmrsim.events import traffic as events
@@ -36,9 +37,6 @@ from hmrsim.report.occurrence import (
 from hmrsim.report.robot_log import RobotLog
 from hmrsim.report.track import Motion, Track
 from hmrsim.report.waiting import Waiting
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
 
 _SAMPLED: Final = (SceneSeen, BatterySeen)
 """Occurrences that may arrive late, so that they do not indicate a reset of time."""

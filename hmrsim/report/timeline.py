@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.drawing.svg import element, number, titled
@@ -10,8 +11,6 @@ from hmrsim.report.charts import picture
 from hmrsim.report.wording import seconds
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.report.model import FaultSpan, Goal, Report, Span, Wait
 
 WIDTH: Final = 10_000

@@ -7,6 +7,7 @@ published, and none in between. The next one is an alarm: time does not advance 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
 from enum import IntEnum
 from typing import TYPE_CHECKING, Protocol
 
@@ -18,8 +19,6 @@ from hmrsim.interfaces.std_msgs import Header
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
     from hmrsim.components.battery import Battery
     from hmrsim.engine.environment import Alarm, Environment
     from hmrsim.engine.subscriptions import EventPublisher

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -17,8 +18,6 @@ from hmrsim.robots.power import EMPTY, Energy, Level
 from hmrsim.robots.vehicle import MobileBase
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterator, Mapping
-
     from simpy import Event
 
     from hmrsim.engine.environment import Environment

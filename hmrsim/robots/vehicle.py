@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +17,6 @@ from hmrsim.robots.vehicle_driving import DrivingVehicle
 from hmrsim.robots.vehicle_state import VehicleEvent, VehicleState
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
-
     from hmrsim.geometry import Point
     from hmrsim.navigation.motion import Drive
     from hmrsim.navigation.route import Route

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.geometry import Pose, distance
@@ -9,8 +10,6 @@ from hmrsim.navigation.motion import Piece, Progress
 from hmrsim.robots.vehicle_state import VehicleEvent, VehicleState, next_state
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from simpy import Event, Timeout
 
     from hmrsim.engine.environment import Environment

@@ -5,6 +5,7 @@ There is one event a lane, and none in between.
 
 from __future__ import annotations
 
+from collections.abc import Collection, Generator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +21,6 @@ from hmrsim.robots.vehicle_body import VehicleBody
 from hmrsim.robots.vehicle_state import VehicleEvent, VehicleState
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Generator, Sequence
-
     from hmrsim.errors import GoalAborted
     from hmrsim.events.robots import MotionBegan
     from hmrsim.navigation.graph import Lane

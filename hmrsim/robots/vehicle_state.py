@@ -21,11 +21,9 @@ What moves or waits comes back to IDLE by ``arrive`` at the end of its way, and 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum
-from typing import TYPE_CHECKING, Final
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from typing import Final
 
 
 class VehicleState(Enum):

@@ -7,6 +7,7 @@ tests are generic over it.
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -15,8 +16,6 @@ from hmrsim.interfaces.message import Message
 from hmrsim.plugins import discover
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from hmrsim.simulation.simulator import Simulator
 
 Q = TypeVar("Q", bound=Message)

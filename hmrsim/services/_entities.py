@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import instead
@@ -20,8 +21,6 @@ from hmrsim.services._pattern import PatternError, compiled
 from hmrsim.services._results import RequestFailed, failed
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-
     from hmrsim.interfaces.simulation_interfaces import EntityFilters
     from hmrsim.simulation.simulator import Simulator
 

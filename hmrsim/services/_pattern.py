@@ -6,10 +6,8 @@ collating elements (``[.x.]``, ``[=x=]``) nor repetitions of more than 1000.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from collections.abc import Callable
+from typing import Final
 
 _MAX_CHARACTERS: Final = 256
 _MAX_BYTES: Final = 256 * 1024

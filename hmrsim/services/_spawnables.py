@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from hmrsim.world.model import BUILT_IN_TYPES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.world.model import World
 
 ITEM = "item"

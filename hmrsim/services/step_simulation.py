@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from hmrsim.interfaces.simulation_interfaces import SimulatorFeatures, StepSimulation
@@ -9,8 +10,6 @@ from hmrsim.services import Service
 from hmrsim.services._results import OK, failed, of_steps
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.simulation.simulator import Simulator
 
 _Response = StepSimulation.Response

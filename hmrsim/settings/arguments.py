@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from hmrsim.settings.option import settings_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
-
     from hmrsim.settings.option import Option, Setting
 
 M = TypeVar("M")

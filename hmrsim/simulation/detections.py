@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
+from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hmrsim.components._sensor import Sensor
@@ -13,8 +14,6 @@ from hmrsim.protocol.outputs import Sampled
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
-
     from hmrsim.robots.robot import Robot
     from hmrsim.simulation.entities import Roster
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from hmrsim.events.entities import Deleted, Spawned, Teleported
@@ -14,8 +15,6 @@ from hmrsim.traffic.admission import Admission
 from hmrsim.world.model import RobotSpec
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.events import Event

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import random
 from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
@@ -22,8 +23,6 @@ from hmrsim.faults import registry as faults
 from hmrsim.world_checks.faults import There, flaws
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from hmrsim.diagnostics import Finding
     from hmrsim.engine.environment import Alarm, Environment
     from hmrsim.engine.subscriptions import EventPublisher

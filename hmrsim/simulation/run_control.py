@@ -6,6 +6,7 @@ The gate is also the server of the actions of ``_world``, which the world serves
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
@@ -16,8 +17,6 @@ from hmrsim.interfaces.simulation_interfaces import SimulationState
 from hmrsim.protocol.goal import WORLD
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     import simpy
 
     from hmrsim.engine.environment import Environment

@@ -6,6 +6,7 @@ goal that does not: also when a controller on the network takes the robot over.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -21,8 +22,6 @@ from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import Answered
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Sequence
-
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.protocol.answers import GoalResponse, ResultResponse
     from hmrsim.protocol.commands import Command

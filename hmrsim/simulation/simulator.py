@@ -7,6 +7,7 @@ seed and the commands with their times.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
@@ -48,8 +49,6 @@ from hmrsim.simulation.run_control import Gate
 from hmrsim.simulation.scripts import Scripts
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
     from hmrsim.actions import AnyAction
     from hmrsim.items import Item
     from hmrsim.protocol.commands import Command

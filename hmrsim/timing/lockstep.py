@@ -13,6 +13,7 @@ from __future__ import annotations
 import itertools
 import logging
 import math
+from collections.abc import Collection, Iterable
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.engine.sim_time import end_of_instant, stamp
@@ -25,8 +26,6 @@ from hmrsim.protocol.topics import Topic
 from hmrsim.timing.participants import Participants, Slot
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
-
     from hmrsim.protocol.commands import CancelGoal, PlanAnswered
     from hmrsim.protocol.outputs import Output
     from hmrsim.simulation.simulator import Simulator

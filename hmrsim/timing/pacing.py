@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import math
 import threading
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
@@ -23,8 +24,6 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.timing.lockstep import LockstepCoordinator
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim.protocol.inbox import Inbox
     from hmrsim.simulation.simulator import Simulator

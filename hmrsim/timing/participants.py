@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.protocol.commands import Participation
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-
     from hmrsim.protocol.commands import Advance
     from hmrsim.protocol.outputs import Granted
 

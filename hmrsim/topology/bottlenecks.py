@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
@@ -11,8 +12,6 @@ import networkx as nx
 from hmrsim.topology._block_tree import BlockTree
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.topology._block_tree import Stretches
 
 MAX_LISTED: Final = 1_000

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -11,8 +12,6 @@ from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world.model import Base
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from hmrsim.world.model import World
 
 MAX_STEPS: Final = 4_000_000

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, Final
@@ -29,8 +30,6 @@ from hmrsim.trace.writer import Header, Trace
 from hmrsim.world_checks.loading import world_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
-
     from hmrsim.protocol.commands import Command
     from hmrsim.protocol.sinks import Sink
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -32,8 +33,6 @@ from hmrsim.world.writing import native_data
 from hmrsim.world_checks.loading import world_hash
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import Command
     from hmrsim.protocol.outputs import Output

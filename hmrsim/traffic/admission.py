@@ -7,6 +7,7 @@ changed. Where nothing can block a vehicle, no vehicle asks.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.errors import GoalAborted, NoRoute
@@ -20,8 +21,6 @@ from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.wait_timeout import WaitTimeout
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Sequence
-
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.geometry import Point

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.route import Leg
     from hmrsim.traffic.policies import Vehicle

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -9,8 +10,6 @@ from hmrsim.events.traffic import LaneClosed, LaneOpened
 from hmrsim.traffic.obstructions import Obstructions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane, WaypointGraph

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -9,8 +10,6 @@ from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, distance
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
-
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.lanes import Lanes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,8 +15,6 @@ from hmrsim.world.merging import Merged, Source
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from hmrsim.world.formats import Document
 
 _MAX_DEPTH = 10

@@ -7,14 +7,13 @@ when its graph is asked for: it takes a third of the time and of the memory that
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.geometry import distance
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
     import networkx as nx
 
     from hmrsim.geometry import Point

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator
 from itertools import permutations
 from typing import TYPE_CHECKING, Any
 
@@ -9,8 +10,6 @@ from hmrsim.geometry import distance
 from hmrsim.world.model import Waypoint
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
-
     from hmrsim.world.model import Lane, World
 
 

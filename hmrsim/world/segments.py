@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from hmrsim.geometry import between, crosses, distance
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from hmrsim.geometry import Point
 
 Segment = tuple["Point", "Point"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -24,7 +25,6 @@ from hmrsim.world_checks.traffic import check_traffic
 from hmrsim.world_checks.validation import Lost
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
     from typing import Any
 
     from hmrsim.geometry import Point

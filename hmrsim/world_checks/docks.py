@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING
 
 from hmrsim.actions import registry
@@ -10,8 +11,6 @@ from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
-
     from hmrsim.diagnostics import Path
     from hmrsim.geometry import Point
     from hmrsim.world.model import Dock, RobotSpec, World

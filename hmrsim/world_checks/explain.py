@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
@@ -10,8 +11,6 @@ from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, instead, shown
 from hmrsim.world.model import Base, Dock, FaultEntry, Item, Lane, Place, RobotSpec, RobotType, Solid, World
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
-
     from pydantic import ValidationError
     from pydantic_core import ErrorDetails
 

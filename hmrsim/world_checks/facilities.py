@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -11,8 +12,6 @@ from hmrsim.geometry import SAME_PLACE, crosses, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.world.model import Door, Lift, World
     from hmrsim.world_checks.validation import Lost
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +17,6 @@ from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world_checks.explain import explain
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
-
     from hmrsim.faults import AnyFault, Occurrence
     from hmrsim.world.model import World
     from hmrsim.world_checks.validation import Lost

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -10,8 +11,6 @@ from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.geometry import Point
     from hmrsim.world.model import World
     from hmrsim.world_checks.validation import Lost

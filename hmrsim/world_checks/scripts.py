@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import Finding, shown
 from hmrsim.goals.script_orders import read_order
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.diagnostics import Path
     from hmrsim.world.model import World
     from hmrsim.world_checks.validation import Lost

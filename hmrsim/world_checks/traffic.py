@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, deque
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
@@ -16,8 +17,6 @@ from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world_checks.explain import explain
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.geometry import Point
     from hmrsim.world.model import RobotSpec, World
 

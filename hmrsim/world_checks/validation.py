@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +13,6 @@ from hmrsim.world.model import World
 from hmrsim.world_checks.explain import explain
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.diagnostics import Path
 
 _ROUNDS = 20

@@ -9,6 +9,7 @@ stands on. A policy decides when it may have them.
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, Protocol
@@ -22,8 +23,6 @@ from hmrsim.traffic.policies._vehicle import Vehicle, Wait
 __all__ = ["AdmissionControl", "Policy", "Rules", "Settings", "Vehicle", "Wait", "registry"]
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from hmrsim.navigation.route import Leg
 
 

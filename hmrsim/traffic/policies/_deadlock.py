@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.traffic.policies.reserve import rank
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
     from hmrsim.navigation.lanes import Edge
     from hmrsim.traffic.policies._admission import AdmissionControl
     from hmrsim.traffic.policies._reservations import Slots

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from hmrsim.geometry import SAME_PLACE, distance
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
     from hmrsim.geometry import Point
     from hmrsim.navigation.route import Leg
     from hmrsim.traffic.policies._vehicle import Vehicle

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-
     from hmrsim.errors import GoalAborted
     from hmrsim.geometry import Point, Pose
     from hmrsim.navigation.graph import Lane

@@ -14,6 +14,7 @@ ever.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
@@ -23,8 +24,6 @@ from hmrsim.traffic.policies._deadlock import DeadlockResolver, Move, Resolution
 from hmrsim.traffic.policies.reserve import Exit, Reserve, ReserveSettings, exits, rank, waits_for_cycle
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.navigation.route import Leg
     from hmrsim.traffic.policies._admission import AdmissionControl
     from hmrsim.traffic.policies._vehicle import Vehicle

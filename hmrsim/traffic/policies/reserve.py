@@ -9,6 +9,7 @@ last first, or backs off to a free waypoint beside it; where none can, the goal 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from pydantic import Field
@@ -21,8 +22,6 @@ from hmrsim.traffic.policies._clearance import rooms_of_waypoints
 from hmrsim.traffic.policies._reservations import Slots
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.lanes import Lanes
     from hmrsim.navigation.route import Leg

@@ -6,6 +6,7 @@ Whatever loads a world finds its format here, by the name of the file.
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -13,8 +14,6 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.plugins import discover
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.diagnostics import Finding, Path
     from hmrsim.world.options import ReadOptions
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
     Alignment: TypeAlias = Callable[[complex], complex]
     """Tells where in metres a point of a drawing is."""
 

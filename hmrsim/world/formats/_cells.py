@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,8 +13,6 @@ from hmrsim.safe_xml import XmlError
 from hmrsim.world.formats._xml import Element
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from hmrsim.geometry import Point
 
 _NUMBER = re.compile(r"\s*[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]{1,3})?\s*")

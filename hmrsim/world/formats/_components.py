@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 from hmrsim.diagnostics import shown
 from hmrsim.world.formats._cells import BadCell
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
 
 _CLAW, _BATTERY, _SCRIPT = "component_Claw", "component_Battery", "component_Script"
 

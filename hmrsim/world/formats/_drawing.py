@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from hmrsim.diagnostics import Finding, Path, shown
@@ -10,8 +11,6 @@ from hmrsim.world.formats._cells import BadCell, Cell, read_cells
 from hmrsim.world.formats._groups import place
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.geometry import Point
     from hmrsim.world.formats._xml import Element
     from hmrsim.world.options import ReadOptions

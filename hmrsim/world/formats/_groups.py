@@ -6,6 +6,7 @@ whose position is a share of a rotated shape rotates with it.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
@@ -13,8 +14,6 @@ from hmrsim.world.formats._cells import BadCell, Box, Cell, number, style_number
 from hmrsim.world.formats._shapes import turn
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
     from hmrsim.world.formats._xml import Element
 
 

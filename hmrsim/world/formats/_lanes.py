@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +11,6 @@ from hmrsim.world.formats._roads import connect
 from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.geometry import Point
     from hmrsim.world.formats._cells import Cell
     from hmrsim.world.formats._drawing import Drawing

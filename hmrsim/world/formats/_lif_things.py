@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -11,8 +12,6 @@ from hmrsim.world.formats._part import BadPart, Part
 from hmrsim.world.formats._ways import Ways
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.world.formats._reading import Reading
 
 _CHARGING = "startCharging"

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from hmrsim.errors import Problem, WorldError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 _LISTED = 20
 

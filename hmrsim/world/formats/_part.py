@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hmrsim.diagnostics import Path, shown
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 _MAX_NAME = 100
 """Maximum characters of a name."""

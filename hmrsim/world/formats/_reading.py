@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, shown
 from hmrsim.errors import Problem, WorldError
@@ -12,9 +13,6 @@ from hmrsim.world.formats import Document
 from hmrsim.world.formats._json_text import as_yaml
 from hmrsim.world.formats._part import BadPart, Part
 from hmrsim.world.yaml_text import Lines, Unreadable, line_of, read
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _MAX_VALUES = 2_000_000
 """Values in a JSON file, more or less."""

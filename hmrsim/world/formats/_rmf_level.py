@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
@@ -10,8 +11,6 @@ from typing import TYPE_CHECKING
 from hmrsim.world.formats._part import BadPart, Part
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.world.formats._alignment import Alignment
     from hmrsim.world.formats._reading import Reading
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -10,8 +11,6 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.world.formats._part import BadPart, Part
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.world.formats._reading import Reading
     from hmrsim.world.formats._rmf_level import Level
 

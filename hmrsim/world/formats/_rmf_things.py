@@ -5,14 +5,13 @@ from __future__ import annotations
 import cmath
 import math
 import re
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.world.formats._levels import Names
 from hmrsim.world.formats._ways import Ways
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.diagnostics import Path
     from hmrsim.world.formats._part import Part
     from hmrsim.world.formats._reading import Reading

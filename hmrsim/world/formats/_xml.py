@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from hmrsim import safe_xml
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 MAX_ELEMENTS = 200_000
 

@@ -6,6 +6,7 @@ Pixels, y down, nothing is flipped. Every error is reported with its cell; a cel
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -19,8 +20,6 @@ from hmrsim.world.formats._mxgraph import read_page
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.world.formats._xml import Element
 
 _PAGE = 500.0

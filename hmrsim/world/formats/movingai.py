@@ -6,6 +6,7 @@ The file has row 0 at the top; here y points up, so that the map looks as it doe
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.diagnostics import MAX_FINDINGS, Finding, shown, warning
@@ -15,8 +16,6 @@ from hmrsim.world.formats._grid import blocks, steps
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from hmrsim.diagnostics import Path
 
 _LOOKS = re.compile(r"\A\s*type[ \t]+\w+\s+(height|width)[ \t]+\d+\s+(height|width)[ \t]+\d+\s+map\b")
