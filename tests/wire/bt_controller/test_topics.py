@@ -120,9 +120,10 @@ def test_each_message_wakes_the_watcher_where_time_goes_by_itself():
         topics = Topics(client, asks=False)
         topics.watch("r3", "battery_state", woken.set)
         before = topics.latest("r3", "battery_state").percentage
-        heard = woken.wait(10.0)
-        now = topics.latest("r3", "battery_state").percentage
+        # A message may have come before that already.
+        while (now := topics.latest("r3", "battery_state").percentage) == before:
+            woken.clear()
+            assert woken.wait(10.0)
         topics.close()
 
-    assert heard
     assert now < before <= 1.0
