@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
+import threading
+from collections.abc import Generator
 
 import pytest
+from hypothesis import is_hypothesis_test
 
 from tests import profiles
 from tests.paths import TESTS
@@ -24,7 +28,7 @@ KINDS = ("system", "browser", "wire", "unit")
 first."""
 
 UNCOVERED = ("system", "browser")
-"""Kinds whose work is mostly done in processes that coverage does not see: it would only cost time."""
+"""Kinds whose work is mostly done in processes that coverage does not see: measuring them only costs time."""
 
 
 def pytest_xdist_auto_num_workers() -> int:
@@ -38,9 +42,25 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     kinds = {item: _kind(item) for item in items}
     for item, kind in kinds.items():
         item.add_marker(kind)
-        if kind in UNCOVERED:
+        # What repeats the same lines many times takes four times as long when they are counted.
+        if kind in UNCOVERED or is_hypothesis_test(getattr(item, "function", None)):
             item.add_marker("no_cover")
     items.sort(key=lambda item: KINDS.index(kinds[item]))
+
+
+@pytest.hookimpl(wrapper=True, trylast=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Run what is not to be covered without tracers: pytest-cov stops but one of the two that a worker has."""
+    if item.get_closest_marker("no_cover") is None:
+        return (yield)
+    tracer, of_threads = sys.gettrace(), threading.gettrace()
+    sys.settrace(None)
+    threading.settrace(None)
+    try:
+        return (yield)
+    finally:
+        sys.settrace(tracer)
+        threading.settrace(of_threads)
 
 
 def _kind(item: pytest.Item) -> str:
