@@ -44,14 +44,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         item.add_marker(kind)
         # What repeats the same lines many times takes four times as long when they are counted.
         if kind in UNCOVERED or is_hypothesis_test(getattr(item, "function", None)):
-            item.add_marker("no_cover")
+            item.add_marker("uncovered")
     items.sort(key=lambda item: KINDS.index(kinds[item]))
 
 
 @pytest.hookimpl(wrapper=True, trylast=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
-    """Run what is not to be covered without tracers: pytest-cov stops but one of the two that a worker has."""
-    if item.get_closest_marker("no_cover") is None:
+    """Run what is not to be covered without tracers; pytest-cov's no_cover leaves one of the two that a worker has."""
+    if item.get_closest_marker("uncovered") is None:
         return (yield)
     tracer, of_threads = sys.gettrace(), threading.gettrace()
     sys.settrace(None)

@@ -13,7 +13,7 @@ from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
 from tests.simulation import Log
 
-pytestmark = pytest.mark.no_cover  # whole runs, of lines that other tests cover
+pytestmark = pytest.mark.uncovered  # whole runs, of lines that other tests cover
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from hmrsim.world.shipped import folder, shipped_maps
 from tests.shipped import shipped
 from tests.simulation import Log
 
-pytestmark = pytest.mark.no_cover  # whole runs, of lines that other tests cover
+pytestmark = pytest.mark.uncovered  # whole runs, of lines that other tests cover
 
 NAVIGATE = registry()["navigate_to_pose"]
 

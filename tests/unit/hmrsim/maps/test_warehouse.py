@@ -17,7 +17,7 @@ from tests.paths import ROOT
 from tests.shipped import shipped
 from tests.simulation import Log
 
-pytestmark = pytest.mark.no_cover  # whole runs, of lines that other tests cover
+pytestmark = pytest.mark.uncovered  # whole runs, of lines that other tests cover
 
 GENERATOR = ROOT / "tools" / "generate_warehouse.py"
 

@@ -10,7 +10,7 @@ from hmrsim.world.shipped import shipped_maps
 from hmrsim.world_checks import load_world
 from tests.simulation import simulate
 
-pytestmark = pytest.mark.no_cover  # whole runs, of lines that other tests cover
+pytestmark = pytest.mark.uncovered  # whole runs, of lines that other tests cover
 
 ZOO = [name for name in shipped_maps() if name.startswith("zoo/")]
 

@@ -26,7 +26,7 @@ from hmrsim.timing.result_retention import Retention
 from hmrsim.trace.replay import replay
 from tests.simulation import simulate
 
-pytestmark = pytest.mark.no_cover  # whole runs, of lines that other tests cover
+pytestmark = pytest.mark.uncovered  # whole runs, of lines that other tests cover
 
 NAMES = ("ann", "bob", "cyd")
 

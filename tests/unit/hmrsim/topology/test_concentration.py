@@ -57,7 +57,7 @@ def test_the_quickest_way_depends_on_the_speed():
     assert ("a", "b") not in shares(world, 2.0)
 
 
-@pytest.mark.no_cover
+@pytest.mark.uncovered
 def test_large_graphs_are_sampled(monkeypatch):
     """A sample is the same each time, and near to what it is a sample of."""
     cells = nx.grid_2d_graph(20, 20)

@@ -88,7 +88,7 @@ def test_error_is_in_our_words(write, text, error):
 # --- finding and reading ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.no_cover
+@pytest.mark.uncovered
 @pytest.mark.parametrize("name", sorted(shipped_maps()))
 def test_shipped_world_is_fine(name):
     """Every shipped world loads by its bare name, without a warning, and is valid by the schema."""
