@@ -18,6 +18,7 @@ from bt_controller.watching.display import JsonDisplay, PlainDisplay
 from bt_controller.watching.publishing import Publisher
 from bt_controller.watching.renders import check_graphviz, dot, svg
 from bt_controller.watching.transitions import Transitions
+from hmrsim.errors import reason_of
 from hmrsim_zenoh.errors import BadOptions
 
 if TYPE_CHECKING:
@@ -122,7 +123,7 @@ def _opened(option: str, path: str) -> Any:
     try:
         return Path(path).open("w", encoding="utf-8")
     except OSError as error:
-        raise BadOptions(f"{option} {path}: {str(error.strerror).lower()}") from None
+        raise BadOptions(f"{option} {path}: {reason_of(error)}") from None
 
 
 def _write(option: str, path: str, text: str) -> None:

@@ -16,7 +16,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
-from hmrsim.errors import printable
+from hmrsim.errors import printable, reason_of
 
 if TYPE_CHECKING:
     Completer = Callable[..., Iterable[str]]
@@ -221,7 +221,7 @@ def run_program(program: str, run: Callable[[], int]) -> int:
         return _INTERRUPTED
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
-            print(f"{program}: {error.filename}: {os.strerror(error.errno).lower()}", file=sys.stderr)  # noqa: T201
+            print(f"{program}: {printable(str(error.filename))}: {reason_of(error)}", file=sys.stderr)  # noqa: T201
             return _WRONG_USE
         if error.filename is not None or error.errno not in _NO_SPACE:
             raise
