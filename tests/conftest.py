@@ -31,9 +31,10 @@ UNCOVERED = ("system", "browser")
 """Kinds whose work is mostly done in processes that coverage does not see: measuring them only costs time."""
 
 
-def pytest_xdist_auto_num_workers() -> int:
-    """Return one worker more than there are processors, as many tests wait for processes that they have started."""
-    return (os.cpu_count() or 1) + 1
+@pytest.hookimpl(wrapper=True)
+def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
+    """Return one worker more than xdist counts processors, as many tests wait for processes that they have started."""
+    return (yield) + 1
 
 
 @pytest.hookimpl(trylast=True)
