@@ -42,8 +42,10 @@ class Publisher:
             session.declare_queryable(keys.trees(), self._answer, complete=False),
             session.declare_queryable(keys.history_of(keys.trees()), self._answer, complete=False),
         ]
-        self._publisher.declare_matching_listener(zenoh.handlers.Callback(self._look))
-        self._look()
+        # A publisher that one thread asks for its status can not be undeclared by another: only the caller's asks.
+        self._matching_changed = True
+        self._wanted = False
+        self._publisher.declare_matching_listener(zenoh.handlers.Callback(self._look_next))
 
     def __enter__(self) -> Self:
         """Return the publisher."""
@@ -56,20 +58,26 @@ class Publisher:
     def ticked(self, mission: Mission, now: float | None) -> None:
         """Publish the tree, if it has changed and has subscribers."""
         self._times[mission.robot] = now
-        if self._wanted:
+        if self._has_subscribers():
             self._publish(mission)
 
     def close(self) -> None:
         """Publish the end of all trees, and nothing afterwards."""
-        if self._declared and self._wanted:
+        if self._declared and self._has_subscribers():
             for mission in self._missions.values():
                 self._publish(mission)
         while self._declared:
             self._declared.pop().undeclare()
 
-    def _look(self, _status: zenoh.MatchingStatus | None = None) -> None:
-        """Note whether there are subscribers now: their last message may be out of date."""
-        self._wanted: bool = self._publisher.matching_status.matching  # type: ignore[attr-defined]  # the stub errs
+    def _look_next(self, _status: zenoh.MatchingStatus | None = None) -> None:
+        """Have the next tick look for subscribers; in a thread of Zenoh's."""
+        self._matching_changed = True
+
+    def _has_subscribers(self) -> bool:
+        if self._matching_changed:
+            self._matching_changed = False
+            self._wanted = self._publisher.matching_status.matching  # type: ignore[attr-defined]  # the stub errs
+        return self._wanted
 
     def _publish(self, mission: Mission) -> None:
         snapshot = self._snapshot(mission)
@@ -84,17 +92,17 @@ class Publisher:
     def _answer(self, query: zenoh.Query) -> None:
         """Answer a query with the current trees; in a thread of Zenoh's."""
         # A client that subscribes and then queries has to receive all changes after the answer.
-        self._look()
+        self._look_next()
         try:
             asked = self._keys.without_history(str(query.key_expr))
-            for key in self._matching(asked):
+            for key in self._matching_keys(asked):
                 query.reply(key, _payload(self._snapshot(self._missions[key])), encoding=_JSON)
         except zenoh.ZError as error:
             _log.debug("replying on %s: %s", query.key_expr, error)
         finally:
             query.drop()
 
-    def _matching(self, asked: str) -> list[str]:
+    def _matching_keys(self, asked: str) -> list[str]:
         if "*" not in asked and "$" not in asked:
             return [asked] if asked in self._missions else []
         wanted = zenoh.KeyExpr(asked)

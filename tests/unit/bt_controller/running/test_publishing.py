@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 
 import pytest
 import zenoh
@@ -198,3 +199,22 @@ def test_what_is_published_is_json(control, tester):
 
     (reply,) = tester.session.get(tester.key(TREE))
     assert "zur Tür" == json.loads(reply.ok.payload.to_string())["nodes"][0]["message"]
+
+
+def test_it_can_be_closed_while_it_is_asked(tester, control):
+    """The threads that answer queries do not hold what the end undeclares."""
+    over = threading.Event()
+
+    def ask():
+        while not over.is_set():
+            # Zenoh may lose a query to a queryable that is just undeclared.
+            list(tester.session.get(tester.key(TREE), timeout=0.5))
+
+    asking = threading.Thread(target=ask)
+    asking.start()
+    try:
+        for _ in range(20):
+            control("wall_e").end()
+    finally:
+        over.set()
+        asking.join()
