@@ -42,10 +42,11 @@ class Publisher:
             session.declare_queryable(keys.trees(), self._answer, complete=False),
             session.declare_queryable(keys.history_of(keys.trees()), self._answer, complete=False),
         ]
-        # A publisher that one thread asks for its status can not be undeclared by another: only the caller's asks.
+        # zenoh-python raises RuntimeError when a publisher is undeclared while another thread reads its matching
+        # status: only the caller's thread reads it, at the next tick.
         self._matching_changed = True
         self._wanted = False
-        self._publisher.declare_matching_listener(zenoh.handlers.Callback(self._look_next))
+        self._publisher.declare_matching_listener(zenoh.handlers.Callback(self._mark_changed))
 
     def __enter__(self) -> Self:
         """Return the publisher."""
@@ -69,8 +70,8 @@ class Publisher:
         while self._declared:
             self._declared.pop().undeclare()
 
-    def _look_next(self, _status: zenoh.MatchingStatus | None = None) -> None:
-        """Have the next tick look for subscribers; in a thread of Zenoh's."""
+    def _mark_changed(self, _status: zenoh.MatchingStatus | None = None) -> None:
+        """Have the next tick check for subscribers; from any thread."""
         self._matching_changed = True
 
     def _has_subscribers(self) -> bool:
@@ -92,7 +93,7 @@ class Publisher:
     def _answer(self, query: zenoh.Query) -> None:
         """Answer a query with the current trees; in a thread of Zenoh's."""
         # A client that subscribes and then queries has to receive all changes after the answer.
-        self._look_next()
+        self._mark_changed()
         try:
             asked = self._keys.without_history(str(query.key_expr))
             for key in self._matching_keys(asked):
