@@ -6,6 +6,7 @@ import os
 from typing import TYPE_CHECKING
 
 from hmrsim.cli.exits import WrongUse
+from hmrsim.errors import reason_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -41,4 +42,4 @@ def write_whole(out: Path, content: bytes) -> None:
         finally:
             draft.unlink(missing_ok=True)
     except OSError as error:
-        raise WrongUse(f"{out}: can't be written: {os.strerror(error.errno or 0).lower()}") from None
+        raise WrongUse(f"{out}: can't be written: {reason_of(error)}") from None

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from typing import Any, Final
 
 from hmrsim.cli.children import Child
+from hmrsim.errors import reason_of
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.view import DEFAULT_HOST
 
@@ -31,7 +32,7 @@ def check_port(view: int | None) -> None:
         if view is not None:
             socket.create_server((DEFAULT_HOST, view)).close()
     except OSError as error:
-        why = "is taken" if error.errno == errno.EADDRINUSE else f"is not available ({(error.strerror or '').lower()})"
+        why = "is taken" if error.errno == errno.EADDRINUSE else f"is not available ({reason_of(error)})"
         raise BadOptions(f"--view: {DEFAULT_HOST}:{view} {why}; name another with --view, 0 for a free one") from None
 
 

@@ -227,7 +227,7 @@ def run_program(program: str, run: Callable[[], int]) -> int:
             raise
         _mute_stdout()
         with suppress(OSError):
-            print(f"{program}: can't write the output: {os.strerror(error.errno).lower()}", file=sys.stderr)  # noqa: T201
+            print(f"{program}: can't write the output: {reason_of(error)}", file=sys.stderr)  # noqa: T201
         return _FAILED
     return code
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import stat
 from pathlib import Path
 
@@ -57,7 +56,7 @@ def read_text(path: Path, file: str) -> str:
     except FileNotFoundError:
         raise _error(file, "no such file") from None
     except OSError as error:
-        raise _error(file, f"can't be read: {os.strerror(error.errno).lower() if error.errno else error}") from None
+        raise _error(file, f"can't be read: {reason_of(error)}") from None
     except ValueError:
         raise _error(file, "can't be read: its name has a null character") from None
     if len(content) > MAX_BYTES:

@@ -19,7 +19,7 @@ from starlette.responses import FileResponse
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
-from hmrsim.errors import HmrsimError
+from hmrsim.errors import HmrsimError, reason_of
 from hmrsim_zenoh.errors import BadOptions, PortTaken
 from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
 from hmrsim_zenoh.view.security import Gate, is_loopback
@@ -195,9 +195,7 @@ def _bound(host: str, port: int) -> socket.socket:
             raise PortTaken(f"{_authority(host, port)} is in use; give another with --port, 0 for a free one") from None
         if error.errno == errno.EACCES:
             raise BadOptions(f"--port {port}: permission denied; use 1024 or above") from None
-        raise BadOptions(
-            f"--host {host!r} is not an address of this machine: {(error.strerror or '').lower()}"
-        ) from None
+        raise BadOptions(f"--host {host!r} is not an address of this machine: {reason_of(error)}") from None
 
 
 def _url(host: str, port: int, token: str) -> str:
