@@ -7,10 +7,11 @@ Other packages add theirs through an entry point of the group ``hmrsim.<kind>``,
 from __future__ import annotations
 
 import importlib
+import logging
 import pkgutil
 from functools import cache
 from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from hmrsim.errors import PluginError
 
@@ -28,23 +29,42 @@ class Named(Protocol):
 
 P = TypeVar("P", bound=Named)
 
+_log = logging.getLogger(__name__)
+
+_left_out: Final[list[PluginError]] = []
+
 
 def discover(package: ModuleType, constant: str, kind: type[P]) -> dict[str, P]:
     """Return the plug-ins of a kind by name, in order of name.
 
     Every public module of *package* must define *constant*; then come the installed entry points of the group
-    named as the package, such as ``hmrsim.actions``.
+    named as the package, such as ``hmrsim.actions``. One of these that is broken is left out with a warning, as others
+    can do without it; `check` raises its error.
 
     Raises:
-        PluginError: A module can't be imported, lacks the constant, or is misnamed; or two have one name.
+        PluginError: A module of the package can't be imported, lacks the constant, or is misnamed.
     """
     found: dict[str, P] = {}
     for info in sorted(pkgutil.iter_modules(package.__path__), key=lambda info: info.name):
         if not info.name.startswith("_"):
             _add(found, _load(f"{package.__name__}.{info.name}", constant, kind), f"{package.__name__}.{info.name}")
     for entry in sorted(_installed().select(group=package.__name__), key=lambda entry: (entry.name, entry.value)):
-        _add(found, _load(entry.value, constant, kind), entry.value)
+        try:
+            _add(found, _load(entry.value, constant, kind), entry.value)
+        except PluginError as error:
+            _log.warning("%s; it is left out", error)
+            _left_out.append(error)
     return dict(sorted(found.items()))
+
+
+def check() -> None:
+    """Check that no plug-in was left out.
+
+    Raises:
+        PluginError: One can't be imported, lacks its constant, or is misnamed; or another one has its name.
+    """
+    if _left_out:
+        raise _left_out[0]
 
 
 @cache
@@ -56,8 +76,9 @@ def _installed() -> Any:  # EntryPoints, but for Python 3.11
 def _load(module_name: str, constant: str, kind: type[P]) -> P:
     try:
         module = importlib.import_module(module_name)
-    except Exception as error:
-        raise PluginError(f"{module_name}: can't be imported: {error}") from error
+    except (Exception, SystemExit) as error:
+        why = "it ends the program" if isinstance(error, SystemExit) else str(error) or type(error).__name__
+        raise PluginError(f"{module_name}: can't be imported: {why}") from error
     plugin = getattr(module, constant, None)
     if not isinstance(plugin, kind):
         raise PluginError(f"{module.__file__}: {constant} must be one {kind.__name__}, found {plugin!r}")

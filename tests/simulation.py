@@ -158,7 +158,7 @@ def simulate(
 ) -> Run:
     """Return a simulation of a world that listens to *topics*, with a trace if it is *traced*."""
     model, log, written = World.model_validate(world or SMALL_WORLD), Log(topics), []
-    asked = RunSettings(**settings)
+    asked = RunSettings(**{"strict": True, **settings})
     trace = Trace(Header.of(model, asked), written.append)
     heard = [log, *sinks, *([trace] if traced else [])]
     log.simulator = Simulator(model, asked, heard, watchers=watchers, actions=actions, services=services())

@@ -12,6 +12,7 @@ from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim import plugins
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, show_json, warn
@@ -83,6 +84,8 @@ def run(args: argparse.Namespace) -> int:
             preparations=screen.preparations,
         )
         with host, trace.opened(host.simulator), screen.shown(host) as refresh:
+            if run.strict:
+                plugins.check()
             with viewed(asked.view, host.endpoints or asked.session.connect, asked.session.prefix) as view:
                 _serve(host, refresh, lambda: _tell_ready(loaded, host, asked.session, view, as_json=args.json))
             if isinstance(host.error, HmrsimError):

@@ -31,7 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.epilog = _EXAMPLES
     add_world_options(parser)
-    add_settings(parser, SimulateSettings, only=("seed", "duration"))
+    add_settings(parser, SimulateSettings, only=("seed", "duration", "strict"))
     add_settings(parser, TraceSettings)
     parser.add_argument("--json", action="store_true", help="print the summary as one JSON object")
     add_log_options(parser)

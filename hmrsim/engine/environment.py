@@ -28,6 +28,10 @@ class Environment(_Clock):
 
     ``run(until=…)`` would advance time, too, but leaves a stale event behind, so that the schedule is never empty.
 
+    Args:
+        on_error: Called with what a callback of an event, or a process that no other one waits for, has raised, and
+            with the process that can't go on for it, if any. All other callbacks go on. By default it is raised.
+
     Attributes:
         now: The simulated time, in seconds; to be read only.
         horizon: The last instant whose events `process_events` processes.
@@ -40,6 +44,10 @@ class Environment(_Clock):
     """The number of scheduled events that no process waits for any more."""
     _background = 0
     """The number of scheduled alarms, for which time does not advance."""
+
+    def __init__(self, on_error: Callable[[Exception, simpy.Process | None], None] | None = None) -> None:
+        super().__init__()
+        self._on_error = _raise if on_error is None else on_error
 
     @property
     def idle(self) -> bool:
@@ -67,6 +75,22 @@ class Environment(_Clock):
     def advance_clock(self, to: float) -> None:
         """Set the time to *to*; no event may be due before."""
         self._now = to
+
+    def step(self) -> None:
+        """Process the next event, as simpy's own `step` does, but with `on_error` for what fails."""
+        self._now, _, _, event = heapq.heappop(self._queue)
+        callbacks, event.callbacks = event.callbacks, None  # type: ignore[assignment]  # simpy's mark of a processed one
+        for callback in callbacks:
+            try:
+                callback(event)
+            except Exception as error:  # noqa: BLE001 - decided by who runs the simulation
+                process, self._active_proc = self._active_proc, None
+                self._on_error(error, process)
+        if not event._ok and not hasattr(event, "_defused"):  # noqa: SLF001 - simpy has no other way to ask
+            failure: BaseException = event._value  # noqa: SLF001
+            if not isinstance(failure, Exception):
+                raise failure
+            self._on_error(failure, None)
 
     def process_events(self, most: int, *, idle: bool = True) -> int:
         """Process at most *most* events that are due at the horizon or before; return their number.
@@ -128,6 +152,10 @@ class Environment(_Clock):
             isinstance(event, Alarm) and event.callbacks is not _ABANDONED for *_, event in self._queue
         )
         self._now = 0.0
+
+
+def _raise(error: Exception, _process: simpy.Process | None) -> None:
+    raise error
 
 
 class Tick(simpy.Event):

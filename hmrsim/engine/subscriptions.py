@@ -61,24 +61,25 @@ class EventPublisher:
 
     Attributes:
         interest: To be checked before frequent events are published.
+        emit: For outputs that are no events of the world.
     """
 
     def __init__(self, env: simpy.Environment, interest: Interest, emit: Callable[[Output], None]) -> None:
         self.interest = interest
         self._env = env
-        self._emit = emit
+        self.emit = emit
 
     def publish(self, make: Callable[[], Event]) -> None:
         """Publish an event of this instant; it is built only if a sink wants it."""
         if self.interest.events:
-            self._emit(EventStamped(stamp(self._env.now), make()))
+            self.emit(EventStamped(stamp(self._env.now), make()))
 
     def publish_untraced(self, make: Callable[[], Event]) -> None:
         """Publish an event that is not in traces, likewise."""
         if self.interest.motion:
-            self._emit(EventStamped(stamp(self._env.now), make()))
+            self.emit(EventStamped(stamp(self._env.now), make()))
 
     def sampled(self, topic: Topic, robot: str, message: Callable[[], Message]) -> None:
         """Publish the current message of a robot's topic, as it has changed, if a sink wants it."""
         if self.interest.in_(topic):
-            self._emit(Sampled(topic, robot, message()))
+            self.emit(Sampled(topic, robot, message()))

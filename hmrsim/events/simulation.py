@@ -43,4 +43,14 @@ class SimulatorReturned(
     """The recorder can reach the simulator again after it could not; only in recordings."""
 
 
-EVENTS: Final = EventGroup("simulation", (SimulationStateChanged, SimulationReset, WorldLoaded, SimulatorReturned))
+class InternalError(Event, kind="internal_error", severity="error", text="bug in {part}: {error}"):
+    """A bug, of a plug-in or of hmrsim, has raised an exception; what it concerns has failed, all else goes on."""
+
+    robot: Annotated[str, Field(description="The robot concerned; empty for none.")]
+    part: Annotated[str, Field(description="What has the bug, such as `action wait`.")]
+    error: Annotated[str, Field(description="The exception on one line.")]
+
+
+EVENTS: Final = EventGroup(
+    "simulation", (SimulationStateChanged, SimulationReset, WorldLoaded, SimulatorReturned, InternalError)
+)

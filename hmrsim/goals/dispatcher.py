@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from simpy import Event as SimpyEvent
 from simpy import Interrupt
 
+from hmrsim.engine.internal_errors import described
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import GoalAborted, GoalRejected
 from hmrsim.events.goals import SendGoalRejected
@@ -28,12 +29,12 @@ if TYPE_CHECKING:
     import simpy
 
     from hmrsim.actions import AnyAction
+    from hmrsim.engine.internal_errors import InternalErrors
     from hmrsim.engine.sampling import Telemetry
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.goals.servers import ActionServer, Owner
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import CancelGoal, GetResult, SendGoal, StopWaiting
-    from hmrsim.protocol.outputs import Output
 
 _CANCEL = CancelGoalService.Response
 
@@ -60,6 +61,7 @@ class Dispatcher:
 
     Args:
         publisher: Publishes rejected goals, and knows the topics that have subscribers.
+        errors: Handles what actions raise because of a bug.
         seed: The seed for the ids of goals without one.
         keep_results: Maximum number of ended goals kept per robot.
         feedback_rate: Samples of feedback a second of simulated time.
@@ -74,8 +76,8 @@ class Dispatcher:
         actions: Mapping[str, AnyAction],
         telemetry: Telemetry,
         *,
-        emit: Callable[[Output], None],
         publisher: EventPublisher,
+        errors: InternalErrors,
         seed: int = 0,
         keep_results: int = 1000,
         feedback_rate: float = 10.0,
@@ -84,9 +86,10 @@ class Dispatcher:
         self.servers = ActionServers(actions, seed)
         self.cut_off = CutOff()
         self._telemetry = telemetry
-        self._emit = emit
+        self._emit = publisher.emit
         self._publisher = publisher
         self._interest = publisher.interest
+        self._errors = errors
         self._keep_results = keep_results
         self._feedback_rate = feedback_rate
         self._instant, self._instant_stamp = -1.0, 0
@@ -110,20 +113,27 @@ class Dispatcher:
                 return
             message = self.servers.acceptable(server, command)
         except GoalRejected as rejection:
-            answer = GoalResponse(
-                accepted=False,
-                goal_id=as_answered(command.goal_id),
-                stamp=self._stamp(),
-                reason=rejection.reason,
-                error_code=self.servers.rejected_code(command.action),
-                error_msg=str(rejection),
-            )
-            self._answer(command.reply_to, answer)
-            self._publisher.publish(lambda: _rejected(command, answer))
+            self._reject(command, rejection.reason, str(rejection))
+            return
+        except Exception as bug:  # noqa: BLE001 - of a plug-in
+            self._errors.handle(f"action {command.action}", bug, command.robot)
+            self._reject(command, "internal_error", f"bug in {command.action}: {described(bug)}")
             return
         goal = ServedGoal(server, goal_id, self._stamp(), from_client=command.goal_id is not None)
         self._answer(command.reply_to, GoalResponse(True, goal_id, goal.stamp))
         self._start(goal, message)
+
+    def _reject(self, command: SendGoal, reason: str, why: str) -> None:
+        answer = GoalResponse(
+            accepted=False,
+            goal_id=as_answered(command.goal_id),
+            stamp=self._stamp(),
+            reason=reason,
+            error_code=self.servers.rejected_code(command.action),
+            error_msg=why,
+        )
+        self._answer(command.reply_to, answer)
+        self._publisher.publish(lambda: _rejected(command, answer))
 
     def _answer_duplicate(
         self, command: SendGoal, goal_id: str, known: ServedGoal | None, server: ActionServer
@@ -173,10 +183,10 @@ class Dispatcher:
         except Interrupt:
             return
         except GoalAborted as aborted:
-            self._end(goal, GoalEvent.ABORT, goal.failed(aborted.code, str(aborted)))
-        except Exception as bug:
-            self._end(goal, GoalEvent.ABORT, goal.failed(action.codes.unknown, f"bug in {action.name}: {bug!r}"))
-            raise
+            self._end(goal, GoalEvent.ABORT, self._failed(goal, aborted.code, str(aborted)))
+        except Exception as bug:  # noqa: BLE001 - of a plug-in
+            goal.process = None
+            self._abort_for(goal, bug)
         else:
             self._end(goal, GoalEvent.SUCCEED, result)
         finally:
@@ -184,10 +194,40 @@ class Dispatcher:
 
     def _halt(self, goal: ServedGoal, event: GoalEvent, code: int, message: str) -> None:
         """End an executing goal; its process is interrupted at this instant, before any other event."""
-        self._end(goal, event, goal.failed(code, message))
+        self._end(goal, event, self._failed(goal, code, message))
         process, goal.process = goal.process, None
         if process is not None and process.is_alive:
             process.interrupt()
+
+    def process_failed(self, process: simpy.Process, bug: Exception) -> bool:
+        """Abort the goal whose process can't go on, as it has yielded something else than an event.
+
+        Returns:
+            Whether there is such a goal.
+        """
+        goal = next((goal for goal in self.servers.active() if goal.process is process), None)
+        if goal is not None:
+            self._abort_for(goal, bug)
+        return goal is not None
+
+    def _abort_for(self, goal: ServedGoal, bug: Exception) -> None:
+        """Abort a goal whose action has a bug."""
+        action = goal.server.action
+        # It may be what fails.
+        goal.sample = None
+        self._telemetry.stop(goal)
+        self._halt(goal, GoalEvent.ABORT, action.codes.unknown, f"bug in {action.name}: {described(bug)}")
+        self._errors.handle(f"action {action.name}", bug, goal.server.robot.name)
+
+    def _failed(self, goal: ServedGoal, code: int, message: str) -> Message:
+        """Return the result of a goal that did not succeed; an empty one if its action can't make it."""
+        try:
+            return goal.failed(code, message)
+        except Exception as bug:  # noqa: BLE001 - of a plug-in
+            action = goal.server.action
+            self._errors.handle(f"action {action.name}", bug, goal.server.robot.name)
+            empty: Message = action.result()
+            return empty
 
     def _end(self, goal: ServedGoal, event: GoalEvent, result: Message) -> None:
         """Give a goal its terminal status: last feedback, status, results, in this order."""
@@ -196,9 +236,9 @@ class Dispatcher:
         name = goal.server.robot.name
         if goal.sample is not None:
             self._telemetry.stop(goal)
+            source, goal.sample = goal.sample, None
             if self._interest.feedback:
-                self.send_feedback(goal, goal.sample(), last=True)
-            goal.sample = None
+                self._send_last(goal, source)
         if self._holders.get(name) is goal:
             del self._holders[name]
         goal.server.robot.act(goal.server.action.name, begins=False)
@@ -237,6 +277,14 @@ class Dispatcher:
             server = goal.server
             self._emit(FeedbackSent(server.robot.name, server.action.name, goal.goal_id, feedback, last))
 
+    def _send_last(self, goal: ServedGoal, source: Callable[[], Message | Mapping[str, Any]]) -> None:
+        try:
+            feedback = source()
+        except Exception as bug:  # noqa: BLE001 - of a plug-in
+            self._errors.handle(f"action {goal.server.action.name}", bug, goal.server.robot.name)
+        else:
+            self.send_feedback(goal, feedback, last=True)
+
     def sample_feedback(self, goal: ServedGoal, source: Callable[[], Message | Mapping[str, Any]]) -> None:
         """Publish feedback of *source* at the feedback rate, and once more when the goal ends."""
         goal.sample, goal.sampled_from = source, self._env.now
@@ -260,7 +308,12 @@ class Dispatcher:
 
     def _start_sampling(self, goal: ServedGoal, source: Callable[[], Message | Mapping[str, Any]]) -> None:
         def take() -> None:
-            self.send_feedback(goal, source())
+            try:
+                feedback = source()
+            except Exception as bug:  # noqa: BLE001 - of a plug-in
+                self._abort_for(goal, bug)
+            else:
+                self.send_feedback(goal, feedback)
 
         self._telemetry.start(goal, Topic.FEEDBACK, goal.sampled_from, self._feedback_rate, take, now=self._env.now)
 

@@ -151,6 +151,9 @@ class RunSettings(Settings):
         int,
         Option("reject larger requests", "BYTES", unit="bytes", group="server", more_than=0, read=count),
     ] = MAX_PAYLOAD
+    strict: Annotated[
+        bool, Option("end the run at the first bug of a plug-in, where else only its goal ends", group="server")
+    ] = False
 
 
 class SimulateSettings(RunSettings):

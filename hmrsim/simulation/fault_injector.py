@@ -12,23 +12,41 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from simpy import Timeout
 
 from hmrsim.components.battery import Battery
 from hmrsim.events.faults import FaultBegan, FaultEnded, FaultMissed
-from hmrsim.faults import Case
+from hmrsim.faults import Case, FaultType, Spell
 from hmrsim.faults import registry as faults
 from hmrsim.world_checks.faults import There, flaws
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Finding
     from hmrsim.engine.environment import Alarm, Environment
+    from hmrsim.engine.internal_errors import InternalErrors
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.faults import AnyFault, Occurrence
     from hmrsim.simulation.entities import Roster
     from hmrsim.world.model import World
+
+R = TypeVar("R")
+
+
+class InternalFault(Spell):
+    """The mark of a robot that a bug has hit; it has no effect of its own.
+
+    Attributes:
+        robot: The robot's name.
+        error: What has raised which exception.
+    """
+
+    robot: str
+    error: str
+
+
+_INTERNAL: Final = FaultType(name="internal_error", settings=InternalFault, begin=lambda _case: lambda: None)
 
 
 @dataclass(eq=False)
@@ -74,15 +92,19 @@ class InjectedFault:
 class FaultInjector:
     """All faults of a simulation.
 
+    Args:
+        errors: Handles what faults raise because of a bug.
+
     Attributes:
         known: Those that are active or scheduled, by name.
     """
 
-    def __init__(self, env: Environment, roster: Roster, publisher: EventPublisher) -> None:
+    def __init__(self, env: Environment, roster: Roster, publisher: EventPublisher, errors: InternalErrors) -> None:
         self.known: dict[str, InjectedFault] = {}
         self._env = env
         self._roster = roster
         self._publisher = publisher
+        self._errors = errors
         self._seed = 0
         self._count: Counter[tuple[str, str]] = Counter()
         self._reserved: set[str] = set()
@@ -131,6 +153,12 @@ class FaultInjector:
             self._schedule(injected)
         return injected.name
 
+    def mark(self, robot: str, error: str) -> None:
+        """Mark a robot that a bug has hit, until that is cleared; once for each error."""
+        mark = InternalFault(robot=robot, error=error)
+        if robot in self._roster.robots and all(injected.settings != mark for injected in self._active):
+            self._begin(self._add(_INTERNAL, mark))
+
     def clear(self, name: str) -> None:
         """Clear the fault of this name, active or scheduled."""
         self._clear(self.known[name])
@@ -166,8 +194,8 @@ class FaultInjector:
         injected.since = self._env.now
         self._publisher.publish(injected.began)
         case = Case(injected.name, injected.settings, self._roster, injected.what, partial(self._concurrent, injected))
-        end = injected.fault.begin(case)
-        if not injected.fault.lasts:
+        end = self._guarded(injected, partial(injected.fault.begin, case))
+        if end is None or not injected.fault.lasts:
             self._publisher.publish(injected.ended)
             self._after(injected)
             return
@@ -213,8 +241,16 @@ class FaultInjector:
         self._active.remove(injected)
         end, injected.end = injected.end, None
         if end is not None:
-            end()
+            self._guarded(injected, end)
         self._publisher.publish(injected.ended)
+
+    def _guarded(self, injected: InjectedFault, call: Callable[[], R]) -> R | None:
+        """Return what a fault's function returns; None if it has a bug."""
+        try:
+            return call()
+        except Exception as bug:  # noqa: BLE001 - of a plug-in
+            self._errors.handle(f"fault {injected.fault.name}", bug)
+            return None
 
     def _concurrent(self, injected: InjectedFault) -> Sequence[Any]:
         """Return the settings of the other faults of a kind that are active on the same subject."""

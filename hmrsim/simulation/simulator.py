@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.engine.environment import Environment
+from hmrsim.engine.internal_errors import InternalErrors, described
 from hmrsim.engine.sampling import Telemetry
 from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.engine.subscriptions import EventPublisher, Interest
@@ -23,6 +24,7 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
 from hmrsim.navigation.external_planner import Plans
 from hmrsim.navigation.graph import WaypointGraph
+from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import (
     CallService,
     CancelGoal,
@@ -49,6 +51,8 @@ from hmrsim.simulation.run_control import Gate
 from hmrsim.simulation.scripts import Scripts
 
 if TYPE_CHECKING:
+    from simpy import Process
+
     from hmrsim.actions import AnyAction
     from hmrsim.items import Item
     from hmrsim.protocol.commands import Command
@@ -121,7 +125,7 @@ class Simulator:
         self.world = world
         self._own_seed = settings.seed
         self._services = services
-        self.env = Environment()
+        self.env = Environment(self._event_failed)
         self.gate = Gate(self.env, settings.step_size, hindrance)
         self._sinks: list[Sink] = []
         self.interest = Interest(self._sinks)
@@ -130,12 +134,13 @@ class Simulator:
         self.processed = 0
         self.generation = 0
         publisher = self.publisher = EventPublisher(self.env, self.interest, self.emit)
+        self._errors = InternalErrors(publisher, strict=settings.strict, mark=self._mark)
         self.dispatcher = Dispatcher(
             self.env,
             all_actions() if actions is None else actions,
             self.telemetry,
-            emit=self.emit,
             publisher=publisher,
+            errors=self._errors,
             seed=self.seed,
             keep_results=settings.keep_results,
             feedback_rate=settings.feedback_rate,
@@ -154,7 +159,7 @@ class Simulator:
         self.roster.fill(world, self.graph)
         self.detections = Detections(self.roster)
         self.readings = Readings(self.env, self.roster, self.dispatcher, self.detections)
-        self.fault_injector = FaultInjector(self.env, self.roster, publisher)
+        self.fault_injector = FaultInjector(self.env, self.roster, publisher, self._errors)
         self.fault_injector.begin(world, self.seed)
         self.telemetry.start("odom", Topic.ODOM, 0.0, settings.odom_rate, self._emit_odom)
         self.telemetry.start("battery_state", Topic.BATTERY_STATE, 0.0, settings.battery_rate, self._emit_batteries)
@@ -203,7 +208,11 @@ class Simulator:
         """
         if isinstance(command, CallService):
             service = self._service(command.service)
-            request = service.recorded(self, command.request)
+            try:
+                request = service.recorded(self, command.request)
+            except Exception as bug:  # noqa: BLE001 - of a plug-in
+                self._command_failed(command, bug)
+                return
             if not isinstance(request, service.request):
                 self.answer(command.reply_to, request)
                 return
@@ -212,10 +221,25 @@ class Simulator:
             return
         for sink in self._command_sinks:
             sink.commanded(command, by, self.moment)
-        self._apply(command)
+        try:
+            self._apply(command)
+        except Exception as bug:  # noqa: BLE001 - whatever it is, it is this command's error
+            self._command_failed(command, bug)
         # Goals that are sent while time stands start all the same.
         while self.paused and isinstance(command, _BEGINNING) and self.process_events(self.now, _BATCH):
             pass
+
+    def _command_failed(self, command: Command, bug: Exception) -> None:
+        part = f"service {command.service}" if isinstance(command, CallService) else type(command).__name__
+        self._errors.handle(part, bug, getattr(command, "robot", ""))
+        self.answer(getattr(command, "reply_to", None), Refused("", None, f"bug in {part}: {described(bug)}"))
+
+    def _event_failed(self, bug: Exception, process: Process | None) -> None:
+        if process is None or not self.dispatcher.process_failed(process, bug):
+            self._errors.handle("an event", bug)
+
+    def _mark(self, robot: str, error: str) -> None:
+        self.fault_injector.mark(robot, error)
 
     def _apply(self, command: Command) -> None:
         match command:
@@ -289,7 +313,10 @@ class Simulator:
         if self.dispatcher.cut_off and isinstance(output, _ROBOT_OUTPUTS) and output.robot in self.dispatcher.cut_off:
             return
         for sink in self._sinks:
-            sink.emit(output)
+            try:
+                sink.emit(output)
+            except Exception as bug:  # noqa: BLE001 - the other sinks are to have it
+                self._errors.handle(type(sink).__name__, bug)
 
     def _emit_detections(self) -> None:
         for seen in self.detections.changed(self.dispatcher.cut_off):
@@ -368,13 +395,19 @@ class Simulator:
                 break
             # Each event may bring a sample that is due before the next one; each sample may halt us.
             if sample < event:
-                self.telemetry.sample(self.advance_clock)
+                self._sample()
                 taken += 1
             else:
                 events = self.env.process_events(1 if self.interest.sampled else most - taken, idle=idle)
                 self.processed += events
                 taken += events
         return taken > 0
+
+    def _sample(self) -> None:
+        try:
+            self.telemetry.sample(self.advance_clock)
+        except Exception as bug:  # noqa: BLE001 - such as one of a component whose message can't be made
+            self._errors.handle("a sample", bug)
 
     def halt(self) -> None:
         """End the `process_events` under way after this instant, of which all is taken still."""

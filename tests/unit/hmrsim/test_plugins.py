@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, EntryPoints
@@ -65,10 +66,24 @@ def test_a_broken_plugin_is_an_error_that_names_the_file(kind, package, text, me
         kind(package, a=text)
 
 
-def test_two_plugins_of_one_name_are_an_error(kind, tmp_path):
-    """One would hide the other."""
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "a.py").write_text('from test_plugins_kind import Thing\nTHING = Thing("a")\n')
+@pytest.mark.parametrize(
+    ("package", "text", "message"),
+    [
+        ("others1", 'THING = Thing("a")', "others1_more.a: there is a plug-in named 'a' already"),
+        ("others2", "1 / 0", "others2_more.a: can't be imported: division by zero"),
+        ("others3", "exit()", "others3_more.a: can't be imported: it ends the program"),
+        ("others4", "x = 1", "a.py: THING must be one Thing, found None"),
+    ],
+)
+def test_a_broken_plugin_of_another_package_is_left_out(kind, tmp_path, monkeypatch, caplog, package, text, message):
+    """With a warning; a strict run checks that there is none."""
+    monkeypatch.setattr(plugins, "_left_out", [])
+    folder = tmp_path / f"{package}_more"
+    folder.mkdir()
+    (folder / "a.py").write_text(f"from test_plugins_kind import Thing\n{text}\n")
+    plugins.check()
 
-    with pytest.raises(PluginError, match=r"other\.a: there is a plug-in named 'a' already"):
-        kind("things6", [("a", "other.a")], a='THING = Thing("a")')
+    assert ["a"] == list(kind(package, [("a", f"{package}_more.a")], a='THING = Thing("a")'))
+    assert f"{message}; it is left out" in caplog.text
+    with pytest.raises(PluginError, match=re.escape(message)):
+        plugins.check()

@@ -41,7 +41,7 @@ def broken(serve, monkeypatch):
     def make(process, **settings):
         actions = {**registry(), "wait": replace(registry()["wait"], process=process)}
         monkeypatch.setattr("hmrsim.simulation.simulator.all_actions", lambda: actions)
-        return serve(**{"real_time_factor": 10.0} | settings)
+        return serve(**{"real_time_factor": 10.0, "strict": True} | settings)
 
     return make
 
@@ -133,7 +133,25 @@ def test_what_waits_at_the_end_is_still_answered(serve, monkeypatch, wait):
 
 
 @pytest.mark.parametrize("process", [_process_raises, _feedback_raises, _no_result])
-def test_a_bug_in_an_action_ends_the_simulation_with_every_goal_aborted(broken, serve, wait, go, process):
+def test_a_bug_in_an_action_aborts_its_goal_and_no_other(broken, serve, wait, go, process):
+    """Waiting clients get the end, the simulator serves on, and a subscriber of events is told."""
+    tester = broken(process, strict=False)
+    events = tester.hear("_world/events")
+    tester.hear(f"{WAIT}/_action/feedback")
+    tester.send("eve/navigate_to_pose", go(1, 2), B)
+    tester.send(WAIT, wait(1000), A)
+    held = [tester.begin(f"{name}/_action/get_result", {"goal_id": goal_id}) for name, goal_id in _BOTH.items()]
+
+    broken_one, other = [pending.one() for pending in held]
+
+    assert (6, "bug in wait: ") == (broken_one["status"], broken_one["result"]["error_msg"][:13])
+    assert 4 == other["status"]
+    assert events.wait(lambda bodies: any(body["kind"] == "internal_error" for body in bodies))
+    assert not serve.hosts[0].wait(0.0)
+
+
+@pytest.mark.parametrize("process", [_process_raises, _feedback_raises, _no_result])
+def test_a_bug_in_an_action_ends_a_strict_run_with_every_goal_aborted(broken, serve, wait, go, process):
     """Waiting clients get the end, for this goal and for another robot's; the host has the error."""
     tester = broken(process)
     heard = tester.hear("**")

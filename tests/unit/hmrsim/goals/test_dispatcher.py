@@ -448,7 +448,7 @@ class TestEnd:
         with pytest.raises(ZeroDivisionError):
             run((0.0, wait()))
         assert (1.0, "ABORTED") == run.log.changes(A)[-1]
-        assert "bug in wait: ZeroDivisionError('oops')" == run.log.result(A).error_msg
+        assert "bug in wait: ZeroDivisionError: oops" == run.log.result(A).error_msg
 
     def test_an_action_that_ignores_an_interrupt_does_not_change_the_verdict(self, make_run):
         """CANCELED stays CANCELED."""

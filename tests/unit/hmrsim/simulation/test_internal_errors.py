@@ -1,0 +1,253 @@
+"""A bug of a plug-in costs its goal, its fault or its answer, and nothing else."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import pytest
+from simpy import Event
+
+from hmrsim.actions import registry as actions
+from hmrsim.errors import GoalAborted, HmrsimError
+from hmrsim.faults import registry as faults
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.protocol.commands import CallService, SendGoal
+from hmrsim.services import registry as services
+from tests.simulation import simulate
+
+if TYPE_CHECKING:
+    from hmrsim.protocol.topics import Topic
+
+BROKEN, OTHER, NEXT = (f"{number:032x}" for number in (1, 2, 3))
+
+
+def oops(*_arguments):
+    """Raise what a bug may raise."""
+    raise ZeroDivisionError("oops")
+
+
+def waits(robot, seconds):
+    """Wait, as a goal that holds the base does."""
+    yield from robot.hold(seconds)
+
+
+def at_once(_robot, _goal, _report):
+    """Raise before any time has passed."""
+    yield from ()
+    oops()
+
+
+def later(robot, _goal, _report):
+    """Raise in the middle."""
+    yield from waits(robot, 1.0)
+    oops()
+
+
+def no_generator(_robot, _goal, _report):
+    """Raise as it is called."""
+    oops()
+
+
+def no_event(robot, _goal, _report):
+    """Yield what is no event."""
+    yield from waits(robot, 1.0)
+    yield 5
+
+
+def no_result(robot, _goal, _report):
+    """Return what is no result."""
+    yield from waits(robot, 1.0)
+    return "done"
+
+
+def of_feedback(robot, _goal, report):
+    """Have feedback that can't be made."""
+    report.sample(oops)
+    yield from waits(robot, 3.0)
+    return Wait.Result()
+
+
+def of_a_lost_event(robot, _goal, _report):
+    """Wait for an event that fails, and so raises in the process."""
+    failing = Event(robot._env)
+    failing.fail(ZeroDivisionError("oops"))
+    yield failing
+
+
+def send(robot, goal_id, seconds=2, action="wait"):
+    """Return the command that sends a goal to wait."""
+    return SendGoal(robot, action, Wait.Goal(time=Duration(sec=seconds)), goal_id, ("reply", goal_id))
+
+
+def broken_run(process=at_once, *, strict=False, **changes):
+    """Return a simulation in which the action `wait` of a package has a bug; `wait` of eve is ours."""
+    mine = replace(actions()["wait"], name="dance", process=process, **changes)
+    return simulate(actions={**actions(), "dance": mine}, strict=strict)
+
+
+@pytest.mark.parametrize("process", [at_once, later, no_generator, no_event, no_result, of_feedback, of_a_lost_event])
+def test_a_bug_in_an_action_costs_its_goal(process):
+    """The goal is aborted once and says why; goals of others go on, and the robot takes the next one."""
+    run = broken_run(process)
+    log = run((0.0, send("wall_e", BROKEN, action="dance")), (0.0, send("eve", OTHER)), (5.0, send("wall_e", NEXT)))
+
+    broken = [status for _, status in log.changes(BROKEN)]
+    assert ["ACCEPTED", "EXECUTING", "ABORTED"] == broken
+    assert (Wait.Result.UNKNOWN, "bug in dance: ") == (log.result(BROKEN).error_code, log.result(BROKEN).error_msg[:14])
+    assert [(2.0, "SUCCEEDED"), (7.0, "SUCCEEDED")] == [log.changes(OTHER)[-1], log.changes(NEXT)[-1]]
+
+
+@pytest.mark.parametrize("process", [at_once, no_event, of_feedback])
+def test_a_strict_run_ends_at_the_first_bug(process):
+    """The exception comes out, as it was raised."""
+    run = broken_run(process, strict=True)
+
+    with pytest.raises((ZeroDivisionError, RuntimeError)):
+        run((0.0, send("wall_e", BROKEN, action="dance")))
+    assert "ABORTED" == run.log.changes(BROKEN)[-1][1]
+
+
+def test_a_bug_is_told_as_an_event_and_a_fault_of_the_robot():
+    """Until the fault is cleared; a bug that comes again is one fault."""
+    run = broken_run()
+    log = run((0.0, send("wall_e", BROKEN, action="dance")), (1.0, send("wall_e", NEXT, action="dance")))
+
+    told = {"robot": "wall_e", "part": "action dance", "error": "ZeroDivisionError: oops"}
+    assert [(0.0, told), (1.0, told)] == log.happened("internal_error")
+    mark = {"fault": "internal_error", "robot": "wall_e", "error": "action dance: ZeroDivisionError: oops"}
+    assert [mark | {"name": "internal_error_1"}] == [fields for _, fields in log.happened("fault_began")]
+    assert ["internal_error"] == run.simulator.fault_injector.active_on("wall_e")
+    assert 1 == run.ask("clear_fault", {"name": "internal_error_1"}).result.result
+    assert [] == run.simulator.fault_injector.active_on("wall_e")
+
+
+def test_a_traceback_is_logged_once(caplog):
+    """Further errors of one place are a line each."""
+    run = broken_run()
+    with caplog.at_level(logging.ERROR):
+        run((0.0, send("wall_e", BROKEN, action="dance")), (1.0, send("wall_e", NEXT, action="dance")))
+
+    assert ["wall_e: bug in action dance: ZeroDivisionError: oops"] * 2 == [
+        each.getMessage() for each in caplog.records
+    ]
+    assert [True, False] == [bool(each.exc_info) for each in caplog.records]
+
+
+@pytest.mark.parametrize("part", ["flaw", "frames", "not_ready"])
+def test_a_bug_in_a_check_of_goals_rejects_the_goal(part):
+    """It is not executed."""
+    log = broken_run(**{part: oops})((0.0, send("wall_e", BROKEN, action="dance")))
+
+    answer = log.answer(("reply", BROKEN))
+    assert (False, "internal_error", "bug in dance: ZeroDivisionError: oops") == (
+        answer.accepted,
+        answer.reason,
+        answer.error_msg,
+    )
+
+
+def test_a_bug_in_what_makes_results_of_failures_costs_no_more():
+    """The goal is aborted with an empty result."""
+
+    def fails(_robot, _goal, _report):
+        yield from ()
+        raise GoalAborted(700, "no")
+
+    log = broken_run(fails, failure=oops)((0.0, send("wall_e", BROKEN, action="dance")))
+
+    assert ("ABORTED", Wait.Result()) == (log.changes(BROKEN)[-1][1], log.result(BROKEN))
+
+
+@pytest.mark.parametrize("ends", [False, True])
+def test_a_bug_in_a_fault_ends_that_fault(ends, monkeypatch):
+    """When it begins, or when it ends; it is not active any more."""
+    begin = (lambda _case: oops) if ends else oops
+    monkeypatch.setitem(faults(), "breakdown", replace(faults()["breakdown"], begin=begin))
+    run = simulate(strict=False)
+    run.ask("inject_fault", {"type": "breakdown", "robot": "wall_e", "duration": 2.0})
+    run((0.0, send("eve", OTHER)))
+
+    assert "SUCCEEDED" == run.log.changes(OTHER)[-1][1]
+    assert ([2.0 * ends], []) == (
+        [at for at, fields in run.log.happened("fault_ended")],
+        run.simulator.fault_injector.active_on("wall_e"),
+    )
+    assert "fault breakdown" == run.log.happened("internal_error")[0][1]["part"]
+
+
+def test_a_bug_in_a_service_is_its_answer(monkeypatch):
+    """The caller does not wait for ever."""
+    for name, part in (("get_faults", "serve"), ("clear_fault", "recorded")):
+        monkeypatch.setitem(services(), name, replace(services()[name], **{part: oops}))
+    run = simulate(strict=False)
+    asked = [("get_faults", {}), ("clear_fault", {"name": "x"})]
+    for name, request in asked:
+        run.simulator.submit(CallService(name, services()[name].request.model_validate(request), name))
+
+    assert [f"bug in service {name}: ZeroDivisionError: oops" for name, _ in asked] == [
+        run.log.answer(name).message for name, _ in asked
+    ]
+
+
+def test_a_bug_in_a_process_or_a_callback_leaves_all_others():
+    """Also the other callbacks of the same event."""
+    run, rung = simulate(strict=False), []
+    env = run.simulator.env
+
+    def process():
+        yield env.timeout(1.0)
+        oops()
+
+    env.process(process())
+    env.timeout(1.0).callbacks += [oops, lambda _event: rung.append(env.now)]
+    run((0.0, send("eve", OTHER)))
+
+    assert ([1.0], "SUCCEEDED") == (rung, run.log.changes(OTHER)[-1][1])
+    assert 2 == len(run.log.happened("internal_error"))
+
+
+class Sink:
+    """A sink with a bug, or one that can't go on."""
+
+    def __init__(self, error):
+        self.error = error
+
+    def emit(self, _output):
+        """Raise."""
+        raise self.error
+
+    def wants(self, _topic: Topic) -> bool:
+        """Return True."""
+        return True
+
+
+def test_a_bug_in_a_sink_leaves_the_other_sinks():
+    """They get everything."""
+    run = simulate(sinks=[Sink(ZeroDivisionError("oops"))], strict=False)
+    run((0.0, send("eve", OTHER)))
+
+    assert "SUCCEEDED" == run.log.changes(OTHER)[-1][1]
+    assert "Sink" == run.log.happened("internal_error")[0][1]["part"]
+
+
+def test_what_a_sink_says_to_users_ends_the_run():
+    """Such as that the disk is full."""
+    run = simulate(sinks=[Sink(HmrsimError("the trace can't be written: no space left on device"))], strict=False)
+
+    with pytest.raises(HmrsimError, match="no space left"):
+        run((0.0, send("eve", OTHER)))
+
+
+def test_runs_with_a_bug_are_the_same_each_time():
+    """Down to the trace."""
+
+    def traced():
+        mine = replace(actions()["wait"], name="dance", process=later)
+        run = simulate(actions={**actions(), "dance": mine}, strict=False, traced=True)
+        run((0.0, send("wall_e", BROKEN, action="dance")), (0.5, send("eve", OTHER)))
+        return run.lines()
+
+    assert traced() == traced()
