@@ -9,6 +9,7 @@ from hmrsim.actions import Action, Codes, Order, Report
 from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import drive, extent, facing, point_of
 from hmrsim.actions._places import check_reachable, numbers, pose
+from hmrsim.errors import GoalAborted
 from hmrsim.geometry import heading
 from hmrsim.interfaces.nav2_msgs import FollowPath
 from hmrsim.interfaces.nav_msgs import Path
@@ -27,6 +28,11 @@ def _process(
 ) -> Generator[Any, Any, FollowPath.Result]:
     poses = goal.path.poses
     points = [point_of(at) for at in poses]
+    for point in points:
+        try:
+            check_reachable(*point)
+        except ValueError as error:
+            raise GoalAborted(FollowPath.Result.INVALID_PATH, str(error)) from None
     # The part after an obstacle is not driven, but counts as part of the path.
     beyond = extent(robot, [robot.pose().point, *points])[0] - robot.straight_through(points)[0].length
     report.sample(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from hmrsim.components import Component, Settings
+from hmrsim.quantities import SECONDS
 
 if TYPE_CHECKING:
     from hmrsim.items import Item
@@ -26,9 +27,9 @@ class ClawSettings(Settings):
         handling_time: Seconds that picking up or placing takes.
     """
 
-    reach: Annotated[float, Field(strict=True, gt=0)] | None = None
-    max_weight: Annotated[float, Field(strict=True, gt=0)] | None = None
-    handling_time: Annotated[float, Field(strict=True, ge=0)] = 0.0
+    reach: Annotated[float, Field(strict=True, gt=0, le=1e9)] | None = None
+    max_weight: Annotated[float, Field(strict=True, gt=0, le=1e9)] | None = None
+    handling_time: Annotated[float, SECONDS.field] = 0.0
 
 
 @dataclass

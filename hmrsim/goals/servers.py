@@ -17,6 +17,7 @@ from hmrsim.events.goals import GoalAccepted
 from hmrsim.protocol.answers import GoalEntry
 from hmrsim.protocol.goal import WORLD, GoalStatus
 from hmrsim.protocol.goal_ids import ZERO_ID, made_goal_id, parse_goal_id
+from hmrsim.quantities import flaw
 
 if TYPE_CHECKING:
     import simpy
@@ -201,12 +202,13 @@ class ActionServers:
         action = server.action
         if not isinstance(command.goal, action.goal):
             raise GoalRejected("invalid_goal", f"{command.goal!r} is no {action.goal.ros_type}")
+        if wrong := flaw(command.goal):
+            raise GoalRejected("invalid_goal", wrong)
         for frame in action.frames(command.goal):
             if frame not in FRAMES:
                 raise GoalRejected("invalid_goal", f"unknown frame_id {frame!r}; use 'map' or leave it empty")
-        flaw = action.flaw(command.goal)
-        if flaw:
-            raise GoalRejected("invalid_goal", flaw)
+        if wrong := action.flaw(command.goal) or "":
+            raise GoalRejected("invalid_goal", wrong)
         reason = (server.robot.disabled if action.holds_base else "") or action.not_ready(server.robot)
         if reason:
             raise GoalRejected("not_ready", reason)

@@ -8,8 +8,11 @@ from pydantic import Field
 
 from hmrsim.interfaces.message import Array, Float32, Float64, Message, String
 from hmrsim.interfaces.std_msgs import Header
+from hmrsim.quantities import ROTATION
 
 _COVARIANCE_SIZE = 36
+
+_Rotation = Annotated[Float64, ROTATION]
 
 Covariance = Annotated[
     list[Float64], Array(_COVARIANCE_SIZE), Field(min_length=_COVARIANCE_SIZE, max_length=_COVARIANCE_SIZE)
@@ -61,10 +64,10 @@ class Vector3Stamped(Message):
 class Quaternion(Message):
     """An orientation; the default is none."""
 
-    x: Float64 = 0.0
-    y: Float64 = 0.0
-    z: Float64 = 0.0
-    w: Float64 = 1.0
+    x: _Rotation = 0.0
+    y: _Rotation = 0.0
+    z: _Rotation = 0.0
+    w: _Rotation = 1.0
 
 
 class Pose(Message):

@@ -5,7 +5,7 @@ A lower code is a deeper cause: a navigator passes on the planner's or the contr
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
@@ -14,6 +14,7 @@ from hmrsim.interfaces.geometry_msgs import Point, PoseStamped
 from hmrsim.interfaces.message import Bool, Float32, Int16, Message, String, UInt8, UInt16, UInt32
 from hmrsim.interfaces.nav_msgs import Goals, Path
 from hmrsim.interfaces.std_msgs import Empty
+from hmrsim.quantities import ANGLE, SECONDS, SIGNED_SPEED
 
 
 class _Codes:
@@ -229,7 +230,7 @@ class Spin:
     class Goal(Message):
         """By how many radians, counter-clockwise, and how long that may take."""
 
-        target_yaw: Float32 = 0.0
+        target_yaw: Annotated[Float32, ANGLE] = 0.0
         time_allowance: Duration = Field(default_factory=Duration)
         disable_collision_checks: Bool = False
 
@@ -258,7 +259,7 @@ class BackUp:
         """How far (*target.x*), how fast, and how long that may take."""
 
         target: Point = Field(default_factory=Point)
-        speed: Float32 = 0.0
+        speed: Annotated[Float32, SIGNED_SPEED] = 0.0
         time_allowance: Duration = Field(default_factory=Duration)
         disable_collision_checks: Bool = False
 
@@ -288,7 +289,7 @@ class DriveOnHeading:
         """How far (*target.x*), how fast, and how long that may take."""
 
         target: Point = Field(default_factory=Point)
-        speed: Float32 = 0.0
+        speed: Annotated[Float32, SIGNED_SPEED] = 0.0
         time_allowance: Duration = Field(default_factory=Duration)
         disable_collision_checks: Bool = False
 
@@ -321,7 +322,7 @@ class DockRobot:
         dock_id: String = ""
         dock_pose: PoseStamped = Field(default_factory=PoseStamped)
         dock_type: String = ""
-        max_staging_time: Float32 = 1000.0
+        max_staging_time: Annotated[Float32, SECONDS] = 1000.0
         navigate_to_staging_pose: Bool = True
 
     class Result(_Codes, Message):
@@ -363,7 +364,7 @@ class UndockRobot:
         """What kind of dock it is, if the robot can't know; *max_undocking_time* in seconds."""
 
         dock_type: String = ""
-        max_undocking_time: Float32 = 30.0
+        max_undocking_time: Annotated[Float32, SECONDS] = 30.0
 
     class Result(_Codes, Message):
         """Whether the robot has left its dock, and why not."""

@@ -6,6 +6,7 @@ import math
 import re
 from typing import Annotated, Any, Final, Literal
 
+from hmrsim.quantities import REAL_TIME_FACTOR
 from hmrsim.settings.model import Settings
 from hmrsim.settings.option import Option
 from hmrsim.settings.payload import MAX_PAYLOAD
@@ -69,6 +70,7 @@ class RunSettings(Settings):
             at_least=0,
             at_most=1e6,
             hint="0 is as fast as possible",
+            check=REAL_TIME_FACTOR.checked,
         ),
     ] = 1.0
     participants: Annotated[
@@ -171,5 +173,5 @@ class DemoSettings(RunSettings):
     """How ``hmrsim demo`` runs its world: its mission must end."""
 
     real_time_factor: Annotated[
-        float, Option("simulated seconds per wall second, in real time", "X", group="time", more_than=0, at_most=1e6)
+        float, Option("simulated seconds per wall second, in real time", "X", group="time", at_least=1e-6, at_most=1e6)
     ] = 10.0

@@ -42,6 +42,7 @@ from hmrsim.protocol.commands import (
 from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChanged
 from hmrsim.protocol.sinks import CommandSink, Moment
 from hmrsim.protocol.topics import Topic
+from hmrsim.quantities import flaw
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.detections import Detections
 from hmrsim.simulation.entities import Roster
@@ -208,6 +209,9 @@ class Simulator:
         """
         if isinstance(command, CallService):
             service = self._service(command.service)
+            if wrong := flaw(command.request):
+                self.answer(command.reply_to, Refused("", None, wrong))
+                return
             try:
                 request = service.recorded(self, command.request)
             except Exception as bug:  # noqa: BLE001 - of a plug-in

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from hmrsim.geometry import MAX_COORDINATE, crosses, distance
+from hmrsim.quantities import ACCELERATION, SECONDS, SPEED, TURNING_RATE
 from hmrsim.world.network import Way, as_networkx, levels, nearest
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ Point = Annotated[tuple[Coordinate, Coordinate], Field(description="x, y in the 
 Name = Annotated[str, Field(min_length=1, max_length=100)]
 RosName = Annotated[str, Field(pattern=ROS_NAME, max_length=100)]
 Positive = Annotated[float, Field(strict=True, gt=0, le=1e9)]
-NotNegative = Annotated[float, Field(strict=True, ge=0, le=1e9)]
+Seconds = Annotated[float, SECONDS.field]
 Capacity = Annotated[int, Field(strict=True, ge=1)]
 
 
@@ -103,7 +104,7 @@ class Lane(Model):
     from_: Name = Field(alias="from")
     to: Name
     one_way: bool = Field(default=False, strict=True)
-    speed_limit: Positive | None = None
+    speed_limit: Annotated[float, SPEED.field] | None = None
     capacity: Capacity | None = None
 
     @model_validator(mode="before")
@@ -179,9 +180,9 @@ class Door(Model):
     at: tuple[Point, Point]
     type: Name = "door"
     open: Annotated[bool, Field(strict=True)] = False
-    opening_time: NotNegative = 2.0
+    opening_time: Seconds = 2.0
     opens_for: tuple[Name, ...] | None = None
-    stays_open: NotNegative | None = 3.0
+    stays_open: Seconds | None = 3.0
 
 
 class Lift(Model):
@@ -198,7 +199,7 @@ class Lift(Model):
     stops: Annotated[tuple[Name, ...], Field(min_length=2)]
     at: Name | None = None
     travel_time: Positive = 5.0
-    door_time: NotNegative = 2.0
+    door_time: Seconds = 2.0
     capacity: Capacity = 1
 
     def seconds(self, start: int, end: int) -> float:
@@ -230,9 +231,9 @@ class Base(Model):
         flies: Whether it moves straight between any points, over lanes, walls and other robots.
     """
 
-    speed: Positive | None = None
-    acceleration: Positive | None = None
-    turning_rate: Positive | None = None
+    speed: Annotated[float, SPEED.field] | None = None
+    acceleration: Annotated[float, ACCELERATION.field] | None = None
+    turning_rate: Annotated[float, TURNING_RATE.field] | None = None
     radius: Positive | None = None
     flies: Annotated[bool, Field(strict=True)] = False
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 from pydantic_core import to_json
 
 from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
@@ -16,6 +16,7 @@ from hmrsim.protocol.commands import Advance, CancelGoal, SendGoal
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
+from hmrsim.quantities import REAL_TIME_FACTOR
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import Envelope, UnreadableError, dump, plain, read, unreadable_at
 
@@ -86,7 +87,7 @@ class SetRequest(Envelope):
     """The request to change the clock; omitted fields keep their values."""
 
     clock: Literal["realtime", "lockstep"] | None = None
-    real_time_factor: Annotated[float, Field(ge=0)] | None = None
+    real_time_factor: Annotated[float, AfterValidator(REAL_TIME_FACTOR.checked)] | None = None
 
 
 class ReadRequest(Envelope):
