@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import secrets
 import shlex
 import sys
 import traceback
@@ -50,7 +51,7 @@ class _Asked:
     def __init__(self, args: argparse.Namespace) -> None:
         self.below = read_file(args.settings, SERVED) if args.settings else {}
         read = partial(read_settings, args, below=self.below)
-        self.run = read(RunSettings)
+        self.run = read(RunSettings).model_copy(update={"run_id": secrets.token_hex(8)})
         self.session = read(SessionOptions)
         self.ros2 = read(Ros2Settings)
         self.trace = read(TraceSettings).trace

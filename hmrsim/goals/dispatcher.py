@@ -62,7 +62,7 @@ class Dispatcher:
     Args:
         publisher: Publishes rejected goals, and knows the topics that have subscribers.
         errors: Handles what actions raise because of a bug.
-        seed: The seed for the ids of goals without one.
+        seed: From which the ids of goals that have none are made.
         keep_results: Maximum number of ended goals kept per robot.
         feedback_rate: Samples of feedback a second of simulated time.
 
@@ -78,7 +78,7 @@ class Dispatcher:
         *,
         publisher: EventPublisher,
         errors: InternalErrors,
-        seed: int = 0,
+        seed: str = "0",
         keep_results: int = 1000,
         feedback_rate: float = 10.0,
     ) -> None:

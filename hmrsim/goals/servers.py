@@ -119,7 +119,7 @@ class ActionServers:
         seed: From which the ids of goals that have none are made.
     """
 
-    def __init__(self, actions: Mapping[str, AnyAction], seed: int) -> None:
+    def __init__(self, actions: Mapping[str, AnyAction], seed: str) -> None:
         self._actions = actions
         self._seed = seed
         self._robots: Mapping[str, Owner] = {}
@@ -127,7 +127,7 @@ class ActionServers:
         self._servers: dict[tuple[str, str], ActionServer] = {}
         self._made: Counter[tuple[str, str]] = Counter()
 
-    def reseed(self, seed: int) -> None:
+    def reseed(self, seed: str) -> None:
         """Generate the ids of goals from another seed from now on."""
         self._seed = seed
 
@@ -184,7 +184,7 @@ class ActionServers:
         if text is None:
             whose = (server.robot.name, server.action.name)
             self._made[whose] += 1
-            return made_goal_id("/".join((str(self._seed), *whose)), self._made[whose])
+            return made_goal_id("/".join((self._seed, *whose)), self._made[whose])
         try:
             goal_id = parse_goal_id(text)
         except ValueError as error:

@@ -156,6 +156,14 @@ class RunSettings(Settings):
     strict: Annotated[
         bool, Option("end the run at the first bug of a plug-in, where else only its goal ends", group="server")
     ] = False
+    run_id: str = ""
+    """The identity of the run, which ``_world/info`` tells; in real time also part of the goal ids that the simulator
+    makes, so that they differ from those of any other run. Empty for a run that only its world and seed identify."""
+
+    @property
+    def goal_id_salt(self) -> str:
+        """What goal ids that the simulator makes depend on beside the seed; nothing in lockstep."""
+        return self.run_id if self.clock == "realtime" else ""
 
 
 class SimulateSettings(RunSettings):

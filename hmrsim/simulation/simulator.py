@@ -125,6 +125,7 @@ class Simulator:
     ) -> None:
         self.world = world
         self._own_seed = settings.seed
+        self._salt = settings.goal_id_salt
         self._services = services
         self.env = Environment(self._event_failed)
         self.gate = Gate(self.env, settings.step_size, hindrance)
@@ -142,7 +143,7 @@ class Simulator:
             self.telemetry,
             publisher=publisher,
             errors=self._errors,
-            seed=self.seed,
+            seed=self._id_seed,
             keep_results=settings.keep_results,
             feedback_rate=settings.feedback_rate,
         )
@@ -180,6 +181,11 @@ class Simulator:
     def seed(self) -> int:
         """The seed of the run: the world's, unless it was replaced."""
         return self.world.seed if self._own_seed is None else self._own_seed
+
+    @property
+    def _id_seed(self) -> str:
+        """From which ids of goals are made."""
+        return f"{self.seed}/{self._salt}" if self._salt else str(self.seed)
 
     @property
     def robots(self) -> dict[str, Robot]:
@@ -342,7 +348,7 @@ class Simulator:
         """Replace the world; all goals and processes of the present one must have ended."""
         self.world = world
         self.graph = WaypointGraph(world)
-        self.dispatcher.servers.reseed(self.seed)
+        self.dispatcher.servers.reseed(self._id_seed)
         self.roster.fill(world, self.graph)
 
     def restart_time(self) -> None:

@@ -92,6 +92,7 @@ class _HeaderLine(BaseModel):
     seed: int
     seed_given: bool
     step_size: float = Field(ge=1e-9)
+    run_id: str = ""
     world: _World
 
 
@@ -132,7 +133,7 @@ class _Replay:
         except WorldError as error:
             raise TraceError(str(error.problems[0])) from None
         seed = self._header.seed if self._header.seed_given else None
-        settings = RunSettings(seed=seed, step_size=self._header.step_size)
+        settings = RunSettings(seed=seed, step_size=self._header.step_size, run_id=self._header.run_id)
         self._made: deque[str] = deque()
         self._trace = Trace(self._header, lambda text: self._made.extend(text.splitlines()))
         self._simulator = Simulator(world, settings, [self._trace], watchers=watchers, services=services())
@@ -196,7 +197,8 @@ def _header(line: str) -> Header:
     if read.contract != hmrsim.CONTRACT:
         raise TraceError(f"line 1: a trace of contract {read.contract}; this is contract {hmrsim.CONTRACT}")
     world = read.world
-    return Header(read.hmrsim, read.seed, read.seed_given, world.name, world.hash, world.definition, read.step_size)
+    content = (world.name, world.hash, world.definition)
+    return Header(read.hmrsim, read.seed, read.seed_given, *content, read.step_size, read.run_id)
 
 
 def _parsed(text: str, number: int) -> _Line:

@@ -59,6 +59,7 @@ class Header:
         hash: Of the world.
         definition: The world, as a native file has it.
         step_size: Simulated seconds of one step.
+        run_id: What ids of goals depend on beside the seed; empty for nothing.
         contract: Version of the public interface.
     """
 
@@ -69,6 +70,7 @@ class Header:
     hash: str
     definition: Mapping[str, Any]
     step_size: float
+    run_id: str = ""
     contract: int = CONTRACT
 
     @classmethod
@@ -76,12 +78,13 @@ class Header:
         """Return the header of a run of a world."""
         content = (world.name, world_hash(world), native_data(world))
         seed = world.seed if settings.seed is None else settings.seed
-        return cls(__version__, seed, settings.seed is not None, *content, settings.step_size)
+        return cls(__version__, seed, settings.seed is not None, *content, settings.step_size, settings.goal_id_salt)
 
     def line(self) -> str:
         """Return the line, without its end."""
         world = {"name": self.name, "hash": self.hash, "definition": self.definition}
         run = {"seed": self.seed, "seed_given": self.seed_given, "step_size": self.step_size, "world": world}
+        run |= {"run_id": self.run_id} if self.run_id else {}
         return _encode({"kind": "header", "contract": self.contract, "hmrsim": self.version, **run})
 
 

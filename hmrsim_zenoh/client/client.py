@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import re
 import threading
 import time
@@ -43,6 +44,8 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.wire.options import SessionOptions
 
 ClockChoice = Literal["auto", "realtime", "lockstep"]
+
+_log = logging.getLogger(__name__)
 
 _ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _PAUSE: Final = 0.05
@@ -96,6 +99,7 @@ class Client:
         self._clock = clock
         self._name = name
         self._joining = threading.RLock()
+        self._run_id = ""
         self._lockstep: Lockstep | None = None
         self._action_clients: dict[tuple[str, str], ActionClient[Any, Any, Any]] = {}
 
@@ -140,7 +144,14 @@ class Client:
             raise UnreadableError(f"{self.keys.world('info')}: {error}") from None
         if not isinstance(info, dict):
             raise UnreadableError(f"{self.keys.world('info')}: a JSON object is expected, got {body[:80]!r}")
+        self._meet(str(info.get("run_id") or ""))
         return info
+
+    def _meet(self, run_id: str) -> None:
+        """Log that this is another run than the one before."""
+        before, self._run_id = self._run_id, run_id
+        if before and run_id != before:
+            _log.warning("the simulator was started anew; what was sent to the run before, its goals included, is gone")
 
     def action_client(self, robot: str, action: Action[G, R, F]) -> ActionClient[G, R, F]:
         """Return the client of one action of a robot; it queries and subscribes to nothing yet.

@@ -29,8 +29,9 @@ _TYPES = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH, "scene": e
 class Description:
     """Describes a simulation; long descriptions are cached until `forget`."""
 
-    def __init__(self, simulator: Simulator, time: Callable[[], TimeState]) -> None:
+    def __init__(self, simulator: Simulator, time: Callable[[], TimeState], run_id: str = "") -> None:
         self._simulator = simulator
+        self._run_id = run_id
         self._time = time
         self._info: dict[str, Any] | None = None
         self._route_graph: bytes | None = None
@@ -88,6 +89,7 @@ class Description:
         return {
             "contract": hmrsim.CONTRACT,
             "hmrsim": hmrsim.__version__,
+            "run_id": self._run_id,
             "world": {"name": world.name, "hash": world_hash(world), "units": world.units},
             "robots": [
                 {
