@@ -12,9 +12,9 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 import hmrsim
 from hmrsim.actions import registry as actions
@@ -210,57 +210,113 @@ def _parsed(text: str, number: int) -> _Line:
         raise TraceError(f"line {number}: {': '.join(filter(None, (where, first['msg'])))}") from None
 
 
+def _known_service(name: str) -> str:
+    if name not in services():
+        raise ValueError(f"no service {name!r}")
+    return name
+
+
 def _command(line: _Line, number: int) -> Command:
     """Return the command that a line stands for.
 
     Raises:
         TraceError: It stands for none.
     """
-    fields = line.model_extra or {}
     if line.command not in _COMMANDS:
         raise TraceError(f"line {number}: no command {line.command!r}; there are {', '.join(_COMMANDS)}")
     try:
-        return _COMMANDS[line.command](fields)
-    except KeyError as error:
-        raise TraceError(f"line {number}: {line.command} has no {error.args[0]!r}") from None
+        return _COMMANDS[line.command].model_validate(line.model_extra).command()
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        raise TraceError(f"line {number}: {line.command}: {first['msg']}") from None
+        where = ".".join(str(step) for step in first["loc"])
+        raise TraceError(f"line {number}: {line.command}: {': '.join(filter(None, (where, first['msg'])))}") from None
 
 
-def _send_goal(fields: dict[str, Any]) -> commands.SendGoal:
-    action = actions().get(fields["action"])
-    goal = None if action is None or fields["goal"] is None else action.goal.model_validate_json(_json(fields["goal"]))
-    return commands.SendGoal(fields["robot"], fields["action"], goal, fields["goal_id"])
+class _Recorded(BaseModel):
+    """The fields of a command in a trace."""
+
+    model_config = ConfigDict(strict=True)
+
+    def command(self) -> Command:
+        """Return the command to submit."""
+        raise NotImplementedError
 
 
-def _cancel_goal(fields: dict[str, Any]) -> commands.CancelGoal:
-    goal_info = fields["goal_info"]
-    before = Time.model_validate_json(_json(goal_info["stamp"])).to_nanoseconds()
-    return commands.CancelGoal(fields["robot"], fields["action"], goal_info["goal_id"], before)
+class _SendGoal(_Recorded):
+    robot: str
+    action: str
+    goal: Any
+    goal_id: str | None
+
+    def command(self) -> commands.SendGoal:
+        action = actions().get(self.action)
+        goal = None if action is None or self.goal is None else action.goal.model_validate_json(json.dumps(self.goal))
+        return commands.SendGoal(self.robot, self.action, goal, self.goal_id)
 
 
-def _call_service(fields: dict[str, Any]) -> commands.CallService:
-    service = services()[fields["service"]]
-    return commands.CallService(service.name, service.request.model_validate_json(_json(fields["request"])))
+class _GoalInfo(BaseModel):
+    goal_id: str
+    stamp: Any
 
 
-def _plan_answered(fields: dict[str, Any]) -> commands.PlanAnswered:
-    return commands.PlanAnswered(
-        fields["request"], ComputePathToPose.Result.model_validate_json(_json(fields["result"]))
-    )
+class _CancelGoal(_Recorded):
+    robot: str
+    action: str
+    goal_info: _GoalInfo
+
+    def command(self) -> commands.CancelGoal:
+        before = Time.model_validate_json(json.dumps(self.goal_info.stamp)).to_nanoseconds()
+        return commands.CancelGoal(self.robot, self.action, self.goal_info.goal_id, before)
 
 
-_COMMANDS: Final[dict[str, Callable[[dict[str, Any]], Command]]] = {
-    "send_goal": _send_goal,
-    "cancel_goal": _cancel_goal,
-    "call_service": _call_service,
-    "participation": lambda fields: commands.Participation(fields["participant"], fields["change"], fields["why"]),
-    "planner_present": lambda fields: commands.PlannerPresent(fields["present"]),
-    "plan_answered": _plan_answered,
-    "stop": lambda fields: commands.Stop(fields["reason"]),
+class _CallService(_Recorded):
+    service: Annotated[str, AfterValidator(_known_service)]
+    request: Any
+
+    def command(self) -> commands.CallService:
+        service = services()[self.service]
+        return commands.CallService(service.name, service.request.model_validate_json(json.dumps(self.request)))
+
+
+class _Participation(_Recorded):
+    participant: str
+    change: Literal["joined", "left", "dropped"]
+    why: str
+
+    def command(self) -> commands.Participation:
+        return commands.Participation(self.participant, self.change, self.why)
+
+
+class _PlannerPresent(_Recorded):
+    present: bool
+
+    def command(self) -> commands.PlannerPresent:
+        return commands.PlannerPresent(self.present)
+
+
+class _PlanAnswered(_Recorded):
+    request: int
+    result: Any
+
+    def command(self) -> commands.PlanAnswered:
+        return commands.PlanAnswered(
+            self.request, ComputePathToPose.Result.model_validate_json(json.dumps(self.result))
+        )
+
+
+class _Stop(_Recorded):
+    reason: str
+
+    def command(self) -> commands.Stop:
+        return commands.Stop(self.reason)
+
+
+_COMMANDS: Final[dict[str, type[_Recorded]]] = {
+    "send_goal": _SendGoal,
+    "cancel_goal": _CancelGoal,
+    "call_service": _CallService,
+    "participation": _Participation,
+    "planner_present": _PlannerPresent,
+    "plan_answered": _PlanAnswered,
+    "stop": _Stop,
 }
-
-
-def _json(value: object) -> str:
-    return json.dumps(value)

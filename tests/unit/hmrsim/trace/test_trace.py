@@ -260,10 +260,10 @@ class TestReplay:
             ("nonsense", "line 2: Invalid JSON"),
             ('{"kind":"command"}', "line 2: stamp: Field required"),
             ('{"kind":"command","stamp":{},"command":"dance"}', "line 2: no command 'dance'; there are send_goal"),
-            ('{"kind":"command","stamp":{},"command":"send_goal"}', "line 2: send_goal has no 'action'"),
+            ('{"kind":"command","stamp":{},"command":"send_goal"}', "line 2: send_goal: robot: Field required"),
             (
                 '{"kind":"command","stamp":{},"command":"send_goal","robot":"e","action":"wait","goal":{"x":1},"goal_id":""}',
-                "line 2: send_goal: Extra inputs are not permitted",
+                "line 2: send_goal: x: Extra inputs are not permitted",
             ),
         ],
     )
