@@ -106,6 +106,7 @@ class Ros2Server:
         self._wire = wire
         self._inbox = inbox
         self._changes_reported = 0
+        self._looked = -1
         names = names_of(simulator)
         self._catalog = Catalog(names, wire.distros, actions=actions, services=services)
         self._waiting = PendingResults()
@@ -192,7 +193,10 @@ class Ros2Server:
         self._requests.refuse(query, "the simulation has ended" if self._inbox.closed else "too many pending requests")
 
     def _look(self) -> None:
-        """Notify the simulation of a new subscriber at once."""
+        """Tell the simulation at once about a new subscriber, if the query that is served came after the last look."""
+        if self._inbox.taken <= self._looked:
+            return
+        self._looked = self._inbox.arrived()
         changes = self._publications.look()
         if changes != self._changes_reported:
             self._changes_reported = changes

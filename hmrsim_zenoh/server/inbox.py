@@ -31,6 +31,9 @@ _log = logging.getLogger(__name__)
 _CHANNEL = 16_384
 """The channel's capacity in queries; Zenoh applies backpressure to its peers when it is full."""
 
+_BATCH = 256
+"""Queries that are taken from the channel at once."""
+
 _CLOSE_SECONDS = 1.0
 """Wall seconds for refusing late queries."""
 
@@ -50,6 +53,9 @@ class QueryInbox(Inbox):
         refuse: Answers a query that there is no room for, or that came after the end; called in any thread.
         wakeup_key: A key under *key_expr* that *decode* ignores; it wakes the simulation's thread.
         max_waiting: Queries that may wait for the simulation thread.
+
+    Attributes:
+        taken: The number of queries that `poll` has taken; that of the latest one.
     """
 
     def __init__(
@@ -68,6 +74,7 @@ class QueryInbox(Inbox):
         self._wakeup_key = wakeup_key
         self._max_waiting = max_waiting
         self._queries: deque[tuple[_Reader, zenoh.Query]] = deque()
+        self.taken = 0
         self._asleep = False
         self._forwarder: threading.Thread | None = None
         # Not complete: a controller serves its trees below the same prefix, and Zenoh would not query it otherwise.
@@ -94,6 +101,13 @@ class QueryInbox(Inbox):
             self._receive()
         return bool(self._commands or self._queries)
 
+    def arrived(self) -> int:
+        """Return the number of queries that have arrived: what is found out now is true for each of them."""
+        if self._forwarder is None and not self._closed:
+            while len(self._queries) < _BATCH and (query := _try_recv(self._channel)) is not None:
+                self._queries.append((self._reader, query))
+        return self.taken + len(self._queries)
+
     def poll(self) -> AnyCommand | None:
         """Return the next command; None when there is none now, and after `close` when there will be none."""
         while not self._commands:
@@ -102,6 +116,7 @@ class QueryInbox(Inbox):
             if not self._queries:
                 return None
             reader, query = self._queries.popleft()
+            self.taken += 1
             self._commands.extend(reader.decode(query))
         return super().poll()
 

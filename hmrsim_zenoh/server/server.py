@@ -123,6 +123,7 @@ class Server:
             PlanWanted: self.planner.ask,
         }
         self._changes_reported = 0
+        self._looked = -1
         self._interest = SubscriberWatch(session, _patterns(keys), keys.everything(), self._interest_changed)
         self._history = session.declare_queryable(
             keys.history(), zenoh.handlers.Callback(self.inbox.put_query), complete=False
@@ -172,7 +173,10 @@ class Server:
         return commands
 
     def _look(self) -> None:
-        """Tell the simulation at once about a new subscriber."""
+        """Tell the simulation at once about a new subscriber, if the query that is served came after the last look."""
+        if self.inbox.taken <= self._looked:
+            return
+        self._looked = self.inbox.arrived()
         changes = self._interest.look()
         if changes != self._changes_reported:
             self._changes_reported = changes
