@@ -7,7 +7,8 @@ import json
 import threading
 import time
 import uuid
-from typing import Final
+from collections.abc import Callable
+from typing import Any, Final
 
 import zenoh
 
@@ -16,12 +17,13 @@ from hmrsim.actions import registry
 from hmrsim.interfaces.action_msgs import CancelGoal
 from hmrsim_zenoh.ros2 import keys
 from hmrsim_zenoh.ros2.attachment import Attachment
-from hmrsim_zenoh.ros2.codec.types import ActionType, ServiceType, action_type
+from hmrsim_zenoh.ros2.codec.types import ActionType, MessageType, ServiceType, action_type
 from hmrsim_zenoh.ros2.keys import Endpoint, Kind, Node
 
-_PATIENCE = 60.0
-_HEADER = bytes((0, 1, 0, 0))
+_PATIENCE = 180.0
+HEADER = bytes((0, 1, 0, 0))
 _SUCCEEDED, _CANCELED = 4, 5
+_IGNORE: Final[zenoh.handlers.Callback[Any]] = zenoh.handlers.Callback(lambda _: None, indirect=False)
 _ACCEPTED = 1
 
 
@@ -52,43 +54,79 @@ _KIND_CHUNK, _NAME_CHUNK = 5, 9
 _ROLES: Final = (("SS", "send_goal"), ("SS", "cancel_goal"), ("SS", "get_result"), ("MP", "feedback"), ("MP", "status"))
 
 
-class _Service:
-    """One of an action's services, and its client's token and id."""
+class ServiceClient:
+    """A client of one of an action's services, with its token and id."""
 
     def __init__(self, session: zenoh.Session, name: str, type_: ServiceType, number: int) -> None:
         self._session = session
         self._key = keys.key(0, name, type_.dds_name, type_.hash)
-        endpoint = Endpoint(Kind.CLIENT, name, type_.dds_name, type_.hash)
-        token = keys.endpoint_token(0, str(session.info.zid()), (0, number), Node("/", "benchmark"), endpoint)
-        self._token = session.liveliness().declare_token(token)
+        self._token, token = _declare(session, Endpoint(Kind.CLIENT, name, type_.dds_name, type_.hash), number)
         self._gid = keys.gid(token)
         self._sequence = itertools.count(1)
 
     def ask(self, payload: bytes) -> bytes:
         """Send a request and return the reply."""
-        replies = self._session.get(
+        return answer(self.send(payload), self._key)
+
+    def send(self, payload: bytes, take: zenoh.handlers.Callback[zenoh.Reply] | None = None) -> Any:
+        """Send a request; *take* is called with the reply, or a channel of replies is returned."""
+        return self._session.get(
             self._key,
+            take,
             payload=payload,
             attachment=Attachment(next(self._sequence), time.time_ns(), self._gid).to_bytes(),
             target=zenoh.QueryTarget.ALL_COMPLETE,
             consolidation=zenoh.ConsolidationMode.NONE,
             timeout=_PATIENCE,
         )
-        return answer(replies, self._key)
+
+
+def _subscribed(session: zenoh.Session, name: str, type_: MessageType, number: int) -> list[object]:
+    """Subscribe to a topic and ignore its messages; return what keeps the subscription."""
+    endpoint = Endpoint(Kind.SUBSCRIBER, name, type_.dds_name, type_.hash)
+    key = keys.key(0, name, type_.dds_name, type_.hash)
+    return [session.declare_subscriber(key, _IGNORE), _declare(session, endpoint, number)[0]]
+
+
+def _declare(session: zenoh.Session, endpoint: Endpoint, number: int) -> tuple[zenoh.LivelinessToken, str]:
+    token = keys.endpoint_token(0, str(session.info.zid()), (0, number), Node("/", "benchmark"), endpoint)
+    return session.liveliness().declare_token(token), token
 
 
 class RosGoalSender:
-    """Sends goals of one robot's action, each the action's default goal."""
+    """Sends goals of one robot's action, each the action's default goal.
 
-    def __init__(self, session: zenoh.Session, robot: str, action: str) -> None:
-        type_, name = type_of(action), f"/{robot}/{action}/_action"
-        self._send_goal = _Service(session, f"{name}/send_goal", type_.send_goal, 1)
-        self._get_result = _Service(session, f"{name}/get_result", type_.get_result, 2)
-        self._cancel_goal = _Service(session, f"{name}/cancel_goal", type_.cancel_goal, 3)
+    Args:
+        session: An open session.
+        robot: Whose.
+        action: Which.
+        first: The number of the client's first entity; it has five in the session.
+    """
+
+    def __init__(self, session: zenoh.Session, robot: str, action: str, first: int = 1) -> None:
+        self._session = session
+        self._type = type_ = type_of(action)
+        self._name = name = f"/{robot}/{action}/_action"
+        self._first = first
+        self._send_goal = ServiceClient(session, f"{name}/send_goal", type_.send_goal, first)
+        self._get_result = ServiceClient(session, f"{name}/get_result", type_.get_result, first + 1)
+        self._cancel_goal = ServiceClient(session, f"{name}/cancel_goal", type_.cancel_goal, first + 2)
         unknown = {"goal_id": {"uuid": bytes(16)}, "goal": registry()[action].goal()}
-        self._goal = type_.send_goal.request.encode(unknown)[len(_HEADER) + 16 :]
-        self._no_time = type_.cancel_goal.request.encode(CancelGoal.Request())[len(_HEADER) + 16 :]
+        self._goal = type_.send_goal.request.encode(unknown)[len(HEADER) + 16 :]
+        self._no_time = type_.cancel_goal.request.encode(CancelGoal.Request())[len(HEADER) + 16 :]
         self._id = b""
+        self._subscriptions: list[object] = []
+
+    def subscribe(self) -> None:
+        """Subscribe to feedback and status, as an action client of ROS does."""
+        for number, (topic, type_) in enumerate((("feedback", self._type.feedback), ("status", self._type.status)), 3):
+            self._subscriptions += _subscribed(self._session, f"{self._name}/{topic}", type_, self._first + number)
+
+    def right_behind(self, take: Callable[[zenoh.Reply], None]) -> None:
+        """Send a goal and ask for its result at once; *take* is called with the result's reply."""
+        self._id = uuid.uuid4().bytes
+        self._send_goal.send(HEADER + self._id + self._goal, _IGNORE)
+        self._get_result.send(HEADER + self._id, zenoh.handlers.Callback(take, indirect=False))
 
     def one_by_one(self) -> None:
         """Send a goal; when it is accepted, ask for the result, and return with it."""
@@ -98,16 +136,16 @@ class RosGoalSender:
     def canceled(self) -> None:
         """Send a goal; when it is accepted, cancel it, and return with its result."""
         self._accepted()
-        self._cancel_goal.ask(_HEADER + self._id + self._no_time)
+        self._cancel_goal.ask(HEADER + self._id + self._no_time)
         self._ended(_CANCELED)
 
     def _accepted(self) -> None:
         self._id = uuid.uuid4().bytes
-        if self._send_goal.ask(_HEADER + self._id + self._goal)[len(_HEADER)] != _ACCEPTED:
+        if self._send_goal.ask(HEADER + self._id + self._goal)[len(HEADER)] != _ACCEPTED:
             raise RuntimeError("a goal was rejected")
 
     def _ended(self, status: int) -> None:
-        if self._get_result.ask(_HEADER + self._id)[len(_HEADER)] != status:
+        if self._get_result.ask(HEADER + self._id)[len(HEADER)] != status:
             raise RuntimeError(f"a goal has not ended with status {status}")
 
 
