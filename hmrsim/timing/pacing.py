@@ -47,11 +47,11 @@ _QUANTUM = 0.005
 """Wall seconds from one round of events to the next, where they are many: to wake, and to send a message that goes
 alone, costs more than to do the work. What is due in between comes as much late, a command never."""
 
-_MAX_WAIT = 3600.0
-"""Maximum wall seconds of one wait, as a wait in simulated seconds may be arbitrarily long."""
+_MAX_WAIT = 0.25
+"""Maximum wall seconds of one wait: a process that was stopped meanwhile is noticed by how late it wakes."""
 
 _MAX_LATENESS = 0.1
-"""Wall seconds that an event may be late before simulated time stops catching up."""
+"""Wall seconds that an event, or the end of a wait, may be late before simulated time stops catching up."""
 
 _LOOKS = 5
 """Checks for a stalled participant within its timeout."""
@@ -100,6 +100,7 @@ class Pacing:
         self._generation = simulator.generation
         self._reported = -math.inf
         self._anchor: float | None = None
+        self._awake_by = math.inf
         self._over = False
         self._last_state: TimeState | None = None
 
@@ -198,6 +199,10 @@ class Pacing:
         woken = wall_time()
         if self._anchor is None:
             self._anchor = woken - simulator.now / factor
+        elif woken - self._awake_by > _MAX_LATENESS:
+            self._anchor += woken - self._awake_by
+            self._lose(woken - self._awake_by)
+        self._awake_by = woken
         target = min((woken - self._anchor) * factor, self._duration)
         late = (target - simulator.next_due) / factor
         if late > _MAX_LATENESS:
@@ -215,7 +220,9 @@ class Pacing:
             self._take_waiting(target)
         elif simulator.next_due > target:
             wake = max(min(simulator.next_due, self._duration) / factor + self._anchor, woken + _QUANTUM)
-            self._wait(None if wake == math.inf else min(max(0.0, wake - wall_time()), _MAX_WAIT))
+            pause = min(max(0.0, wake - wall_time()), _MAX_WAIT)
+            self._awake_by = wall_time() + pause
+            self._wait(pause)
 
     def _stand(self) -> None:
         """Wait for the next command, however long that takes."""
