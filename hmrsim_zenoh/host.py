@@ -89,7 +89,7 @@ class Host:
             raise BadOptions(f"--prefix: {error}") from None
         self._settings = settings
         self._wires = wires
-        self._retention = Retention(settings.result_timeout)
+        self._retention = Retention(settings.result_timeout, settings.keep_results)
         self.error: BaseException | None = None
         self._reason = "the simulation has ended"
         self._ended = threading.Event()

@@ -108,8 +108,10 @@ class Dispatcher:
             self.cut_off.check(command)
             goal_id = self.servers.goal_id(server, command.goal_id)
             known = server.goals.get(goal_id)
-            if known or goal_id in server.forgotten:
-                self._answer_duplicate(command, goal_id, known, server)
+            status = known.status if known else self.servers.forgotten(server, goal_id)
+            if status is not None:
+                stamp = known.stamp if known else self._stamp()
+                self._answer_duplicate(command, goal_id, status, stamp, server.action.codes.rejected)
                 return
             message = self.servers.acceptable(server, command)
         except GoalRejected as rejection:
@@ -135,16 +137,13 @@ class Dispatcher:
         self._answer(command.reply_to, answer)
         self._publisher.publish(lambda: _rejected(command, answer))
 
-    def _answer_duplicate(
-        self, command: SendGoal, goal_id: str, known: ServedGoal | None, server: ActionServer
-    ) -> None:
-        status = known.status if known else server.forgotten[goal_id]
+    def _answer_duplicate(self, command: SendGoal, goal_id: str, status: GoalStatus, stamp: int, code: int) -> None:
         answer = GoalResponse(
             accepted=False,
             goal_id=goal_id,
-            stamp=known.stamp if known else self._stamp(),
+            stamp=stamp,
             reason="duplicate_goal_id",
-            error_code=server.action.codes.rejected,
+            error_code=code,
             error_msg=f"goal {goal_id} was sent before and is {status.name}",
             status=status,
         )
@@ -371,11 +370,8 @@ class Dispatcher:
             self._forget(goal)
 
     def _forget(self, goal: ServedGoal) -> None:
-        """Drop a goal but keep a client's goal id, so that a late resend is not executed again."""
         self._tell(goal)
-        del goal.server.goals[goal.goal_id]
-        if goal.from_client:
-            goal.server.forgotten[goal.goal_id] = goal.status
+        self.servers.forget(goal)
         self._ended[goal.server.robot.name].pop(goal, None)
 
     def stop(self, reason: str, robot: str | None = None) -> None:

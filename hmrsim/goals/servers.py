@@ -5,11 +5,12 @@ This is bookkeeping only: `hmrsim.goals.dispatcher` decides about goals.
 
 from __future__ import annotations
 
-from collections import Counter
+import itertools
+from collections import Counter, OrderedDict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from hmrsim.actions import FRAMES
 from hmrsim.errors import GoalRejected
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import CancelGoal, SendGoal
+
+MAX_FORGOTTEN: Final = 20_000
+"""The goals of all robots whose ids are refused although their results are no longer kept: the latest ones."""
 
 
 class Owner(Protocol):
@@ -102,14 +106,14 @@ class ActionServer:
     """One action of one robot, and its goals in order of acceptance.
 
     Attributes:
+        number: It has one of its own.
         goals: The goals that are kept, by id.
-        forgotten: The statuses of goals whose results are no longer kept, by id, so that none is executed twice.
     """
 
     robot: Owner
     action: AnyAction
+    number: int
     goals: dict[str, ServedGoal] = field(default_factory=dict)
-    forgotten: dict[str, GoalStatus] = field(default_factory=dict)
 
 
 class ActionServers:
@@ -126,6 +130,8 @@ class ActionServers:
         self._offered: dict[tuple[bool, *tuple[str, ...]], dict[str, AnyAction]] = {}
         self._servers: dict[tuple[str, str], ActionServer] = {}
         self._made: Counter[tuple[str, str]] = Counter()
+        self._numbers = itertools.count()
+        self._forgotten: OrderedDict[tuple[int, str], GoalStatus] = OrderedDict()
 
     def reseed(self, seed: str) -> None:
         """Generate the ids of goals from another seed from now on."""
@@ -172,7 +178,7 @@ class ActionServers:
         offers = self._offers(self._robots[robot])
         if action not in offers:
             raise GoalRejected("unknown_action", f"{robot} has no action {action!r}; it has: {', '.join(offers)}")
-        server = self._servers[robot, action] = ActionServer(self._robots[robot], offers[action])
+        server = self._servers[robot, action] = ActionServer(self._robots[robot], offers[action], next(self._numbers))
         return server
 
     def goal_id(self, server: ActionServer, text: str | None) -> str:
@@ -224,6 +230,19 @@ class ActionServers:
         """Return a goal; None if it is unknown or forgotten."""
         server = self._servers.get((robot, action))
         return server.goals.get(goal_id) if server else None
+
+    def forget(self, goal: ServedGoal) -> None:
+        """Drop a goal, but keep how it ended, for `forgotten`."""
+        del goal.server.goals[goal.goal_id]
+        # A made id is not sent again.
+        if goal.from_client:
+            self._forgotten[goal.server.number, goal.goal_id] = goal.status
+            if len(self._forgotten) > MAX_FORGOTTEN:
+                self._forgotten.popitem(last=False)
+
+    def forgotten(self, server: ActionServer, goal_id: str) -> GoalStatus | None:
+        """Return how a goal ended whose result is no longer kept, so that a late resend is not executed again."""
+        return self._forgotten.get((server.number, goal_id))
 
     def of(self, robot: str) -> list[ActionServer]:
         """Return the actions of a robot that have been asked for, in order of name."""

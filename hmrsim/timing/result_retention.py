@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.engine.wall_clock import wall_time
 from hmrsim.protocol.commands import ForgetResult
@@ -14,23 +15,33 @@ if TYPE_CHECKING:
     from hmrsim.protocol.topics import Topic
     from hmrsim.simulation.simulator import Simulator
 
+_PART: Final = 0.01
+_MAX_LATENESS: Final = 1.0
+"""By how much of their time results are kept longer, at most, and by how many wall seconds."""
+
 
 class Retention:
-    """A sink that remembers when goals ended by the wall clock, so that their results are dropped in time.
+    """A sink that records when goals ended by the wall clock, so that their results are dropped in time.
 
     Args:
         timeout: Wall seconds that a result is kept; negative for ever.
+        keep_results: Results that are kept per robot anyway: of more goals none needs to be dropped.
     """
 
-    def __init__(self, timeout: float) -> None:
+    def __init__(self, timeout: float, keep_results: int = 1000) -> None:
         self._timeout = timeout
-        self._ended: deque[tuple[float, ForgetResult]] = deque()
+        self._keep_results = keep_results
+        self._ended: dict[str, deque[tuple[float, str, str]]] = {}
+        self._next = math.inf
 
     def emit(self, output: Output) -> None:
         """Record a goal that has ended."""
         if self._timeout >= 0 and isinstance(output, GoalChanged) and output.status.terminal:
-            forget = ForgetResult(output.robot, output.action, output.goal_id)
-            self._ended.append((wall_time() + self._timeout, forget))
+            expires = wall_time() + self._timeout
+            if output.robot not in self._ended:
+                self._ended[output.robot] = deque(maxlen=self._keep_results)
+            self._ended[output.robot].append((expires, output.action, output.goal_id))
+            self._next = min(self._next, expires)
 
     def wants(self, _topic: Topic) -> bool:
         """Return False: ends of goals are delivered without it."""
@@ -38,5 +49,14 @@ class Retention:
 
     def apply(self, simulator: Simulator) -> None:
         """Submit the commands that drop expired results."""
-        while self._ended and self._ended[0][0] <= wall_time():
-            simulator.submit(self._ended.popleft()[1])
+        now = wall_time()
+        if now < self._next:
+            return
+        for robot, ended in self._ended.items():
+            while ended and ended[0][0] <= now:
+                _, action, goal_id = ended.popleft()
+                simulator.submit(ForgetResult(robot, action, goal_id))
+        self._ended = {robot: ended for robot, ended in self._ended.items() if ended}
+        earliest = min((ended[0][0] for ended in self._ended.values()), default=math.inf)
+        # Where goals end all the time, the robots are not looked through for each of them.
+        self._next = max(earliest, now + min(self._timeout * _PART, _MAX_LATENESS))

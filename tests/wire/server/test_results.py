@@ -234,7 +234,7 @@ def test_a_preempted_pickup_has_code_preempted(serve, wait):
 
 
 class TestKept:
-    """Results are kept for a while, ids for ever."""
+    """Results are kept for a while, ids for longer."""
 
     def test_a_result_is_forgotten_after_its_time(self, serve, wait):
         """Its status is 0 then, it is in no status list, and its id is still refused with how it ended."""

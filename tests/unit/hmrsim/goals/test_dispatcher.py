@@ -151,6 +151,17 @@ class TestDuplicate:
         assert ("duplicate_goal_id", GoalStatus.SUCCEEDED) == (log.answer("again").reason, log.answer("again").status)
         assert 3 == len(log.changes(A))
 
+    def test_the_ids_of_the_latest_goals_are_kept(self, run, monkeypatch):
+        """Of three whose results are gone two are refused; memory does not grow with each goal."""
+        monkeypatch.setattr("hmrsim.goals.servers.MAX_FORGOTTEN", 2)
+        ids = [f"{number:032x}" for number in (1, 2, 3)]
+        sent = [(float(at), wait(1)._replace(goal_id=goal_id)) for at, goal_id in enumerate(ids)]
+        forgotten = [(10.0, ForgetResult("wall_e", "wait", goal_id)) for goal_id in ids]
+        again = [(11.0, wait(1)._replace(goal_id=goal_id, reply_to=goal_id)) for goal_id in reversed(ids)]
+        log = run(*sent, *forgotten, *again)
+
+        assert [False, False, True] == [log.answer(goal_id).accepted for goal_id in reversed(ids)]
+
     def test_another_action_may_use_the_same_id(self, run):
         """Each action of each robot is a server of its own, as in ROS."""
         log = run((0.0, wait(1)), (5.0, go()._replace(reply_to="other")))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import threading
+from types import SimpleNamespace
 
 import pytest
 
@@ -145,6 +146,20 @@ def test_results_are_dropped_after_their_wall_time(wall):
     Pacing(run.simulator, inbox, retention).run()
 
     assert [4, 0] == [run.log.answer(t).status for t, _ in ask]
+
+
+def test_as_many_expiries_are_kept_as_results(wall):
+    """Of a robot that ends goal after goal no more than the latest ones have to be dropped."""
+    goals = [SendGoal("wall_e", "wait", Wait.Goal(), f"{number:032x}") for number in range(1, 21)]
+    retention, dropped = Retention(10.0, 3), []
+    run = simulate(topics=frozenset(), sinks=[retention], keep_results=3)
+    for goal in goals:
+        run.simulator.submit(goal)
+        run.simulator.advance(run.simulator.now + 1.0)
+    wall.now += 11.0
+    retention.apply(SimpleNamespace(submit=dropped.append))
+
+    assert [goal.goal_id for goal in goals[-3:]] == [command.goal_id for command in dropped]
 
 
 def test_a_process_that_was_stopped_goes_on_where_it_was(wall):
