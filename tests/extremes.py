@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, get_args, get_origin
+from collections.abc import Callable, Sequence
+from typing import Any, get_args, get_origin
 
 from hypothesis import strategies as st
 
 from hmrsim.interfaces.message import Message
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 _MAGNITUDES = (0.0, 5e-324, 2.2e-308, 1e-45, 1e-9, 1e-3, 0.5, 1.0, math.pi, 9.0, 1e3, 1e7, 1e9, 2.0**31, 1e16, 3.4e38)
 _BEYOND = (1e154, 1.3e154, 1e300, 1.7e308, 1.7976931348623157e308)
@@ -34,32 +32,45 @@ TEXTS = [
 ]
 
 
+Choose = Callable[[Sequence[Any]], Any]
+"""Returns one of some values."""
+
+
 def bodies(kind: type[Message], names: Sequence[str] = ()) -> st.SearchStrategy[dict[str, Any]]:
     """Return requests of a type, in plain values; most are valid, and *names* are names of what there is."""
-    fields = {
-        name: _values(field.annotation, tuple(field.metadata), tuple(names))
+
+    @st.composite
+    def made(draw: Any) -> dict[str, Any]:
+        return body(kind, names, lambda values: draw(st.sampled_from(values)))
+
+    return made()
+
+
+def body(kind: type[Message], names: Sequence[str], choose: Choose) -> dict[str, Any]:
+    """Return one request of a type, of which *choose* makes every choice."""
+    return {
+        name: _value(field.annotation, tuple(field.metadata), names, choose)
         for name, field in kind.model_fields.items()
+        if choose((True, True, False))
     }
-    return st.fixed_dictionaries({}, optional=fields)
 
 
-def _values(annotation: Any, metadata: tuple[Any, ...], names: tuple[str, ...]) -> st.SearchStrategy[Any]:
+def _value(annotation: Any, metadata: tuple[Any, ...], names: Sequence[str], choose: Choose) -> Any:
     if get_origin(annotation) is list:
-        return st.lists(_values(_plain(get_args(annotation)[0]), (), names), max_size=3)
+        of = _plain(get_args(annotation)[0])
+        return [_value(of, (), names, choose) for _ in range(choose((0, 1, 1, 2, 3)))]
     kind = _plain(annotation)
     if isinstance(kind, type) and issubclass(kind, Message):
-        return st.deferred(lambda: bodies(kind, names))
+        return body(kind, names, choose)
     if kind is bool:
-        return st.booleans()
+        return choose((True, False))
     if kind is int:
-        least = next((each.ge for each in metadata if hasattr(each, "ge")), None)
-        greatest = next((each.le for each in metadata if hasattr(each, "le")), None)
-        return st.sampled_from(
-            [n for n in WHOLE if (least is None or n >= least) and (greatest is None or n <= greatest)]
-        )
+        least = next((each.ge for each in metadata if hasattr(each, "ge")), -math.inf)
+        greatest = next((each.le for each in metadata if hasattr(each, "le")), math.inf)
+        return choose([n for n in WHOLE if least <= n <= greatest])
     if kind is float:
-        return st.sampled_from(NUMBERS) | st.floats(allow_nan=False, allow_infinity=False)
-    return st.sampled_from([*names, *names, *TEXTS]) | st.text(max_size=20)
+        return choose(NUMBERS)
+    return choose((*names, *names, *TEXTS))
 
 
 def _plain(annotation: Any) -> Any:

@@ -1,0 +1,28 @@
+"""A small sample of the requests that `make torture` sends."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.torture import requests
+from tests.torture._simulator import simulator
+
+pytestmark = pytest.mark.uncovered
+
+
+@pytest.mark.skipif(not Path("/proc/self/smaps_rollup").exists(), reason="reads Linux's /proc")
+def test_no_request_ends_the_simulator(tmp_path):
+    """Each of 2,000 is answered, and each accepted goal ends; so does the simulator when it is interrupted."""
+    world, log = tmp_path / "world.json", tmp_path / "log.txt"
+    world.write_text(json.dumps(requests.WORLD_FILE))
+    with simulator(world, log, "--real-time-factor", "0", "--ros2") as running:
+        ledger = requests.torture(running, 2_000, seed=7)
+        running.end()
+
+    assert [] == ledger.flaws
+    assert 2_000 == ledger.answers.total()
+    assert 3 == len(ledger.answers)
+    assert "" == log.read_text()
