@@ -16,6 +16,9 @@ _LAST = EventPriority(2)
 _ABANDONED: Final[list[Callable[[simpy.Event], None]]] = []
 """The callbacks of an abandoned timeout, by which it is recognized."""
 
+_MAX_ABANDONED: Final = 100
+"""The abandoned events that may be scheduled at any time, if they are more than all others."""
+
 
 class _Clock(simpy.Environment):
     """Simpy's environment, with its time in a slot."""
@@ -68,9 +71,8 @@ class Environment(_Clock):
     def cancel(self, alarm: Alarm) -> None:
         """Cancel an alarm; one that has rung is ignored."""
         if alarm.callbacks is not None and alarm.callbacks is not _ABANDONED:
-            alarm.callbacks = _ABANDONED
             self._background -= 1
-            self._abandoned += 1
+            self._abandon(alarm)
 
     def advance_clock(self, to: float) -> None:
         """Set the time to *to*; no event may be due before."""
@@ -117,8 +119,16 @@ class Environment(_Clock):
 
     def abandon(self, timeout: simpy.Timeout) -> None:
         """Abandon a timeout that no process waits for any more: time does not advance for it."""
-        timeout.callbacks = _ABANDONED
+        self._abandon(timeout)
+
+    def _abandon(self, event: simpy.Event) -> None:
+        event.callbacks = _ABANDONED
         self._abandoned += 1
+        # Those that are due in a year would be kept until then.
+        if self._abandoned > _MAX_ABANDONED and 2 * self._abandoned > len(self._queue):
+            self._queue[:] = [entry for entry in self._queue if entry[3].callbacks is not _ABANDONED]
+            heapq.heapify(self._queue)
+            self._abandoned = 0
 
     def call_soon(self, call: Callable[[], None]) -> None:
         """Call a function at this instant, before all events that are due."""
@@ -128,7 +138,7 @@ class Environment(_Clock):
         self.schedule(event, URGENT)
 
     def _clear(self) -> None:
-        """Remove abandoned events from the top of the schedule; those below stay until they are at the top."""
+        """Remove abandoned events from the top of the schedule."""
         queue = self._queue
         while queue and queue[0][3].callbacks is _ABANDONED:
             heapq.heappop(queue)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import random
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
@@ -28,10 +28,12 @@ if TYPE_CHECKING:
     from hmrsim.engine.internal_errors import InternalErrors
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.faults import AnyFault, Occurrence
+    from hmrsim.robots.robot import Robot
     from hmrsim.simulation.entities import Roster
     from hmrsim.world.model import World
 
 R = TypeVar("R")
+V_co = TypeVar("V_co", covariant=True)
 
 
 class InternalFault(Spell):
@@ -108,12 +110,15 @@ class FaultInjector:
         self._seed = 0
         self._count: Counter[tuple[str, str]] = Counter()
         self._reserved: set[str] = set()
-        self._active: list[InjectedFault] = []
+        self._free: dict[str, int] = {}
+        """For each kind a number below which all made names are taken."""
+        self._active: dict[InjectedFault, None] = {}
 
     def begin(self, world: World, seed: int) -> None:
         """Schedule the faults of a world, from now on; none may be active or scheduled."""
         self._seed = seed
         self._count.clear()
+        self._free.clear()
         stated = [
             (faults()[fault.type], faults()[fault.type].settings.model_validate(fault.model_extra or {}))
             for fault in world.faults
@@ -167,12 +172,23 @@ class FaultInjector:
         whose = (settings.subject, fault.name)
         self._count[whose] += 1
         chance = "/".join((str(self._seed), *whose, str(self._count[whose])))
-        made = (f"{fault.name}_{number}" for number in count(1))
-        name = settings.name or next(name for name in made if name not in {*self.known, *self._reserved})
+        name = settings.name or self._made_name(fault.name)
         # Not for cryptography: the numbers have to be the same in each run.
         injected = InjectedFault(name, fault, settings, random.Random(chance), random.Random(f"{chance}/what"))
         self.known[name] = injected
         return injected
+
+    def _made_name(self, kind: str) -> str:
+        for number in count(self._free.get(kind, 1)):
+            name = f"{kind}_{number}"
+            if name not in self.known and name not in self._reserved:
+                self._free[kind] = number
+                return name
+        raise AssertionError
+
+    def _forget(self, injected: InjectedFault) -> None:
+        del self.known[injected.name]
+        self._free.pop(injected.fault.name, None)
 
     def _schedule(self, injected: InjectedFault) -> None:
         settings, now = injected.settings, self._env.now
@@ -200,7 +216,7 @@ class FaultInjector:
             self._after(injected)
             return
         injected.end = end
-        self._active.append(injected)
+        self._active[injected] = None
         seconds = self._seconds(injected)
         if seconds is not None:
             injected.over = Timeout(self._env, seconds)
@@ -224,12 +240,12 @@ class FaultInjector:
     def _after(self, injected: InjectedFault) -> None:
         """Schedule a recurring fault again, or forget one that does not recur."""
         if injected.settings.mean_time_between is None:
-            del self.known[injected.name]
+            self._forget(injected)
         else:
             self._schedule(injected)
 
     def _clear(self, injected: InjectedFault) -> None:
-        del self.known[injected.name]
+        self._forget(injected)
         if injected.alarm is not None:
             self._env.cancel(injected.alarm)
         if injected.over is not None:
@@ -238,7 +254,7 @@ class FaultInjector:
             self._end(injected)
 
     def _end(self, injected: InjectedFault) -> None:
-        self._active.remove(injected)
+        del self._active[injected]
         end, injected.end = injected.end, None
         if end is not None:
             self._guarded(injected, end)
@@ -263,14 +279,32 @@ class FaultInjector:
 
     def _there(self) -> There:
         """Return what a fault may affect now."""
-        roster, batteries = self._roster, {}
-        for name, robot in sorted(roster.robots.items()):
-            if isinstance(battery := robot.components.get("battery"), Battery):
-                batteries[name] = battery.settings.cells
-        doors = [fixture.name for fixture in roster.fixtures.values() if fixture.kind == "door"]
+        roster = self._roster
         return There(
-            robots={name: robot.components for name, robot in sorted(roster.robots.items())},
+            robots=_ByRobot(roster.robots, lambda robot: robot.components),
             lanes=roster.admission.graph.lanes.numbers,
-            doors=doors,
-            cells=batteries,
+            doors=[fixture.name for fixture in roster.fixtures.values() if fixture.kind == "door"],
+            cells=_ByRobot(roster.robots, _cells),
         )
+
+
+class _ByRobot(Mapping[str, V_co]):
+    """Something that all robots have, in order of their names; found out for those that are asked for."""
+
+    def __init__(self, robots: Mapping[str, Robot], what: Callable[[Robot], V_co]) -> None:
+        self._robots = robots
+        self._what = what
+
+    def __getitem__(self, name: str) -> V_co:
+        return self._what(self._robots[name])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(sorted(self._robots))
+
+    def __len__(self) -> int:
+        return len(self._robots)
+
+
+def _cells(robot: Robot) -> int | None:
+    battery = robot.components.get("battery")
+    return battery.settings.cells if isinstance(battery, Battery) else None

@@ -30,13 +30,13 @@ class There:
         robots: The components of each robot, by its name.
         lanes: The waypoints where each lane begins and ends, in each direction in which it can be driven.
         doors: The names of the doors.
-        cells: How many cells the battery of a robot has, by its name.
+        cells: How many cells the battery of a robot has, by its name; None if it has no battery.
     """
 
     robots: Mapping[str, Collection[str]]
-    lanes: Collection[tuple[str, str]]
+    lanes: Collection[tuple[str, ...]]
     doors: Collection[str]
-    cells: Mapping[str, int]
+    cells: Mapping[str, int | None]
 
 
 def check_faults(world: World, lost: Lost) -> Iterator[Finding]:
@@ -84,7 +84,7 @@ def flaws(
         yield from _check_component(fault, settings, there.robots[robot])
         yield from _check_cell(settings, there.cells.get(robot))
     lane = getattr(settings, "lane", None)
-    if lane is not None and not {lane, lane[::-1]} & {*there.lanes}:
+    if lane is not None and lane not in there.lanes and lane[::-1] not in there.lanes:
         known = [f"{a}-{b}" for a, b in there.lanes]
         yield Finding(("lane",), f"no lane {'-'.join(lane)!r}{instead('-'.join(lane), known)}", list(lane))
     if settings.name in names:
@@ -126,7 +126,7 @@ def _there(world: World) -> There:
         for name, robot in world.robots.items()
     }
     cells = {name: cells for name, carried in robots.items() if (cells := _cells(carried.get("battery")))}
-    return There(robots, sorted(lanes | {(b, a) for a, b in lanes}), world.doors, cells)
+    return There(robots, dict.fromkeys(sorted(lanes | {(b, a) for a, b in lanes})), world.doors, cells)
 
 
 def _cells(settings: Any) -> int | None:

@@ -553,6 +553,20 @@ def test_a_name_is_given_once():
     assert "name: there is a fault 'ouch' already; give another name" == answer.result.error_message
 
 
+def test_a_made_name_has_the_first_number_that_is_free():
+    """Of those that are over, or that the world file gives to others, too."""
+    run = faulty({"type": "breakdown", "robot": "eve", "name": "breakdown_2", "at": 100})
+
+    def inject():
+        return run.ask("inject_fault", {"type": "breakdown", "robot": "cart", "at": 50.0}).name
+
+    names = [inject() for _ in range(3)]
+    run.ask("clear_fault", {"name": "breakdown_1"})
+
+    assert ["breakdown_1", "breakdown_3", "breakdown_4"] == names
+    assert ["breakdown_1", "breakdown_5"] == [inject(), inject()]
+
+
 def test_a_fault_that_is_to_come_can_be_called_off():
     """As one that goes on is ended."""
     run = faulty({"type": "breakdown", "robot": "eve", "at": 5}, {"type": "breakdown", "robot": "cart"})
