@@ -220,6 +220,11 @@ class VehicleBody:
         """Return how far its centre is from *point*."""
         return distance(self.pose().point, point)
 
+    def is_within(self, room: float, point: Point) -> bool:
+        """Return whether its centre is less than *room* away from *point*; quick if it stands somewhere else."""
+        x, y = self._rest.point if self._drive is None else self.pose().point
+        return abs(x - point[0]) < room and abs(y - point[1]) < room and self.distance_to(point) < room
+
     @property
     def began(self) -> float:
         """When it began the piece that it drives now, in simulated seconds."""

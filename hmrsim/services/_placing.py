@@ -35,9 +35,10 @@ def check_room(simulator: Simulator, point: Point, base: Base, name: str = "") -
     Raises:
         BadPose: One is.
     """
-    for other in simulator.robots.values():
-        room = max(SAME_PLACE, (base.radius or 0.0) + other.radius)
-        if other.name != name and not (other.flies or base.flies) and other.distance_to(point) < room:
+    own = base.radius or 0.0
+    for other in () if base.flies else simulator.robots.values():
+        room = max(SAME_PLACE, own + other.radius)
+        if other.is_within(room, point) and other.name != name and not other.flies:
             x, y = point
             raise BadPose(f"({x:g}, {y:g}) is {other.distance_to(point):.3g} from {other.name}; keep {room:g} away")
     full = None if base.flies else simulator.roster.admission.full_at(point, name)

@@ -52,6 +52,7 @@ class QueryInbox(Inbox):
         decode: Turns a query into commands, in the simulation's thread; it answers what can't be read.
         refuse: Answers a query that there is no room for, or that came after the end; called in any thread.
         wakeup_key: A key under *key_expr* that *decode* ignores; it wakes the simulation's thread.
+        prepare: Called before a query on any key expression is decoded, and with None when none waits.
         max_waiting: Queries that may wait for the simulation thread.
 
     Attributes:
@@ -66,12 +67,14 @@ class QueryInbox(Inbox):
         decode: Callable[[zenoh.Query], list[AnyCommand]],
         refuse: Callable[[zenoh.Query], None],
         wakeup_key: str,
+        prepare: Callable[[zenoh.Query | None], None] = lambda _query: None,
         max_waiting: int = 10_000,
     ) -> None:
         super().__init__()
         self._session = session
         self._reader = _Reader(decode, refuse)
         self._wakeup_key = wakeup_key
+        self._prepare = prepare
         self._max_waiting = max_waiting
         self._queries: deque[tuple[_Reader, zenoh.Query]] = deque()
         self.taken = 0
@@ -114,9 +117,11 @@ class QueryInbox(Inbox):
             # The channel has its turn, however much the forwarding threads add.
             self._receive()
             if not self._queries:
+                self._prepare(None)
                 return None
             reader, query = self._queries.popleft()
             self.taken += 1
+            self._prepare(query)
             self._commands.extend(reader.decode(query))
         return super().poll()
 
@@ -144,6 +149,7 @@ class QueryInbox(Inbox):
 
     def wait(self, timeout: float | None) -> None:
         """Wait for a query or command, for the inbox to be closed, or for *timeout* wall seconds."""
+        self._prepare(None)
         if timeout is None and self._forwarder is None:
             self._sleep()
             return

@@ -43,7 +43,7 @@ class LivelinessTokens:
             token.undeclare()
 
     def _follow(self, robots: Collection[str], lost: Collection[str] = ()) -> None:
-        wanted = [robot for robot in robots if robot not in lost] if len(robots) <= MAX_TOKENS else []
+        wanted = dict.fromkeys(robot for robot in robots if robot not in lost) if len(robots) <= MAX_TOKENS else {}
         for robot in [robot for robot in self._robots if robot not in wanted]:
             self._robots.pop(robot).undeclare()
         for robot in wanted:

@@ -7,10 +7,11 @@ except `interest` runs in the simulation thread.
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
@@ -59,6 +60,9 @@ _ENDED = "the simulation has ended"
 _LOG = "log"
 """The key of the events that a trace contains, and of what goals ask for. They are few where robots only drive."""
 
+_CHANGES_ROSTER: Final = re.compile(r"/(spawn|delete)_entity(/|$)")
+"""Finds the services that add and remove robots, in the keys of each wire."""
+
 _BLOCK, _DROP = zenoh.CongestionControl.BLOCK, zenoh.CongestionControl.DROP
 
 
@@ -69,7 +73,8 @@ class Server:
         session: An open session, which the caller closes.
         description: The description of the simulation, and the actions of each robot.
         submit: Processes commands at once, in the simulation thread.
-        on_roster: Called when robots come or go, or the world is replaced. It has to call `follow`.
+        on_roster: Called after robots have come or gone, or the world was replaced, once for many of them. It has to
+            call `follow`.
         settings: The limits of request sizes and of an external planner's time.
     """
 
@@ -107,6 +112,7 @@ class Server:
             decode=self._decode,
             refuse=self._refuse,
             wakeup_key=keys.wakeup_key(),
+            prepare=self._settle,
         )
         self.planner = Planner(
             session, keys, self.inbox.put, timeout=settings.planner_timeout, max_payload=settings.max_payload
@@ -119,9 +125,11 @@ class Server:
             Sampled: self._emit_sample,
             EventStamped: self._put_event,
             TimeState: self._emit_time,
-            RosterChanged: lambda _event: on_roster(),
+            RosterChanged: self._mark_roster,
             PlanWanted: self.planner.ask,
         }
+        self._on_roster = on_roster
+        self._roster_changed = False
         self._changes_reported = 0
         self._looked = -1
         self._interest = SubscriberWatch(session, _patterns(keys), keys.everything(), self._interest_changed)
@@ -181,6 +189,15 @@ class Server:
         if changes != self._changes_reported:
             self._changes_reported = changes
             self._submit(InterestChanged())
+
+    def _mark_roster(self, _event: RosterChanged) -> None:
+        self._roster_changed = True
+
+    def _settle(self, query: zenoh.Query | None = None) -> None:
+        """Serve the current robots, unless the next query changes them again: each time takes time for all robots."""
+        if self._roster_changed and (query is None or not _CHANGES_ROSTER.search(str(query.key_expr))):
+            self._roster_changed = False
+            self._on_roster()
 
     def _refuse(self, query: zenoh.Query) -> None:
         reason, text = ("not_ready", _ENDED) if self.inbox.closed else ("busy", _BUSY)
@@ -246,12 +263,14 @@ class Server:
             self._put(self._key_of(self._keys.world(topic)), payload, encoding.EVENT, reliable=True)
 
     def _emit_status(self, event: StatusChanged) -> None:
+        self._settle()
         if self._interest[Topic.STATUS]:
             payload = encoding.status_array(event)
             for key in self._keys_of(self._status_keys, event, Verb.STATUS):
                 self._put(key, payload, encoding.STATUS, reliable=True)
 
     def _emit_feedback(self, event: FeedbackSent) -> None:
+        self._settle()
         if not (self._interest[Topic.FEEDBACK] and self._limiter.passes(event)):
             return
         payload = encoding.feedback_message(event.goal_id, event.feedback)
@@ -260,6 +279,7 @@ class Server:
             self._put(key, payload, mime)
 
     def _emit_sample(self, event: Sampled) -> None:
+        self._settle()
         if not self._interest[event.topic]:
             return
         key = self._key_of(self._keys.topic(event.robot or WORLD, event.topic.value))
