@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 Path = tuple[str | int, ...]
@@ -82,7 +82,11 @@ def instead(wanted: str, known: Iterable[str], *, verb: str = "there are") -> st
     names = list(known)
     if alike := meant(wanted, names):
         return f"; did you mean {alike!r}?"
-    if not names:
-        return f"; {verb} none"
-    rest = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-    return f"; {verb} {', '.join(names[:_LISTED])}{rest}"
+    return f"; {verb} {listed(names)}"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names for a message: the first ones of many, or "none"."""
+    if len(names) > _LISTED:
+        return f"{', '.join(names[:_LISTED])} and {len(names) - _LISTED} more"
+    return ", ".join(names) or "none"

@@ -26,7 +26,7 @@ from hmrsim_zenoh.server.server import Server
 from hmrsim_zenoh.server.world_info import Description
 from hmrsim_zenoh.wire.keys import Keys
 from hmrsim_zenoh.wire.options import SessionOptions
-from hmrsim_zenoh.wire.session import open_server
+from hmrsim_zenoh.wire.session import MAX_MESSAGE, open_server
 
 if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
@@ -101,7 +101,9 @@ class Host:
             self.pacing = self._paced(simulator, on_wait, preparations)
             return [*self._servers, self.pacing.lockstep, *watchers(simulator, self.pacing)]
 
-        self._session, self.endpoints = open_server(options, join=bool(wires))
+        self._session, self.endpoints = open_server(
+            options, join=bool(wires), max_message=max(MAX_MESSAGE, 2 * settings.max_payload)
+        )
         try:
             self._refuse_second()
             self._tokens = LivelinessTokens(self._session, self._keys)

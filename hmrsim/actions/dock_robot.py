@@ -10,7 +10,7 @@ from hmrsim.actions import Action, Codes, Order, Report
 from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import drive, no_planner, plan, point_of
 from hmrsim.actions._places import pose
-from hmrsim.diagnostics import instead
+from hmrsim.diagnostics import instead, listed
 from hmrsim.errors import GoalAborted
 from hmrsim.geometry import SAME_PLACE
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
@@ -106,7 +106,7 @@ def _find(robot: Robot, goal: DockRobot.Goal) -> DockBay:
     if goal.use_dock_id:
         dock = robot.docks.get(goal.dock_id)
         if dock is None:
-            there = ", ".join(sorted(robot.docks)) or "none"
+            there = listed(sorted(robot.docks))
             raise GoalAborted(_RESULT.DOCK_NOT_IN_DB, f"no dock {goal.dock_id!r}; there are: {there}")
     else:
         dock = _nearest(robot, goal)

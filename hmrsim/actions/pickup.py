@@ -10,6 +10,7 @@ from hmrsim.actions import Action, Order, Report
 from hmrsim.actions._inputs import Input
 from hmrsim.actions._moveit import CODES, item_ordered
 from hmrsim.components.claw import Claw
+from hmrsim.diagnostics import listed
 from hmrsim.errors import GoalAborted
 from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, Pickup
 
@@ -51,7 +52,7 @@ def _find(robot: Robot, claw: Claw, name: str) -> Item:
     """
     item = robot.items.get(name)
     if item is None:
-        there = ", ".join(sorted(robot.items)) or "none"
+        there = listed(sorted(robot.items))
         raise GoalAborted(MoveItErrorCodes.INVALID_OBJECT_NAME, f"no item {name!r}; there are: {there}")
     if claw.item is not None:
         raise GoalAborted(MoveItErrorCodes.INVALID_ROBOT_STATE, f"the claw holds {claw.item.name!r} already")

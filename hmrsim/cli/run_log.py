@@ -15,7 +15,7 @@ from hmrsim.cli.goal_summary import summary
 from hmrsim.errors import printable
 from hmrsim.events import Severity
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.program.log_options import PACKAGES
+from hmrsim.program.log_options import PACKAGES, LineFormatter
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
@@ -119,7 +119,7 @@ class LogLines(logging.Handler):
 
     def __init__(self, write: Callable[[str], None] | None = None, level: int = logging.INFO) -> None:
         super().__init__(level)
-        self.setFormatter(logging.Formatter(_FORMAT, _TIME_FORMAT))
+        self.setFormatter(LineFormatter(_FORMAT, _TIME_FORMAT))
         self._write = write or _to_stderr
         self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="hmrsim-log", daemon=True)

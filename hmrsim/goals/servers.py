@@ -13,6 +13,7 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from hmrsim.actions import FRAMES
+from hmrsim.diagnostics import listed
 from hmrsim.errors import GoalRejected
 from hmrsim.events.goals import GoalAccepted
 from hmrsim.protocol.answers import GoalEntry
@@ -173,7 +174,7 @@ class ActionServers:
         if server is not None:
             return server
         if robot not in self._robots:
-            there = ", ".join(sorted(name for name in self._robots if name != WORLD)) or "none"
+            there = listed(sorted(name for name in self._robots if name != WORLD))
             raise GoalRejected("unknown_robot", f"no robot {robot!r}; there are: {there}")
         offers = self._offers(self._robots[robot])
         if action not in offers:

@@ -18,6 +18,9 @@ PACKAGES: Final = ("hmrsim", "hmrsim_zenoh", "bt_controller")
 """Ours: the level is theirs, others' loggers keep their own."""
 _FORMAT: Final = "[%(levelname)s] %(message)s"
 
+_MAX_LINE: Final = 2_000
+"""Characters of a line of the log."""
+
 _Level = Annotated[Literal["debug", "info", "warning", "error"], Option("log to stderr at this level and above")]
 
 
@@ -50,11 +53,24 @@ def log_level(args: argparse.Namespace) -> int:
     return logging.getLevelNamesMapping()[args.log_level.upper()]
 
 
+class LineFormatter(logging.Formatter):
+    """Formats records in lines that are not too long, whatever clients have sent."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the record's lines."""
+        text = super().format(record)
+        return text if len(text) <= _MAX_LINE else "\n".join(_cut(line) for line in text.splitlines())
+
+
+def _cut(line: str) -> str:
+    return line if len(line) <= _MAX_LINE else f"{line[:_MAX_LINE]} … ({len(line)} characters)"
+
+
 @contextmanager
 def logging_to_stderr(args: argparse.Namespace) -> Iterator[None]:
     """Write what our packages log to stderr; for commands without a log of their own."""
     handler = logging.StreamHandler()
-    handler.setFormatter(logging.Formatter(_FORMAT))
+    handler.setFormatter(LineFormatter(_FORMAT))
     loggers = [logging.getLogger(name) for name in PACKAGES]
     before = [logger.level for logger in loggers]
     for logger in loggers:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 from pydantic import TypeAdapter
 
+from hmrsim.diagnostics import listed
 from hmrsim.protocol.answers import GoalResponse
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, Read, SendGoal
 from hmrsim.protocol.goal import WORLD
@@ -33,6 +34,7 @@ from hmrsim_zenoh.wire.envelopes import (
     read,
 )
 from hmrsim_zenoh.wire.keys import ActionKey, TopicKey, Verb
+from hmrsim_zenoh.wire.texts import check_texts
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
@@ -231,7 +233,7 @@ class Requests:
 
     def _read_topic(self, query: zenoh.Query, key: str, robot: str, topic: str) -> AnyCommand:
         if robot not in self._serves:
-            raise UnreadableError(f"no robot {robot!r}; there are: {', '.join(self._serves) or 'none'}")
+            raise UnreadableError(f"no robot {robot!r}; there are: {listed(list(self._serves))}")
         if topic not in _TOPICS:
             raise UnreadableError(f"{robot} has no topic {topic!r} to get; it has: {', '.join(_TOPICS)}")
         self._check_reading(query)
@@ -280,7 +282,10 @@ class Requests:
         payload = query.payload
         if payload is not None and len(payload) > self._max_payload:
             raise UnreadableError(f"payload of {len(payload)} bytes; at most {self._max_payload} are taken")
-        return read(reader, payload.to_bytes() if payload else empty, max_payload=self._max_payload)
+        data = payload.to_bytes() if payload else empty
+        request = read(reader, data, max_payload=self._max_payload)
+        check_texts(request, len(data))
+        return request
 
     def refuse(self, query: zenoh.Query, reason: str, text: str) -> None:
         """Answer a query that will not be decoded."""

@@ -19,6 +19,7 @@ from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetCloc
 from hmrsim.quantities import REAL_TIME_FACTOR
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import Envelope, UnreadableError, dump, plain, read, unreadable_at
+from hmrsim_zenoh.wire.texts import check_texts
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
@@ -128,7 +129,9 @@ class TimeRequests:
         return self._readers[topic.removeprefix(_FOLDER)](payload, reply_to)
 
     def _request(self, kind: type[Envelope], payload: bytes) -> Any:
-        return read(plain(kind), payload, max_payload=self._max_payload)
+        request = read(plain(kind), payload, max_payload=self._max_payload)
+        check_texts(request, len(payload))
+        return request
 
     def _join(self, payload: bytes, reply_to: Any) -> Join:
         return Join(self._request(JoinRequest, payload).name, reply_to)

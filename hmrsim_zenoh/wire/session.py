@@ -41,6 +41,10 @@ _OPEN_TIMEOUT_KEY: Final = "transport/unicast/open_timeout"
 _WAIT_BEFORE_CLOSE: Final = 500_000
 _WAIT_BEFORE_CLOSE_KEY: Final = "transport/link/tx/queue/congestion_control/block/wait_before_close"
 
+_MAX_MESSAGE_KEY: Final = "transport/link/rx/max_message_size"
+MAX_MESSAGE: Final = 16 << 20
+"""The largest message that a simulator receives, in bytes: Zenoh drops larger ones while they arrive, unanswered."""
+
 # The build path of Zenoh's Rust source, which it appends to its messages.
 _SOURCE: Final = re.compile(r"\s+at /\S+\.rs:\d+\.?")
 _JSON5: Final = re.compile(r'Json5Err\(Message \{ msg: "(?P<text>.*?)", location')
@@ -72,7 +76,7 @@ def open_client(options: SessionOptions = DEFAULT_OPTIONS) -> zenoh.Session:
 
 
 def open_server(
-    options: SessionOptions = DEFAULT_OPTIONS, *, join: bool = False
+    options: SessionOptions = DEFAULT_OPTIONS, *, join: bool = False, max_message: int = MAX_MESSAGE
 ) -> tuple[zenoh.Session, tuple[str, ...]]:
     """Return a session for a simulator, and the endpoints that it listens on.
 
@@ -83,6 +87,7 @@ def open_server(
         options: The session options.
         join: Whether to join, as a peer, another Zenoh that listens at the default endpoint: clients of a router there,
             such as ROS nodes, discover the simulator through it.
+        max_message: The largest message that is received, in bytes, unless the configuration file has another limit.
 
     Raises:
         PortTaken: Another process listens there.
@@ -90,6 +95,7 @@ def open_server(
         BadOptions: An endpoint or the configuration is invalid.
     """
     settings = _Settings(options)
+    settings.max_message = max_message
     may_join = join and not (settings.connect or settings.listen) and settings.mode in {None, "peer"}
     if not (settings.connect or settings.listen):
         if settings.mode == "client":
@@ -102,7 +108,7 @@ def open_server(
     except PortTaken as taken:
         if not may_join:
             raise
-        return _join(options, taken)
+        return _join(options, taken, max_message)
 
 
 def _open_server(settings: _Settings) -> tuple[zenoh.Session, tuple[str, ...]]:
@@ -123,7 +129,7 @@ def _open_server(settings: _Settings) -> tuple[zenoh.Session, tuple[str, ...]]:
     raise AssertionError
 
 
-def _join(options: SessionOptions, taken: PortTaken) -> tuple[zenoh.Session, tuple[str, ...]]:
+def _join(options: SessionOptions, taken: PortTaken, max_message: int) -> tuple[zenoh.Session, tuple[str, ...]]:
     """Open a session that connects to the process at the simulator's endpoint.
 
     Raises:
@@ -131,7 +137,7 @@ def _join(options: SessionOptions, taken: PortTaken) -> tuple[zenoh.Session, tup
     """
     there = options.default
     settings = _Settings(replace(options, mode="peer", connect=(there,), listen=(_LOOPBACK,), timeout=_JOIN_TIMEOUT))
-    settings.must_connect = True
+    settings.must_connect, settings.max_message = True, max_message
     try:
         session, endpoints = _open_server(settings)
     except SimulatorNotFound:
@@ -156,6 +162,7 @@ class _Settings:
         self.connect: tuple[Any, ...] = options.connect or _endpoints(self._config, "connect", self.mode)
         self.listen: tuple[Any, ...] = options.listen or _endpoints(self._config, "listen", self.mode)
         self.wait_before_close: int | None = None
+        self.max_message: int | None = None
         self.must_connect = False
 
     def open(self, advice: str) -> zenoh.Session:
@@ -221,6 +228,8 @@ class _Settings:
             values["scouting/delay"] = 0
         if self.wait_before_close is not None:
             values[_WAIT_BEFORE_CLOSE_KEY] = self.wait_before_close
+        if self.max_message is not None and _is_default(self._config, _MAX_MESSAGE_KEY):
+            values[_MAX_MESSAGE_KEY] = self.max_message
         return values
 
     def _insert(self, key: str, value: object) -> None:
@@ -259,12 +268,16 @@ def _base_config(config_file: Path | None) -> zenoh.Config:
 
 def _endpoints(config: zenoh.Config, side: str, mode: str | None) -> tuple[Any, ...]:
     """Return a configuration's endpoints of one side, in Zenoh's form; none if they are Zenoh's defaults."""
-    found = json.loads(config.get_json(f"{side}/endpoints"))
-    if found == json.loads(zenoh.Config().get_json(f"{side}/endpoints")):
+    if _is_default(config, f"{side}/endpoints"):
         return ()
+    found = json.loads(config.get_json(f"{side}/endpoints"))
     if isinstance(found, dict):
         found = found.get(mode or "", [])
     return tuple(found)
+
+
+def _is_default(config: zenoh.Config, key: str) -> bool:
+    return bool(json.loads(config.get_json(key)) == json.loads(zenoh.Config().get_json(key)))
 
 
 def _first_line(error: zenoh.ZError) -> str:

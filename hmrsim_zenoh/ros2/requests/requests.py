@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from hmrsim.protocol.commands import GetResult
+from hmrsim.protocol.commands import CallService, GetResult, SendGoal
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
 from hmrsim_zenoh.ros2.requests.pending import NO_ATTACHMENT, PendingRosReply, attached_to
-from hmrsim_zenoh.wire.envelopes import unreadable
+from hmrsim_zenoh.wire.envelopes import UnreadableError, unreadable
+from hmrsim_zenoh.wire.texts import check_texts
 
 if TYPE_CHECKING:
     import zenoh
@@ -68,7 +69,7 @@ class Requests:
             return self._commands(pending)
         except ValidationError as error:
             self._refuse(pending, str(unreadable(error)))
-        except CdrError as error:
+        except (CdrError, UnreadableError) as error:
             self._refuse(pending, str(error))
         except Exception:  # noqa: BLE001 - whatever a client sends, the simulation goes on
             _log.exception("reading a request on %s", query.key_expr)
@@ -123,6 +124,9 @@ class Requests:
             self._refuse(pending, f"payload of {size} bytes; 1 to {self._max_payload} are taken")
             return []
         commands = pending.handler.commands(pending.type.request.decode(payload.to_bytes()), pending)
+        for command in commands:
+            if isinstance(command, (SendGoal, CallService)):
+                check_texts(command.goal if isinstance(command, SendGoal) else command.request, size)
         room = [
             each
             for command in commands
