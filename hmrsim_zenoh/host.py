@@ -19,8 +19,9 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.timing.pacing import Pacing
 from hmrsim.timing.result_retention import Retention
-from hmrsim_zenoh.errors import BadOptions, PrefixTaken
+from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.server import warm_up
+from hmrsim_zenoh.server.claim import claim
 from hmrsim_zenoh.server.liveliness import LivelinessTokens
 from hmrsim_zenoh.server.server import Server
 from hmrsim_zenoh.server.world_info import Description
@@ -105,7 +106,7 @@ class Host:
             options, join=bool(wires), max_message=max(MAX_MESSAGE, 2 * settings.max_payload)
         )
         try:
-            self._refuse_second()
+            self._claim = claim(self._session, self._keys)
             self._tokens = LivelinessTokens(self._session, self._keys)
             self.simulator = Simulator(
                 loaded.world,
@@ -174,17 +175,12 @@ class Host:
 
     def _finish(self) -> None:
         with ExitStack() as afterwards:
+            afterwards.callback(self._claim.undeclare)
             afterwards.callback(self._tokens.undeclare)
             for ros2 in self._ros2:
                 afterwards.callback(ros2.close)
             afterwards.callback(self._server.finish, self.pacing.submit, self.simulator.answer)
             self.simulator.stop(self._reason)
-
-    def _refuse_second(self) -> None:
-        token = self._keys.alive()
-        replies = self._session.liveliness().get(token, zenoh.handlers.FifoChannel(16), timeout=1.0)
-        if any(reply.ok for reply in replies):
-            raise PrefixTaken(f"another simulator serves prefix {self._keys.prefix!r}; give another with --prefix")
 
     def _watch_participants(self) -> zenoh.Subscriber[None]:
         """Report the participants' liveliness tokens to the simulation."""

@@ -109,6 +109,13 @@ class Keys:
         """Return the liveliness token of a robot, or of the simulator."""
         return f"{self.prefix}/{robot}/alive"
 
+    def claim(self, zid: str, state: str) -> str:
+        """Return the liveliness token of a simulator that starts to serve the prefix, or serves it.
+
+        Wildcards of clients do not match a chunk that begins with ``@``.
+        """
+        return f"{self.prefix}/@simulator/{zid}/{state}"
+
     def participant(self, name: str) -> str:
         """Return the liveliness token of a participant in lockstep."""
         return f"{self.prefix}/_participant/{name}"

@@ -1,0 +1,49 @@
+"""Simulators that start at the same instant."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from threading import Barrier
+
+import pytest
+
+from hmrsim_zenoh.errors import PrefixTaken
+from hmrsim_zenoh.server.claim import claim
+from hmrsim_zenoh.wire.keys import Keys
+from hmrsim_zenoh.wire.options import SessionOptions
+from hmrsim_zenoh.wire.session import open_client, open_server
+
+
+@pytest.fixture
+def sessions():
+    """Return three sessions that meet at a router."""
+    with ExitStack() as stack:
+        router, endpoints = open_server(SessionOptions(listen=("tcp/127.0.0.1:0",)))
+        stack.enter_context(router)
+        yield [stack.enter_context(open_client(SessionOptions(connect=endpoints))) for _ in range(3)]
+
+
+def compete(session, start):
+    """Claim the prefix together with the others; return the token of the one that has it."""
+    start.wait()
+    try:
+        return claim(session, Keys())
+    except PrefixTaken:
+        return None
+
+
+def test_one_of_them_stays(sessions):
+    """Whichever; later ones are refused, until it has ended."""
+    for _ in range(10):
+        with ThreadPoolExecutor() as pool:
+            tokens = list(pool.map(compete, sessions, [Barrier(len(sessions))] * len(sessions)))
+        (winner,) = (number for number, token in enumerate(tokens) if token)
+        with pytest.raises(PrefixTaken, match="another simulator serves prefix 'hmrsim'"):
+            claim(sessions[winner - 1], Keys())
+        tokens[winner].undeclare()
+
+
+def test_simulators_of_other_prefixes_do_not_compete(sessions):
+    """Each has its own."""
+    assert all(claim(session, Keys(f"lab/{number}")) for number, session in enumerate(sessions))
