@@ -78,6 +78,8 @@ TURNING_RATE: Final = Quantity("rad/s", 1e-9, 1e9)
 REAL_TIME_FACTOR: Final = Quantity("", 1e-6, 1e6, zero=True)
 """Simulated seconds a wall second; 0 is as fast as possible."""
 SECONDS: Final = Quantity("s", 0.0, 1e9)
+STEPS: Final = Quantity("", 0, 1e9)
+"""Steps of a paused simulation, made at once."""
 
 
 def flaw(message: BaseModel) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from hmrsim.interfaces.simulation_interfaces import SimulatorFeatures, StepSimulation
+from hmrsim.quantities import SECONDS
 from hmrsim.services import Service
 from hmrsim.services._results import OK, failed, of_steps
 
@@ -25,6 +26,8 @@ def _serve(
         return _Response(result=failed(why))
     if not request.steps:
         return _Response(result=OK)
+    if wrong := SECONDS.flaw(request.steps * gate.step_size):
+        return _Response(result=failed(f"steps: {request.steps} of {gate.step_size:g} s: {wrong}"))
     return lambda answer: gate.make_steps(request.steps, lambda why_not: answer(_Response(result=of_steps(why_not))))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
@@ -15,6 +15,7 @@ from hmrsim.interfaces.simulation_interfaces.messages import (
     TagsFilter,
     WorldResource,
 )
+from hmrsim.quantities import STEPS
 
 
 class GetSimulatorFeatures:
@@ -66,7 +67,7 @@ class StepSimulation:
     class Request(Message):
         """How many."""
 
-        steps: UInt64 = 1
+        steps: Annotated[UInt64, STEPS] = 1
 
     class Response(Message):
         """What came of it, when they are done."""
@@ -80,7 +81,7 @@ class SimulateSteps:
     class Goal(Message):
         """How many."""
 
-        steps: UInt64 = 0
+        steps: Annotated[UInt64, STEPS] = 0
 
     class Result(Message):
         """What came of it."""

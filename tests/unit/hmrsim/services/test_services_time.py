@@ -163,6 +163,22 @@ class TestSteps:
 
         assert 0.1 == paused.simulator.now
 
+    @pytest.mark.parametrize(
+        ("number", "why"),
+        [
+            (2**63, "steps: 9.22337e+18 is not from 0 to 1e+09"),
+            (10**9, "steps: 1000000000 of 10 s: 1e+10 s is not from 0 to 1e+09 s"),
+        ],
+    )
+    def test_not_more_steps_are_made_than_time_can_count(self, number, why):
+        """Beyond that a float has no nanoseconds, and a stamp no seconds."""
+        run = simulate(step_size=10.0)
+        run.ask("set_simulation_state", {"state": {"state": PAUSED}})
+        answer = run.ask("step_simulation", {"steps": number})
+
+        assert why in str(answer)
+        assert 0.0 == run.simulator.now
+
     def test_no_steps_are_made_at_once(self, paused):
         """Nothing is to be waited for."""
         assert OK == paused.ask("step_simulation", {"steps": 0}).result
