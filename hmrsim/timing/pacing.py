@@ -199,9 +199,9 @@ class Pacing:
         woken = wall_time()
         if self._anchor is None:
             self._anchor = woken - simulator.now / factor
-        elif woken - self._awake_by > _MAX_LATENESS:
-            self._anchor += woken - self._awake_by
-            self._lose(woken - self._awake_by)
+        elif (lost := woken - self._awake_by - _MAX_LATENESS) > 0.0:
+            self._anchor += lost
+            self._lose(lost)
         self._awake_by = woken
         target = min((woken - self._anchor) * factor, self._duration)
         late = (target - simulator.next_due) / factor

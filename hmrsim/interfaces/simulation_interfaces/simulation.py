@@ -81,7 +81,7 @@ class SimulateSteps:
     class Goal(Message):
         """How many."""
 
-        steps: Annotated[UInt64, STEPS] = 0
+        steps: UInt64 = 0
 
     class Result(Message):
         """What came of it."""
