@@ -130,6 +130,7 @@ class Server:
         }
         self._on_roster = on_roster
         self._roster_changed = False
+        self._finishing = False
         self._changes_reported = 0
         self._looked = -1
         self._interest = SubscriberWatch(session, _patterns(keys), keys.everything(), self._interest_changed)
@@ -163,6 +164,7 @@ class Server:
             answer: Sends the answer to these.
         """
         self.close()
+        self._finishing = True
         while (command := self.inbox.poll()) is not None:
             if isinstance(command, SendGoal):
                 refusal = self._requests.not_served(command.action, command.goal_id, "not_ready", _ENDED)
@@ -173,6 +175,10 @@ class Server:
                 submit(command)
 
     def _decode(self, query: zenoh.Query) -> list[AnyCommand]:
+        if self._finishing and "*" in str(query.key_expr):
+            # Readings of everything, of which thousands may wait, would hold up the end.
+            self._refuse(query)
+            return []
         commands = self._requests.decode(query)
         if commands and isinstance(commands[0], (Advance, CancelGoal, CallService)):
             self._look()

@@ -15,7 +15,7 @@ from starlette.websockets import WebSocketDisconnect
 from hmrsim import __version__
 from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.view import frames
-from hmrsim_zenoh.view.outbox import Outbox
+from hmrsim_zenoh.view.outbox import MAX_WAITING, MAX_WAITING_IN_ALL, Outbox
 
 if TYPE_CHECKING:
     from starlette.websockets import WebSocket
@@ -64,6 +64,10 @@ class Bridge:
         """Send a frame."""
         self._outbox.put(frame)
         self._news.set()
+
+    def share(self, pages: int) -> None:
+        """Let the samples that wait for this page take its share of the memory for all of them."""
+        self._outbox.limit(min(MAX_WAITING, MAX_WAITING_IN_ALL // pages))
 
     def set_alive(self, alive: bool) -> None:  # noqa: FBT001 - the one value of a setter
         """Notify the page whether the simulator is alive."""
@@ -140,7 +144,10 @@ class Bridge:
 
     def _reply(self, request: frames.Get, replies: Replies) -> None:
         self._asked.discard(request.id)
-        self.put(_answer(request, replies))
+        if self._outbox.full:
+            self.put(frames.failure(request.id, "the page does not read its answers"))
+        else:
+            self.put(_answer(request, replies))
 
     def _check_key(self, key: str) -> None:
         """Check a key expression below the prefix.

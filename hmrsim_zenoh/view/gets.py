@@ -8,7 +8,8 @@ from typing import Final
 
 import zenoh
 
-_MAX_REPLIED: Final = 64 * 2**20
+_MAX_REPLIED: Final = 32 * 2**20
+"""The largest number of bytes of the replies to one query."""
 
 
 @dataclass(frozen=True)

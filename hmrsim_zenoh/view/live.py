@@ -117,7 +117,13 @@ class Live:
             return
         page = Bridge(self._gets, self.feeds, alive=self.alive)
         self._pages.add(page)
+        self._share()
         try:
             await page.serve(socket)
         finally:
             self._pages.discard(page)
+            self._share()
+
+    def _share(self) -> None:
+        for page in self._pages:
+            page.share(len(self._pages))

@@ -10,7 +10,9 @@ from typing import Final
 from hmrsim_zenoh.view import frames
 
 MAX_WAITING: Final = 4 * 2**20
-"""The largest number of characters of waiting samples; a slower page loses samples and is notified."""
+"""The largest number of characters of a page's waiting samples; a slower page loses samples and is notified."""
+MAX_WAITING_IN_ALL: Final = 16 * 2**20
+"""Likewise of all pages, which share it."""
 _CROWDED: Final = 100
 
 
@@ -60,17 +62,28 @@ class Outbox:
     def __init__(self, max_size: int = MAX_WAITING) -> None:
         self._max_size = max_size
         self._frames: deque[str] = deque()
+        self._frames_size = 0
         self._pending: dict[int, _Pending] = {}
         self._size = 0
 
     @property
     def crowded(self) -> bool:
         """Whether too many frames wait to serve further requests."""
-        return len(self._frames) >= _CROWDED
+        return len(self._frames) >= _CROWDED or self.full
+
+    @property
+    def full(self) -> bool:
+        """Whether the frames that wait leave no room for one more that is large."""
+        return self._frames_size > self._max_size
+
+    def limit(self, max_size: int) -> None:
+        """Set the largest number of characters of waiting samples from now on."""
+        self._max_size = max_size
 
     def put(self, frame: str) -> None:
         """Send a frame."""
         self._frames.append(frame)
+        self._frames_size += len(frame)
 
     def open(self, id_: int, *, latest: bool) -> None:
         """Begin a subscription."""
@@ -99,6 +112,7 @@ class Outbox:
         """Return and remove the frames to send now."""
         taken = [*self._frames]
         self._frames.clear()
+        self._frames_size = 0
         texts: list[tuple[int, str]] = []
         for id_, pending in self._pending.items():
             texts.extend((id_, text) for text in pending.drain())

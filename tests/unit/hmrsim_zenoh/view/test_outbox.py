@@ -125,11 +125,32 @@ def test_answers_are_never_dropped(outbox):
     assert [*(["reply"] * 200), "samples"] == [frame["op"] for frame in taken(outbox)]
 
 
-def test_a_page_that_never_reads_is_crowded(outbox):
+def test_a_page_that_never_reads_is_crowded():
     """With a hundred frames waiting, no further request should be served."""
+    outbox = Outbox(1000)
     for _ in range(99):
         outbox.put("{}")
     before = outbox.crowded
     outbox.put("{}")
 
     assert (False, True) == (before, outbox.crowded)
+
+
+def test_a_page_that_reads_no_answers_is_full(outbox):
+    """After so many characters; it has room again when they are sent."""
+    outbox.put("x" * 100)
+    before = outbox.full
+    outbox.put("x")
+    crowded = outbox.crowded
+    taken_sizes = [len(frame) for frame in outbox.drain()]
+
+    assert (False, True, [100, 1], False) == (before, crowded, taken_sizes, outbox.full)
+
+
+def test_less_room_is_left_when_other_pages_come(outbox):
+    """Samples that had room before lose it with the next one."""
+    outbox.add(1, [entry("a", "x" * 60)], lost=False)
+    outbox.limit(50)
+    outbox.add(2, [entry("b", "y")], lost=False)
+
+    assert [{"op": "samples", "samples": [[2, "b", "y"]]}, {"op": "lost", "id": 1}] == taken(outbox)
