@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from hmrsim.program.signals import INTERRUPTED, leave
+from hmrsim.program.signals import INTERRUPTED, leave, must_leave
 
 
 def main() -> int:
@@ -15,7 +15,7 @@ def main() -> int:
         code = run()
     except KeyboardInterrupt:
         code = INTERRUPTED
-    if code == INTERRUPTED:
+    if must_leave(code):
         leave(code)
     return code
 

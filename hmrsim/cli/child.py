@@ -14,6 +14,8 @@ import sys
 from collections.abc import Sequence
 from typing import Final
 
+from hmrsim.program.signals import leave, must_leave
+
 _PR_SET_PDEATHSIG: Final = 1
 _ORPHANED: Final = 1
 
@@ -34,4 +36,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    ended = main(sys.argv[1:])
+    if must_leave(ended):
+        leave(ended)
+    sys.exit(ended)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from typing import Final
 
-from hmrsim.program.signals import INTERRUPTED, leave, on_signals
+from hmrsim.program.signals import INTERRUPTED, leave, must_leave, on_signals
 
 _SERVING: Final = ("run", "view", "record")
 """Commands that a signal ends successfully, whenever it arrives."""
@@ -30,7 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             code = run(argv)
     except KeyboardInterrupt:
         code = INTERRUPTED
-    if code == INTERRUPTED and argv is None:
+    if argv is None and must_leave(code):
         leave(code)
     return code
 

@@ -23,12 +23,18 @@ def exit_code_of(number: int) -> int:
     return _SIGNALLED + number
 
 
-def leave(code: int) -> None:
-    """End the process with a code after Ctrl-C.
+def must_leave(code: int) -> bool:
+    """Return whether the process has to end by `leave`.
 
-    Python would end it by SIGINT if the interrupt came while a class was being made: it remembers an interrupt that
-    left an ``exec``, even one that was caught afterwards.
+    After Ctrl-C, Python would end it by SIGINT if the interrupt came while a class was being made: it remembers an
+    interrupt that left an ``exec``, even one that was caught afterwards. And a thread of Zenoh's that calls Python
+    while it ends crashes the process, which may happen as long as an answer is awaited.
     """
+    return code == INTERRUPTED or "zenoh" in sys.modules
+
+
+def leave(code: int) -> None:
+    """End the process with a code at once, without Python's own end."""
     with suppress(OSError, ValueError):
         sys.stdout.flush()
         sys.stderr.flush()
