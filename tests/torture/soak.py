@@ -212,7 +212,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     with tempfile.TemporaryDirectory() as folder:
         file, log = Path(folder) / "world.json", Path(folder) / "log.txt"
         file.write_text(json.dumps(world()))
-        with simulator(file, log, "--real-time-factor", "20") as running:
+        with simulator(file, log, "--real-time-factor", "20", "--ros2") as running:
             clients, probe = soak(running, seconds, args.clients)
             flaws = [flaw for client in clients for flaw in client.flaws]
             if not running.runs:
@@ -226,6 +226,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     sys.stdout.write(f"memory {probe.memory[-1][1] / 1e6:.1f} MB, grows by {grown / 1e6:+.2f} MB an hour\n")
     sys.stdout.write(f"99th percentile of an answer {first * 1e3:.1f} ms, at last {last * 1e3:.1f} ms\n")
     sys.stdout.write(f"end {took:.2f} s, log {len(told):,} bytes\n{told[-2_000:]}")
+    flaws += ["a traceback in the log"] * ("Traceback" in told)
     flaws += ["memory grows"] * (grown > _MAX_GROWTH) + ["slow end"] * (took > _MAX_END)
     flaws += ["answers come later than at first"] * (last > _MAX_SLOWER * first)
     sys.stdout.writelines(f"{flaw}\n" for flaw in flaws[:50])

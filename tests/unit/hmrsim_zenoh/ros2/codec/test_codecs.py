@@ -231,6 +231,20 @@ def test_broken_bytes_are_read_or_refused(seed: int) -> None:
                 assert outcome(checked.read, described, broken, "<") == outcome(decoder(described), broken)
 
 
+@a_few
+@given(seeds)
+def test_every_value_of_a_byte_is_read_or_refused_by_both_codecs(seed: int) -> None:
+    """Any byte of any type: part of a number, of a length, of a text, a boolean, or padding."""
+    chance = random.Random(seed)
+    own, described = chance.choice(list(each_type(seed)))
+    with case(own):
+        sent = bytearray(encoder(as_it_is(described))(Values(own).of(described)))
+        for at in chance.sample(range(4, len(sent)), min(4, len(sent) - 4)):
+            for value in range(256):
+                changed = bytes((*sent[:at], value, *sent[at + 1 :]))
+                assert outcome(checked.read, described, changed, "<") == outcome(decoder(described), changed)
+
+
 @pytest.mark.parametrize(
     ("distro", "name"),
     [
