@@ -15,6 +15,7 @@ from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
 from hmrsim.protocol.answers import GoalResponse
 from hmrsim.protocol.commands import CallService, CancelGoal, InterestChanged, SendGoal
+from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.outputs import Answered
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.errors import BadOptions
@@ -22,6 +23,7 @@ from hmrsim_zenoh.ros2.names import names_of
 from hmrsim_zenoh.ros2.peers import Peers, numbered
 from hmrsim_zenoh.ros2.publishing.publications import Publications
 from hmrsim_zenoh.ros2.requests.catalog import Catalog
+from hmrsim_zenoh.ros2.requests.handlers import ActionHandler
 from hmrsim_zenoh.ros2.requests.pending import PendingRosReply
 from hmrsim_zenoh.ros2.requests.rejection_log import RejectionLog
 from hmrsim_zenoh.ros2.requests.requests import Requests
@@ -107,6 +109,7 @@ class Ros2Server:
         self._inbox = inbox
         self._changes_reported = 0
         self._looked = -1
+        self._looked_for_feedback = [-1, -1]
         names = names_of(simulator)
         self._catalog = Catalog(names, wire.distros, actions=actions, services=services)
         self._waiting = PendingResults()
@@ -178,8 +181,9 @@ class Ros2Server:
             self._requests.log_rejection(pending.client, pending.handler.name, f"rejected: {answer.error_msg}")
         pending.answer(answer)
         if isinstance(answer, GoalResponse):
-            # A client that subscribes and then sends a goal must see all of it; its events follow this answer.
-            self._look()
+            # A client that subscribes and then sends a goal must see all of it. Status is published anyway.
+            of_world = isinstance(pending.handler, ActionHandler) and pending.handler.robot == WORLD
+            self._look_for_feedback(of_world=of_world)
 
     def _decode(self, query: zenoh.Query) -> list[AnyCommand]:
         commands = self._requests.decode(query)
@@ -194,10 +198,16 @@ class Ros2Server:
 
     def _look(self) -> None:
         """Tell the simulation at once about a new subscriber, if the query that is served came after the last look."""
-        if self._inbox.taken <= self._looked:
-            return
-        self._looked = self._inbox.arrived()
-        changes = self._publications.look()
+        if self._inbox.taken > self._looked:
+            self._looked = self._inbox.arrived()
+            self._report(self._publications.look())
+
+    def _look_for_feedback(self, *, of_world: bool) -> None:
+        if self._inbox.taken > self._looked_for_feedback[of_world]:
+            self._looked_for_feedback[of_world] = self._inbox.arrived()
+            self._report(self._publications.look_for_feedback(of_world=of_world))
+
+    def _report(self, changes: int) -> None:
         if changes != self._changes_reported:
             self._changes_reported = changes
             self._submit(InterestChanged())

@@ -6,7 +6,7 @@ A publisher for each robot would take minutes to declare in large worlds; Zenoh 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Collection, Hashable, Mapping
 from typing import Final, Generic, TypeVar
 
 import zenoh
@@ -67,16 +67,16 @@ class SubscriberWatch(Generic[K]):
         """Return whether a kind of keys has a subscriber."""
         return self._listened[kind]
 
-    def look(self) -> int:
-        """Check the kinds that had no subscriber; return how often anything has changed.
+    def look(self, kinds: Collection[K] | None = None) -> int:
+        """Check the kinds that had no subscriber, or some of them; return how often anything has changed.
 
         A client that subscribes and then sends a goal must see all of it.
         """
-        if _matched(self._anything):
+        unheard = [kind for kind in kinds or self._listened if not self._listened[kind]]
+        if unheard and (len(unheard) == 1 or _matched(self._anything)):
             with self._lock:
-                for kind, listened in self._listened.items():
-                    if not listened:
-                        self._update(kind)
+                for kind in unheard:
+                    self._update(kind)
         return self._changes
 
     def in_key(self, key: str) -> bool:

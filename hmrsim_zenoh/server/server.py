@@ -63,6 +63,9 @@ _LOG = "log"
 _CHANGES_ROSTER: Final = re.compile(r"/(spawn|delete)_entity(/|$)")
 """Finds the services that add and remove robots, in the keys of each wire."""
 
+_OF_GOALS: Final[tuple[Topic | str, ...]] = (Topic.STATUS, Topic.FEEDBACK, Topic.EVENTS, Topic.MOTION, _LOG)
+"""The topics on which a goal's events are published as soon as it is accepted."""
+
 _BLOCK, _DROP = zenoh.CongestionControl.BLOCK, zenoh.CongestionControl.DROP
 
 
@@ -133,6 +136,7 @@ class Server:
         self._finishing = False
         self._changes_reported = 0
         self._looked = -1
+        self._looked_for_goals = -1
         self._interest = SubscriberWatch(session, _patterns(keys), keys.everything(), self._interest_changed)
         self._history = session.declare_queryable(
             keys.history(), zenoh.handlers.Callback(self.inbox.put_query), complete=False
@@ -188,10 +192,17 @@ class Server:
 
     def _look(self) -> None:
         """Tell the simulation at once about a new subscriber, if the query that is served came after the last look."""
-        if self.inbox.taken <= self._looked:
-            return
-        self._looked = self.inbox.arrived()
-        changes = self._interest.look()
+        if self.inbox.taken > self._looked:
+            self._looked = self.inbox.arrived()
+            self._report(self._interest.look())
+
+    def _look_for_goals(self) -> None:
+        """Likewise of a goal's topics: a client that subscribes and then sends it must see all of it."""
+        if self.inbox.taken > max(self._looked, self._looked_for_goals):
+            self._looked_for_goals = self.inbox.arrived()
+            self._report(self._interest.look(_OF_GOALS))
+
+    def _report(self, changes: int) -> None:
         if changes != self._changes_reported:
             self._changes_reported = changes
             self._submit(InterestChanged())
@@ -232,8 +243,7 @@ class Server:
             case GoalResponse():
                 mime = encoding.of_action(action, "SendGoal_Response") if action else encoding.JSON
                 asked.reply(encoding.goal_response(answer), mime)
-                # A client that subscribes and then sends a goal must see all of it; its events follow this answer.
-                self._look()
+                self._look_for_goals()
             case CancelResponse():
                 asked.reply(encoding.cancel_response(answer), encoding.CANCEL_RESPONSE)
             case ResultResponse():

@@ -25,6 +25,11 @@ _OF_ROBOTS, _OF_WORLD = "/*/*/_action/feedback", "/*/_action/feedback"
 _KINDS: Final = (_OF_ROBOTS, _OF_WORLD)
 
 
+def kind_of(*, of_world: bool) -> str:
+    """Return the kind of keys of the feedback of robots' actions, or of the world's."""
+    return _OF_WORLD if of_world else _OF_ROBOTS
+
+
 class _Layout(NamedTuple):
     """The feedback topic in one layout, which one or several distributions have."""
 
