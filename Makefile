@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := .make/ready
 PYTEST = $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-.PHONY: help dev demo test golden lint format schemas bench package clean test-unit test-nightly coverage
+.PHONY: help dev demo test golden lint format schemas bench package clean test-unit test-nightly torture soak coverage
 
 help:  ## List the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
@@ -31,6 +31,13 @@ test-unit: $(READY)  ## Run the tests that need nothing but their own process, i
 
 test-nightly: $(READY)  ## Run what hypothesis tries, with many more examples
 	HYPOTHESIS_PROFILE=nightly $(PYTEST) -m hypothesis --timeout 3600 $(ARGS)
+
+torture: $(READY)  ## Send a million requests that nobody should send, and damage 100,000 files
+	$(BIN)/python -m tests.torture.requests $(ARGS)
+	$(BIN)/python -m tests.torture.files $(ARGS)
+
+soak: $(READY)  ## Run random clients for an hour, and fail if memory grows or answers slow down
+	$(BIN)/python -m tests.torture.soak $(ARGS)
 
 coverage: $(READY)  ## Run every test, and fail below the coverage that pyproject.toml asks for
 	$(PYTEST) --cov --cov-report=term:skip-covered $(ARGS)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from hmrsim.cli import main
 from tests.torture import requests
 from tests.torture._simulator import simulator
 
@@ -15,10 +16,10 @@ pytestmark = pytest.mark.uncovered
 
 @pytest.mark.skipif(not Path("/proc/self/smaps_rollup").exists(), reason="reads Linux's /proc")
 def test_no_request_ends_the_simulator(tmp_path):
-    """Each of 2,000 is answered, and each accepted goal ends; so does the simulator when it is interrupted."""
-    world, log = tmp_path / "world.json", tmp_path / "log.txt"
+    """Each of 2,000 is answered, and each accepted goal ends; what came of them comes of them in a replay, too."""
+    world, log, trace = tmp_path / "world.json", tmp_path / "log.txt", tmp_path / "trace.jsonl"
     world.write_text(json.dumps(requests.WORLD_FILE))
-    with simulator(world, log, "--real-time-factor", "0", "--ros2") as running:
+    with simulator(world, log, "--real-time-factor", "0", "--ros2", "--trace", str(trace)) as running:
         ledger = requests.torture(running, 2_000, seed=7)
         running.end()
 
@@ -26,3 +27,4 @@ def test_no_request_ends_the_simulator(tmp_path):
     assert 2_000 == ledger.answers.total()
     assert 3 == len(ledger.answers)
     assert "" == log.read_text()
+    assert 0 == main(["replay", str(trace)])
