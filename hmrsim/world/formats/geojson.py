@@ -145,6 +145,9 @@ def _edge(graph: _Graph, edge: Part) -> None:
     properties = edge.want("properties")
     start, end = (_end(graph, properties.want(key)) for key in ("startid", "endid"))
     metadata = properties.get("metadata") or Part({})
+    if start == end:
+        graph.reading.warn(edge, f"leads from {start!r} to itself; left out, as no robot could drive it")
+        return
     capacity, alone, cost = metadata.get("capacity"), metadata.get("one_way"), properties.get("cost")
     graph.ways.add(
         (start, end),

@@ -14,7 +14,7 @@ from hmrsim.world import World
 from hmrsim.world.formats.geojson import FORMAT
 from hmrsim.world.route_graph import to_geojson
 from hmrsim.world_checks import load_world
-from tests.paths import REFERENCES
+from tests.paths import REFERENCES, nav2_files
 from tests.profiles import examples
 
 HERE = Path(__file__).parent
@@ -111,28 +111,47 @@ def test_all_mistakes_are_told_with_their_lines(errors_of):
     """Nodes without id or place, ids that are there twice, edges to nowhere, numbers that are none."""
     nowhere = {"type": "Feature", "properties": {"id": 4}, "geometry": {"type": "Point", "coordinates": [1]}}
     nameless = {"type": "Feature", "properties": {}, "geometry": {"type": "Point", "coordinates": [1, 2]}}
-    bad = [HOME, HOME, nowhere, nameless, edge(1, 7), edge("a", 1), edge(1, None), edge(1, 1, abs_speed_limit="x"), 5]
+    bad = [
+        HOME,
+        HOME,
+        SHELF,
+        nowhere,
+        nameless,
+        edge(1, 7),
+        edge("a", 1),
+        edge(1, None),
+        edge(2, 1, abs_speed_limit="x"),
+        5,
+    ]
 
     assert [
         "3: features.1.properties.id: 1 is the id of another node, too; ids are unique",
-        "4: features.2.geometry.coordinates: expected [x, y], got [1]",
-        "5: features.3.properties.id: is missing",
-        "6: features.4.properties.endid: no node has the id 7",
-        "7: features.5.properties.startid: expected a number, got 'a'",
-        "8: features.6.properties.endid: is missing",
-        "9: features.7.properties.metadata.abs_speed_limit: expected a number, got 'x'",
-        "10: features.8: expected a mapping, got 5",
+        "5: features.3.geometry.coordinates: expected [x, y], got [1]",
+        "6: features.4.properties.id: is missing",
+        "7: features.5.properties.endid: no node has the id 7",
+        "8: features.6.properties.startid: expected a number, got 'a'",
+        "9: features.7.properties.endid: is missing",
+        "10: features.8.properties.metadata.abs_speed_limit: expected a number, got 'x'",
+        "11: features.9: expected a mapping, got 5",
     ] == errors_of(text(*bad), "g.geojson")
 
 
 def test_what_is_found_later_has_its_line(errors_of):
-    """A lane to itself, and a coordinate beyond all maps."""
+    """A coordinate beyond all maps."""
     far = {**SHELF, "geometry": {"type": "Point", "coordinates": [3e8, 0]}}
 
+    assert ["3: waypoints.node_2.0: must be at most 1e+07, got 300000000.0"] == errors_of(text(HOME, far), "g.geojson")
+
+
+def test_an_edge_to_its_own_start_is_left_out(load):
+    """Nav2 reads such graphs, and ships one; each is told with its line."""
+    loaded = load(text(HOME, SHELF, edge(1, 1), edge(1, 2), edge(2, 2)), "g.geojson")
+
+    assert [("node_1", "node_2")] == [(lane.from_, lane.to) for lane in loaded.world.lanes]
     assert [
-        "3: waypoints.node_2.0: must be at most 1e+07, got 300000000.0",
-        "4: lanes.0: leads from 'node_1' to itself; name two waypoints",
-    ] == errors_of(text(HOME, far, edge(1, 1)), "g.geojson")
+        (4, "leads from 'node_1' to itself; left out, as no robot could drive it"),
+        (6, "leads from 'node_2' to itself; left out, as no robot could drive it"),
+    ] == [(warning.line, warning.message) for warning in loaded.warnings]
 
 
 @pytest.mark.skipif(not REFERENCE.is_dir(), reason="Nav2's graph is not here")
@@ -142,6 +161,12 @@ def test_nav2s_own_graph():
 
     assert (20, 32) == (len(loaded.world.waypoints), len(loaded.world.lanes))
     assert {"ways that were there before: 1 left out"} == {warning.message for warning in loaded.warnings}
+
+
+@pytest.mark.parametrize("graph", nav2_files(".geojson"), ids=lambda path: path.name)
+def test_every_graph_of_nav2_loads(graph):
+    """Also the one with an edge from a node to itself."""
+    assert load_world(graph).world.waypoints
 
 
 def test_a_native_file_adds_what_a_graph_lacks(write, load):
