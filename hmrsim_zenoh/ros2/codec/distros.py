@@ -1,5 +1,6 @@
-"""The supported distributions of ROS 2, and the differences of their types to our models, which are kilted's.
+"""The supported distributions of ROS 2, and the differences of their types to our models.
 
+The models are kilted's, with some fields of lyrical's that kilted lacks.
 A difference is data: fields that are missing, renamed, unwrapped or added.
 A field that a received message lacks has our message's default.
 A field that our message lacks is zero or empty when sent, and is ignored when received.
@@ -15,14 +16,13 @@ from typing import Final
 
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.simulation_interfaces import Resource
-from hmrsim.interfaces.std_msgs import Header
 from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure, structure
 
 DISTROS: Final = ("jazzy", "kilted", "lyrical")
 """The supported distributions, oldest first."""
 
 OURS: Final = "kilted"
-"""The distribution of our models."""
+"""The distribution that our models are of, but for a few fields; the default of all functions."""
 
 
 @dataclass(frozen=True)
@@ -44,22 +44,8 @@ class Difference:
     added: Mapping[str, tuple[Field, ...]] = field(default_factory=dict)
 
 
-# The tracking errors of a robot on its path: simulated robots have none, so zero is correct.
+# The tracking errors of a robot that drives along lanes: it keeps to them, so zero is correct.
 _TRACKING_ERRORS: Final = (Field("position_tracking_error", "float"), Field("heading_tracking_error", "float"))
-
-_TRACKING_FEEDBACK: Final = Structure(
-    "nav2_msgs/msg/TrackingFeedback",
-    (
-        Field("header", nested=structure(Header)),
-        *_TRACKING_ERRORS,
-        Field("current_path_index", "uint32"),
-        Field("robot_pose", nested=structure(PoseStamped)),
-        Field("distance_to_goal", "float", path=("distance_to_goal",)),
-        Field("speed", "float", path=("speed",)),
-        # Our distance is measured along the path, so both fields have it.
-        Field("remaining_path_length", "float", path=("distance_to_goal",)),
-    ),
-)
 
 
 def _resource(name: str, *ours: str) -> Field:
@@ -68,9 +54,18 @@ def _resource(name: str, *ours: str) -> Field:
     return Field(name, nested=Structure(Resource.ros_type, tuple(fields)), path=())
 
 
+_NOT_BEFORE_LYRICAL: Final = {
+    "nav2_msgs/action/ComputePathThroughPoses_Result": Difference(without=("last_reached_index",)),
+    "nav2_msgs/action/FollowPath_Feedback": Difference(without=("tracking_feedback",)),
+}
+
 _DIFFERENCES: Final[Mapping[str, Mapping[str, Difference]]] = MappingProxyType(
     {
         "jazzy": {
+            **_NOT_BEFORE_LYRICAL,
+            "nav2_msgs/action/ComputePathThroughPoses_Goal": Difference(unwrapped={"goals": "goals"}),
+            "nav2_msgs/action/ComputeRoute_Result": Difference(without=("error_msg",)),
+            "nav2_msgs/action/ComputeAndTrackRoute_Result": Difference(without=("error_msg",)),
             "nav2_msgs/action/BackUp_Goal": Difference(without=("disable_collision_checks",)),
             "nav2_msgs/action/DriveOnHeading_Goal": Difference(without=("disable_collision_checks",)),
             "nav2_msgs/action/Spin_Goal": Difference(without=("disable_collision_checks",)),
@@ -83,6 +78,7 @@ _DIFFERENCES: Final[Mapping[str, Mapping[str, Difference]]] = MappingProxyType(
                 renamed={"waypoint_index": "index", "waypoint_pose": "goal"},
             ),
         },
+        "kilted": _NOT_BEFORE_LYRICAL,
         "lyrical": {
             "nav2_msgs/action/NavigateToPose_Feedback": Difference(added={"": _TRACKING_ERRORS}),
             "nav2_msgs/action/NavigateThroughPoses_Feedback": Difference(
@@ -93,10 +89,7 @@ _DIFFERENCES: Final[Mapping[str, Mapping[str, Difference]]] = MappingProxyType(
                 added={"planner_id": (Field("viapoints", kind=Kind.UNBOUNDED, nested=structure(PoseStamped)),)}
             ),
             "nav2_msgs/action/FollowPath_Goal": Difference(added={"": (Field("path_handler_id", "string"),)}),
-            "nav2_msgs/action/FollowPath_Feedback": Difference(
-                without=("distance_to_goal", "speed"),
-                added={"": (Field("tracking_feedback", nested=_TRACKING_FEEDBACK, path=()),)},
-            ),
+            "nav2_msgs/action/FollowPath_Feedback": Difference(without=("distance_to_goal", "speed")),
             # In version 2 of simulation_interfaces one or two fields became a Resource.
             "simulation_interfaces/msg/Spawnable": Difference(
                 without=("uri",), added={"description": (_resource("entity_resource", "uri"),)}
@@ -127,8 +120,6 @@ def structure_in(distro: str, ours: Structure) -> Structure:
     """
     if distro not in DISTROS:
         raise ValueError(f"no distribution {distro!r}; there are {', '.join(DISTROS)}")
-    if distro == OURS:
-        return ours
     difference = _DIFFERENCES[distro].get(ours.name, Difference())
     fields = tuple(_fields(distro, ours, difference))
     return ours if fields == ours.fields else Structure(difference.name or ours.name, fields)

@@ -10,13 +10,17 @@ import pytest
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import (
     BackUp,
+    ComputeAndTrackRoute,
+    ComputePathThroughPoses,
     ComputePathToPose,
+    ComputeRoute,
     DriveOnHeading,
     FollowPath,
     FollowWaypoints,
     NavigateThroughPoses,
     NavigateToPose,
     Spin,
+    TrackingFeedback,
     WaypointStatus,
 )
 from hmrsim.interfaces.nav_msgs import Goals
@@ -112,18 +116,36 @@ def test_errors_of_lyrical_come_before_the_poses() -> None:
     ]
 
 
-def test_lyrical_has_the_rest_of_the_path_twice() -> None:
-    """Lyrical's feedback on a path is a message of its own; our distance is along the path, and so the rest of it."""
-    sent = message_type(FollowPath.Feedback, "lyrical").encode(FollowPath.Feedback(distance_to_goal=1.0, speed=0.5))
+def test_only_lyrical_tells_how_a_path_is_kept_to() -> None:
+    """Lyrical's feedback on a path is one message, with what the others have in it; they have those fields alone."""
+    tracking = TrackingFeedback(distance_to_goal=1.0, speed=0.5, current_path_index=3)
+    feedback = FollowPath.Feedback(distance_to_goal=2.0, speed=0.5, tracking_feedback=tracking)
 
-    assert sent[-12:] == bytes.fromhex("0000803f" + "0000003f" + "0000803f")
+    assert FollowPath.Feedback(tracking_feedback=tracking) == trip(feedback, "lyrical")
+    for distro in ("jazzy", "kilted"):
+        assert FollowPath.Feedback(distance_to_goal=2.0, speed=0.5) == trip(feedback, distro)
 
 
-def test_feedback_of_lyrical() -> None:
-    """What lyrical nests in its feedback on a path is read as ours has it."""
-    feedback = FollowPath.Feedback(distance_to_goal=1.0, speed=0.5)
+def test_only_lyrical_tells_how_far_a_partial_path_leads() -> None:
+    """Lyrical's result of a path through poses has the index of the last pose that it reaches."""
+    result = ComputePathThroughPoses.Result(last_reached_index=2, error_msg="no further")
 
-    assert feedback == trip(feedback, "lyrical")
+    assert result == trip(result, "lyrical")
+    for distro in ("jazzy", "kilted"):
+        assert ComputePathThroughPoses.Result(error_msg="no further") == trip(result, distro)
+
+
+def test_jazzy_has_goals_to_plan_through_without_a_header() -> None:
+    """Jazzy's poses to plan through are a list, as those to drive through."""
+    goal = ComputePathThroughPoses.Goal(goals=Goals(header=Header(frame_id="map"), goals=[THERE]))
+
+    assert ComputePathThroughPoses.Goal(goals=Goals(goals=[THERE])) == trip(goal, "jazzy")
+
+
+@pytest.mark.parametrize("cls", [ComputeRoute.Result, ComputeAndTrackRoute.Result])
+def test_jazzy_has_no_text_for_a_route_that_fails(cls: Any) -> None:
+    """Jazzy's route actions have the code alone."""
+    assert cls(error_code=405) == trip(cls(error_code=405, error_msg="no route"), "jazzy")
 
 
 @pytest.mark.parametrize(

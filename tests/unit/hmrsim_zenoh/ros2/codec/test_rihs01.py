@@ -89,10 +89,10 @@ WITHOUT_HASHES = {"simulation_interfaces", "vision_msgs", "tf2_msgs", "hmrsim_ms
 
 
 def checked_types() -> set[str]:
-    """Return the types that kilted has in the table and all that Pickup and Place nest."""
+    """Return the types in the table and all that Pickup and Place nest."""
     actions = (Pickup.Goal, Pickup.Result, Place.Goal, Place.Result)
     nested = [one for cls in actions for one in structure(cls).describe()["referenced_type_descriptions"]]
-    return {*(name for distro, name in HASHES if distro == "kilted"), *(one["type_name"] for one in nested)}
+    return {*(name for _, name in HASHES), *(one["type_name"] for one in nested)}
 
 
 def field_type(cls: type[Message], name: str) -> dict[str, Any]:
