@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
 from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import drive, extent, facing, point_of
+from hmrsim.actions._path_tracking import PathTracker
 from hmrsim.actions._places import check_reachable, numbers, pose
 from hmrsim.errors import GoalAborted
 from hmrsim.geometry import heading
@@ -35,9 +37,15 @@ def _process(
             raise GoalAborted(FollowPath.Result.INVALID_PATH, str(error)) from None
     # The part after an obstacle is not driven, but counts as part of the path.
     beyond = extent(robot, [robot.pose().point, *points])[0] - robot.straight_through(points)[0].length
-    report.sample(
-        lambda: FollowPath.Feedback(distance_to_goal=robot.distance_remaining + beyond, speed=abs(robot.velocity()[0]))
-    )
+    # Made when feedback is first wanted.
+    tracker = cache(lambda: PathTracker(robot, points))
+
+    def feedback() -> dict[str, Any]:
+        speed = abs(robot.velocity()[0])
+        left = robot.distance_remaining + beyond
+        return {"distance_to_goal": left, "speed": speed, "tracking_feedback": tracker().values(speed)}
+
+    report.sample(feedback)
     yield from drive(robot, points, facing(poses[-1]))
     return FollowPath.Result()
 

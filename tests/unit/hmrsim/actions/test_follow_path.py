@@ -76,3 +76,51 @@ def test_a_repeated_path_does_not_restart_the_patience(make_run):
 
     assert (24.0, "ABORTED") == run.log.changes(f"{24:032x}")[-1]
     assert "blocked for 20 s at (4, 0): by eve" == run.log.result(f"{24:032x}").error_msg
+
+
+def tracked(log, goal_id="a" * 32):
+    """Return how a robot keeps to its path, by time: errors, index, straight and remaining length."""
+    found = {}
+    for time, feedback in log.feedback(goal_id):
+        one = feedback.tracking_feedback
+        errors = one.position_tracking_error, one.heading_tracking_error
+        found[round(time, 6)] = (*errors, one.current_path_index, one.distance_to_goal, one.remaining_path_length)
+    return found
+
+
+def test_feedback_tells_how_the_robot_keeps_to_its_path(make_run):
+    """The segment that it is on, and what is left, straight and along the path."""
+    found = tracked(make_run(world())((0.0, follow("a", (0, 0), (4, 0), (4, 3)))))
+
+    assert pytest.approx((0.0, 0.0, 0, 3.605551, 5.0)) == found[2.0]
+    assert pytest.approx((0.0, 0.0, 1, 2.0, 2.0)) == found[5.0]
+
+
+def test_a_robot_that_turns_on_the_spot_has_a_heading_error(make_run):
+    """Half a radian to the left of the segment that it has driven: the error says how far it would have to turn."""
+    found = tracked(make_run(world(turning_rate=1.0))((0.0, follow("a", (0, 0), (4, 0), (4, 3)))))
+
+    assert pytest.approx((0.0, -0.5, 0)) == found[4.5][:3]
+
+
+@pytest.mark.parametrize(("dy", "error"), [(0.4, 0.4), (-0.4, -0.4)])
+def test_a_robot_that_is_wrong_about_its_pose_sees_itself_beside_its_path(make_run, dy, error):
+    """Left of it is positive."""
+    fault = {"type": "localisation_jump", "robot": "wall_e", "dy": dy, "at": 1}
+    found = tracked(make_run(world() | {"faults": [fault]})((0.0, follow("a", (0, 0), (10, 0)))))
+
+    assert pytest.approx((error, 0.0, 0)) == found[2.0][:3]
+
+
+def test_on_a_path_that_crosses_itself_the_robot_is_where_it_has_come_to(make_run):
+    """At the crossing it is on the first part, later on the last one."""
+    found = tracked(make_run(world())((0.0, follow("a", (0, 0), (10, 0), (10, 5), (5, 5), (5, -5)))))
+
+    assert [0, 3, 3] == [found[time][2] for time in (5.0, 21.0, 24.9)]
+
+
+def test_a_path_of_one_pose_has_no_direction(make_run):
+    """Only how far it is away."""
+    found = tracked(make_run(world())((0.0, follow("a", (4, 0)))))
+
+    assert pytest.approx((3.0, 0.0, 0, 3.0, 0.0)) == found[1.0]
